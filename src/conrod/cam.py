@@ -1,0 +1,113 @@
+"""A convex disc cam whose profile is made of tangent circular arcs.
+
+The profile is given in the cam's own frame: shaft at the origin, nose on the +x axis. Every arc is stated by its
+centre, its radius and the directions of its outward normals, which together cover the full turn once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+# Fans of neighbouring arcs share an edge; this much overlap keeps rounding from opening a gap between them.
+FAN_EDGE = 1e-12  # [rad]
+
+
+@dataclass(frozen=True)
+class Arc:
+    """One arc: its points are centre + radius (cos n, sin n) for outward normals n from `start` to `stop`."""
+
+    centre: tuple[float, float]  # [m]
+    radius: float  # [m]
+    start: float  # [rad]
+    stop: float  # [rad], counter-clockwise from `start`
+
+    @property
+    def extent(self) -> float:
+        """The turn of the normal along the arc [rad]."""
+        return self.stop - self.start
+
+
+@dataclass(frozen=True)
+class CamProfile:
+    """A closed convex profile; arcs in counter-clockwise order, each tangent to the next."""
+
+    arcs: tuple[Arc, ...]
+
+    @cached_property
+    def _centres(self) -> Array:
+        return np.array([arc.centre for arc in self.arcs])
+
+    @cached_property
+    def _radii(self) -> Array:
+        return np.array([arc.radius for arc in self.arcs])
+
+    def active_arc(self, x: Array, y: Array) -> NDArray[np.intp]:
+        """Index of the arc nearest to outside points (x, y) [m] in the cam's frame; shape of x.
+
+        A point belongs to an arc in whose fan of normals it lies. The fan of a long flank reaches through the whole
+        cam and out at the far side, where its distance is negative: so the arc of the largest distance counts.
+        """
+        gap = np.full((len(self.arcs), *np.shape(x)), -np.inf)
+        for i, arc in enumerate(self.arcs):
+            middle = 0.5 * (arc.start + arc.stop)
+            dx, dy = x - arc.centre[0], y - arc.centre[1]
+            off = np.abs(np.remainder(np.arctan2(dy, dx) - middle + np.pi, 2.0 * np.pi) - np.pi)
+            gap[i] = np.where(off <= 0.5 * arc.extent + FAN_EDGE, np.hypot(dx, dy) - arc.radius, -np.inf)
+        return np.argmax(gap, axis=0)
+
+    def arc_geometry(self, index: NDArray[np.intp]) -> tuple[Array, Array, Array]:
+        """Centre x, centre y and radius [m] of the arcs of the given indices."""
+        return self._centres[index, 0], self._centres[index, 1], self._radii[index]
+
+    def distance(self, x: Array, y: Array) -> Array:
+        """Signed distance [m] of points in the cam's frame to the profile, negative inside."""
+        cx, cy, radius = self.arc_geometry(self.active_arc(x, y))
+        return np.hypot(x - cx, y - cy) - radius
+
+    def points(self, normals: Array) -> Array:
+        """Points of the profile with the given outward normals [rad]; (N, 2) [m]."""
+        start = self.arcs[0].start
+        turned = start + np.remainder(normals - start, 2.0 * np.pi)
+        stops = np.array([arc.stop for arc in self.arcs])
+        index = np.minimum(np.searchsorted(stops, turned, side="left"), len(self.arcs) - 1)
+        cx, cy, radius = self.arc_geometry(index)
+        return np.column_stack([cx + radius * np.cos(normals), cy + radius * np.sin(normals)])
+
+
+def symmetric_cam(base_radius: float, flank_radius: float, nose_radius: float, centre_distance: float) -> CamProfile:
+    """The symmetric cam of document 004, Figure 5: base circle, two flanks and a nose, all tangent.
+
+    The flank's centre lies at flank - base from the shaft and at flank - nose from the nose's centre (internal
+    tangency). At the least flank radius, (base + nose + distance) / 2, the three centres are in line and the cam is
+    one circle. Lengths in m; a flank below the least one is taken for it.
+    """
+    to_base = flank_radius - base_radius
+    to_nose = flank_radius - nose_radius
+    excess = flank_radius - 0.5 * (base_radius + nose_radius + centre_distance)
+    if excess <= 0.0:
+        return CamProfile((Arc((to_base, 0.0), flank_radius, -math.pi, math.pi),))
+    # Half-angle formula: unlike the law of cosines it keeps its digits where the triangle is nearly flat.
+    beside_base = 0.5 * (centre_distance + to_nose - to_base)
+    beside_nose = 0.5 * (centre_distance + to_base - to_nose)
+    at_shaft = 2.0 * math.atan2(math.sqrt(excess * beside_base), math.sqrt((centre_distance + excess) * beside_nose))
+    # The flank whose normals point up has its centre below the axis, the other one above.
+    above = (to_base * math.cos(at_shaft), to_base * math.sin(at_shaft))
+    below = (above[0], -above[1])
+    nose_joint = math.atan2(above[1], centre_distance - above[0])
+    base_joint = math.pi - at_shaft
+    return CamProfile(
+        (
+            Arc((centre_distance, 0.0), nose_radius, -nose_joint, nose_joint),
+            Arc(below, flank_radius, nose_joint, base_joint),
+            Arc((0.0, 0.0), base_radius, base_joint, 2.0 * math.pi - base_joint),
+            Arc(above, flank_radius, 2.0 * math.pi - base_joint, 2.0 * math.pi - nose_joint),
+        )
+    )

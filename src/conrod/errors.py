@@ -1,0 +1,18 @@
+"""What a user did wrong, said in one line."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class InvalidInput(ValueError):
+    """A value that cannot be used; the message names it, what is allowed and the nearest valid choice."""
+
+
+def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInput:
+    """The error for a name that is not in a list of names."""
+    names = sorted(choices)
+    near = difflib.get_close_matches(given, names, n=1, cutoff=0.5)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return InvalidInput(f"unknown {kind} {given!r}: choose from {', '.join(names)}{hint}")

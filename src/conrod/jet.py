@@ -1,0 +1,81 @@
+"""Truncated Taylor series of functions of one variable, for exact derivatives of joint equations.
+
+A `Jet` holds the coefficients f^(k)/k!, k = 0..order, each an array of any one shape. Arithmetic on jets
+is arithmetic on truncated series (Griewank and Walther, Evaluating Derivatives, 2nd ed., section 13.2), so an
+expression written once gives its value and its derivatives, to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Scalar = Union[float, Array]
+
+
+class Jet:
+    """A truncated Taylor series; combine with other jets of the same order, floats and arrays."""
+
+    __slots__ = ("coefficients",)
+    # numpy must leave `array * jet` to the jet, instead of building an array of objects.
+    __array_ufunc__ = None
+
+    def __init__(self, coefficients: Sequence[Scalar]) -> None:
+        self.coefficients: tuple[Scalar, ...] = tuple(coefficients)
+
+    def __add__(self, other: Jet | Scalar) -> Jet:
+        if isinstance(other, Jet):
+            return Jet([a + b for a, b in zip(self.coefficients, other.coefficients, strict=True)])
+        return Jet((self.coefficients[0] + other, *self.coefficients[1:]))
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Jet:
+        return Jet([-a for a in self.coefficients])
+
+    def __sub__(self, other: Jet | Scalar) -> Jet:
+        return self + (-other)
+
+    def __rsub__(self, other: Scalar) -> Jet:
+        return (-self) + other
+
+    def __mul__(self, other: Jet | Scalar) -> Jet:
+        if not isinstance(other, Jet):
+            return Jet([a * other for a in self.coefficients])
+        a, b = self.coefficients, other.coefficients
+        return Jet([_convolve(a, b, k, 0, k) for k in range(len(a))])
+
+    __rmul__ = __mul__
+
+
+def _convolve(a: Sequence[Scalar], b: Sequence[Scalar], k: int, first: int, last: int) -> Scalar:
+    """Sum of a[j] b[k - j] over j = first..last."""
+    total: Scalar = 0.0
+    for j in range(first, last + 1):
+        total = total + a[j] * b[k - j]
+    return total
+
+
+def sine_cosine(angle: Jet) -> tuple[Jet, Jet]:
+    """Sine and cosine of a jet in radians, by the recurrences k s_k = sum j a_j c_(k-j) and its twin."""
+    a = angle.coefficients
+    sine: list[Scalar] = [np.sin(a[0])]
+    cosine: list[Scalar] = [np.cos(a[0])]
+    for k in range(1, len(a)):
+        scaled = [j * a[j] for j in range(k + 1)]
+        sine.append(_convolve(scaled, cosine, k, 1, k) / k)
+        cosine.append(-_convolve(scaled, sine, k, 1, k) / k)
+    return Jet(sine), Jet(cosine)
+
+
+def square_root(square: Jet) -> Jet:
+    """Square root of a jet with a positive value, from (sqrt f)^2 = f term by term."""
+    a = square.coefficients
+    root: list[Scalar] = [np.sqrt(a[0])]
+    for k in range(1, len(a)):
+        root.append((a[k] - _convolve(root, root, k, 1, k - 1)) / (2.0 * root[0]))
+    return Jet(root)

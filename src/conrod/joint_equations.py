@@ -1,0 +1,134 @@
+"""The equations that a mechanism's joints impose on the poses of its bodies, as jets in time or in crank angle.
+
+One expression for each joint kind gives the gap that the joint leaves open, its rate and its second derivative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.jet import Array, Jet, sine_cosine, square_root
+from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
+
+
+@dataclass(frozen=True)
+class PoseJet:
+    """Pose of one body as jets, with the sine and cosine of its turn."""
+
+    x: Jet
+    y: Jet
+    phi: Jet
+    sine: Jet
+    cosine: Jet
+
+    def point(self, local: Point) -> tuple[Jet, Jet]:
+        """A point of the body in the document's frame."""
+        px, py = local
+        return self.x + self.cosine * px - self.sine * py, self.y + self.sine * px + self.cosine * py
+
+
+def pose_jets(mechanism: Mechanism, coefficients: Sequence[Array]) -> dict[str, PoseJet]:
+    """Pose jets of all bodies, the ground included.
+
+    Args:
+        coefficients: Taylor coefficients of the stacked poses, each (T, 3 n) [m, m, rad].
+    """
+    poses = {}
+    for name, i in mechanism.body_index.items():
+        x, y, phi = (Jet([c[:, 3 * i + k] for c in coefficients]) for k in range(3))
+        poses[name] = PoseJet(x, y, phi, *sine_cosine(phi))
+    zero = Jet([0.0] * len(coefficients))
+    poses[GROUND] = PoseJet(zero, zero, zero, zero, zero + 1.0)
+    return poses
+
+
+def active_arcs(joint: CamContact, poses: dict[str, PoseJet]) -> NDArray[np.intp]:
+    """Index of the cam's arc that the roller touches in each pose; (T,)."""
+    cam = poses[joint.a]
+    x, y = _from_cam(joint, poses)
+    c, s = cam.cosine.coefficients[0], cam.sine.coefficients[0]
+    x0, y0 = x.coefficients[0], y.coefficients[0]
+    return joint.profile.active_arc(np.asarray(c * x0 + s * y0), np.asarray(c * y0 - s * x0))
+
+
+def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.intp] | None = None) -> list[Jet]:
+    """What is left of a joint's equations: lengths [m], but for a slide's second entry, an angle [rad].
+
+    Args:
+        arcs: for a cam contact the arc in force at each sample, where it is not to be told from the poses.
+    """
+    a, b = poses[joint.a], poses[joint.b]
+    match joint:
+        case Revolute():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            return [bx - ax, by - ay]
+        case Prismatic():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            nx, ny = -np.sin(joint.direction), np.cos(joint.direction)
+            normal_x = a.cosine * nx - a.sine * ny
+            normal_y = a.sine * nx + a.cosine * ny
+            return [(bx - ax) * normal_x + (by - ay) * normal_y, b.phi - a.phi - joint.angle]
+        case CamContact():
+            x, y = _from_cam(joint, poses)
+            cx, cy, radius = joint.profile.arc_geometry(active_arcs(joint, poses) if arcs is None else arcs)
+            dx = x - (a.cosine * cx - a.sine * cy)
+            dy = y - (a.sine * cx + a.cosine * cy)
+            return [square_root(dx * dx + dy * dy) - (radius + joint.roller_radius)]
+        case _:
+            assert_never(joint)
+
+
+def _from_cam(joint: CamContact, poses: dict[str, PoseJet]) -> tuple[Jet, Jet]:
+    """The roller's centre relative to the cam's origin, in the document's directions."""
+    x, y = poses[joint.b].point(joint.roller_centre)
+    return x - poses[joint.a].x, y - poses[joint.a].y
+
+
+def joint_jacobian(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.intp] | None = None) -> list[Rows]:
+    """Derivatives of `joint_residual` by the poses of body `a` and of body `b`, one entry for each equation."""
+    a, b = _Frame(poses[joint.a]), _Frame(poses[joint.b])
+    match joint:
+        case Revolute():
+            (ax, ay), (bx, by) = a.arm(joint.point_a), b.arm(joint.point_b)
+            return [((-1.0, 0.0, ay), (1.0, 0.0, -by)), ((0.0, -1.0, -ax), (0.0, 1.0, bx))]
+        case Prismatic():
+            bx, by = b.arm(joint.point_b)
+            nx, ny = a.arm((-np.sin(joint.direction), np.cos(joint.direction)))
+            px, py = b.x + bx - a.x, b.y + by - a.y
+            # The line turns about the origin of `a` with its anchor, so the arm is the whole way to point_b.
+            offset = ((-nx, -ny, ny * px - nx * py), (nx, ny, ny * bx - nx * by))
+            return [offset, ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))]
+        case CamContact():
+            bx, by = b.arm(joint.roller_centre)
+            cx, cy, _ = joint.profile.arc_geometry(active_arcs(joint, poses) if arcs is None else arcs)
+            ax, ay = a.arm((cx, cy))
+            dx, dy = b.x + bx - a.x - ax, b.y + by - a.y - ay
+            distance = np.hypot(dx, dy)
+            ux, uy = dx / distance, dy / distance
+            return [((-ux, -uy, ux * ay - uy * ax), (ux, uy, uy * bx - ux * by))]
+        case _:
+            assert_never(joint)
+
+
+Entry = float | Array
+Rows = tuple[tuple[Entry, Entry, Entry], tuple[Entry, Entry, Entry]]
+
+
+class _Frame:
+    """Position and directions of a body at the samples, the leading coefficients of its pose jet."""
+
+    def __init__(self, pose: PoseJet) -> None:
+        self.x, self.y = pose.x.coefficients[0], pose.y.coefficients[0]
+        self._cosine, self._sine = pose.cosine.coefficients[0], pose.sine.coefficients[0]
+
+    def arm(self, local: tuple[Entry, Entry]) -> tuple[Entry, Entry]:
+        """A local vector in the document's directions."""
+        px, py = local
+        return self._cosine * px - self._sine * py, self._sine * px + self._cosine * py

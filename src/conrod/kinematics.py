@@ -1,0 +1,219 @@
+"""Exact motion of any `Mechanism`, by Newton iteration on its joint equations.
+
+The generic reference: it knows nothing of a scene's closed form. Poses come from Newton iteration; derivatives by
+the crank angle then follow, order by order, from linear systems with one and the same Jacobian, because the
+k-th Taylor coefficient of the joint equations is J q_k + (a term in q_0 .. q_(k-1)).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.errors import InvalidInput
+from conrod.joint_equations import active_arcs, joint_jacobian, joint_residual, pose_jets
+from conrod.mechanism import GROUND, Mechanism
+from conrod.motion import BREAK_WIDTH, Array, Motion, Side, point_motion
+
+MOTION_ORDER = 3  # position to jerk
+NEWTON_STEPS = 30
+NODES_PER_TURN = 96
+# Newton converges quadratically, so a step this small (against lengths of order one) is the last that matters.
+NEWTON_DONE = 1e-13
+
+Arcs = dict[str, NDArray[np.intp]]
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """Poses at equidistant crank angles, from which Newton starts nearby."""
+
+    angles: Array  # (K,) [rad]
+    poses: Array  # (K, 3 n)
+    slopes: Array  # (K, 3 n), by the crank angle
+    turn: Array  # (3 n,) gained over one revolution of the crank; zero but for bodies that turn
+
+
+class Kinematics:
+    """Solver for one mechanism.
+
+    Raises:
+        InvalidInput: the mechanism cannot be assembled, has not mobility one, or cannot turn fully.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        if mechanism.mobility != 1:
+            raise InvalidInput(f"{mechanism.name} has mobility {mechanism.mobility}; a driven crank needs exactly 1")
+        self.mechanism = mechanism
+        self._crank = mechanism.body_index[mechanism.crank]
+        start = np.array([mechanism.poses[body.name] for body in mechanism.bodies], dtype=float)
+        # Newton works on lengths in units of the mechanism's size, so that its tolerance fits mm and km alike.
+        self.size = float(np.abs(start[:, :2]).max()) or 1.0
+        self._start = start.reshape(1, -1)
+
+    # -- poses -------------------------------------------------------------------------------------------------
+
+    def poses(self, angle: Array) -> Array:
+        """Stacked poses (T, 3 n) [m, m, rad] at crank angles (T,) [rad]."""
+        nodes = self._nodes
+        turns = np.floor(angle / (2.0 * np.pi))
+        base = angle - 2.0 * np.pi * turns
+        nearest = np.rint(base / (2.0 * np.pi) * NODES_PER_TURN).astype(int)
+        step = (base - nodes.angles[nearest])[:, None]
+        guess = nodes.poses[nearest] + nodes.slopes[nearest] * step + turns[:, None] * nodes.turn
+        return self._newton(guess, angle)
+
+    def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
+        """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
+        poses = self.poses(angle)
+        arcs = self._arcs(poses, side)
+        jacobian = self.jacobian(poses, arcs)
+        coefficients = [poses]
+        for k in range(1, order + 1):
+            zero = np.zeros_like(poses)
+            residual = self._residual([*coefficients, zero], angle, arcs)[k]
+            coefficients.append(-_solve(jacobian, residual))
+        return [math.factorial(k) * c for k, c in enumerate(coefficients)]
+
+    def branch(self, poses: Array) -> Array:
+        """Sign of the determinant of the joint equations' Jacobian (T,); it tells assembly branches apart."""
+        return np.asarray(np.sign(np.linalg.det(self._scaled(self.jacobian(poses)))), dtype=float)
+
+    @cached_property
+    def assembled_branch(self) -> float:
+        """The branch that the start poses picked, +1 or -1."""
+        return float(self.branch(self.poses(np.zeros(1)))[0])
+
+    # -- observed points ---------------------------------------------------------------------------------------
+
+    def motion(
+        self, angle: Array, speed: Array | float, acceleration: Array | float = 0.0, side: Side = "right"
+    ) -> Motion:
+        """Exact motion of the observed points; arguments as in `Scene.motion`."""
+        angle = np.atleast_1d(np.asarray(angle, dtype=float))
+        w, a = np.broadcast_to(speed, angle.shape), np.broadcast_to(acceleration, angle.shape)
+        points = self.point_derivatives(self.derivatives(angle, MOTION_ORDER, side))
+        return Motion(angle, {name: point_motion((d[0], d[1], d[2], d[3]), w, a) for name, d in points.items()})
+
+    def point_derivatives(self, derivatives: list[Array]) -> dict[str, list[Array]]:
+        """Observed points and their derivatives, each (T, 2), from those of the poses."""
+        coefficients = [d / math.factorial(k) for k, d in enumerate(derivatives)]
+        bodies = pose_jets(self.mechanism, coefficients)
+        points = {}
+        for observed in self.mechanism.observed:
+            x, y = bodies[observed.body].point(observed.point)
+            points[observed.name] = [
+                math.factorial(k) * np.column_stack([x.coefficients[k], y.coefficients[k]])
+                for k in range(len(derivatives))
+            ]
+        return points
+
+    # -- equations ---------------------------------------------------------------------------------------------
+
+    def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
+        """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
+        bodies = pose_jets(self.mechanism, [poses])
+        matrix = np.zeros((len(poses), poses.shape[1], poses.shape[1]))
+        row = 0
+        for joint in self.mechanism.joints:
+            for a_entries, b_entries in joint_jacobian(joint, bodies, (arcs or {}).get(joint.name)):
+                for body, entries in ((joint.a, a_entries), (joint.b, b_entries)):
+                    if body != GROUND:
+                        for k in range(3):
+                            matrix[:, row, 3 * self.mechanism.body_index[body] + k] += entries[k]
+                row += 1
+        matrix[:, row, 3 * self._crank + 2] = 1.0
+        return matrix
+
+    def _residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Array]:
+        """Taylor coefficients of all equations, each (T, 3 n)."""
+        bodies = pose_jets(self.mechanism, coefficients)
+        equations = []
+        for joint in self.mechanism.joints:
+            equations += joint_residual(joint, bodies, (arcs or {}).get(joint.name))
+        driver = self.mechanism.driver
+        prescribed = [driver.start + driver.sense * angle, np.full_like(angle, driver.sense)]
+        prescribed += [np.zeros_like(angle)] * len(coefficients)
+        crank = bodies[self.mechanism.crank].phi.coefficients
+        rows = [
+            [np.broadcast_to(e.coefficients[k], angle.shape) for e in equations] + [crank[k] - prescribed[k]]
+            for k in range(len(coefficients))
+        ]
+        return [np.stack(row, axis=1) for row in rows]
+
+    def _arcs(self, poses: Array, side: Side) -> Arcs:
+        """The cam arcs in force on one side of each angle.
+
+        Velocity is continuous across tangent arcs, so a move by +-`BREAK_WIDTH` along it tells the side.
+        """
+        contacts = self.mechanism.cam_contacts
+        if not contacts:
+            return {}
+        bodies = pose_jets(self.mechanism, [poses])
+        here = {joint.name: active_arcs(joint, bodies) for joint in contacts}
+        residual = self._residual([poses, np.zeros_like(poses)], np.zeros(len(poses)), here)[1]
+        slope = -_solve(self.jacobian(poses, here), residual)
+        width = BREAK_WIDTH if side == "right" else -BREAK_WIDTH
+        moved = pose_jets(self.mechanism, [poses + width * slope])
+        return {joint.name: active_arcs(joint, moved) for joint in contacts}
+
+    def _newton(self, guess: Array, angle: Array) -> Array:
+        poses = guess.copy()
+        scale = np.tile([self.size, self.size, 1.0], len(self.mechanism.bodies))
+        for _ in range(NEWTON_STEPS):
+            step = _solve(self.jacobian(poses), self._residual([poses], angle)[0])
+            poses -= step
+            if not np.all(np.isfinite(step)):
+                break
+            if np.abs(step / scale).max() <= NEWTON_DONE * max(1.0, float(np.abs(angle).max())):
+                return poses
+        raise InvalidInput(self._cannot_turn(angle))
+
+    def _cannot_turn(self, angle: Array) -> str:
+        lowest, highest = np.degrees([angle.min(), angle.max()])
+        return f"{self.mechanism.name} cannot be assembled at every crank angle from {lowest:.6g} to {highest:.6g} deg"
+
+    @cached_property
+    def _nodes(self) -> _Nodes:
+        """One full turn, walked in small steps so that the branch of the start poses is kept."""
+        angles = np.linspace(0.0, 2.0 * np.pi, NODES_PER_TURN + 1)
+        poses = [self._newton(self._start, angles[:1])]
+        slopes = []
+        for previous, following in zip(angles[:-1], angles[1:], strict=True):
+            slopes.append(self._slope(poses[-1], previous))
+            guess = poses[-1] + slopes[-1] * (following - previous)
+            poses.append(self._newton(guess, np.array([following])))
+        slopes.append(self._slope(poses[-1], angles[-1]))
+        stacked = np.concatenate(poses)
+        return _Nodes(angles, stacked, np.concatenate(slopes), self._gain(stacked[0], stacked[-1]))
+
+    def _gain(self, first: Array, last: Array) -> Array:
+        """What one turn adds to the poses: whole turns of bodies, and nothing else."""
+        gain = (last - first).reshape(-1, 3)
+        whole = 2.0 * np.pi * np.rint(gain[:, 2] / (2.0 * np.pi))
+        if np.abs(gain[:, :2]).max() > 1e-9 * self.size or np.abs(gain[:, 2] - whole).max() > 1e-9:
+            raise InvalidInput(f"{self.mechanism.name} does not return to its start pose after one turn of the crank")
+        return np.column_stack([np.zeros((len(gain), 2)), whole]).ravel()
+
+    def _slope(self, poses: Array, angle: float) -> Array:
+        residual = self._residual([poses, np.zeros_like(poses)], np.array([angle]))[1]
+        return -_solve(self.jacobian(poses), residual)
+
+    def _scaled(self, jacobian: Array) -> Array:
+        """The Jacobian with lengths in units of the mechanism's size, so that its determinant has no unit."""
+        scaled = jacobian.copy()
+        scaled[:, :, 2::3] /= self.size
+        return scaled
+
+
+def _solve(matrix: Array, right: Array) -> Array:
+    """Batch of square systems with one right-hand side each; not finite where a matrix is singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)
+

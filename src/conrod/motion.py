@@ -1,0 +1,64 @@
+"""Exact motion of observed points: position, velocity, acceleration and jerk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+Side = Literal["left", "right"]
+
+# An angle this close to a break counts as the break, so that rounding of speed x time cannot choose the side.
+BREAK_WIDTH = 1e-9  # [rad]
+
+
+@dataclass(frozen=True)
+class PointMotion:
+    """Motion of one point; each array is (T, 2) in m, m/s, m/s^2, m/s^3."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion of all observed points at given crank angles."""
+
+    angle: Array  # (T,) [rad]
+    points: Mapping[str, PointMotion]
+
+    def point(self, name: str) -> PointMotion:
+        """Motion of the observed point of a name; KeyError if there is none."""
+        return self.points[name]
+
+
+@dataclass(frozen=True)
+class Break:
+    """A crank angle where the acceleration or the jerk of a point jumps, with the values on both sides."""
+
+    angle: float  # [rad], in [0, 2 pi)
+    point: str
+    left_acceleration: Array  # (2,) [m/s^2]
+    right_acceleration: Array  # (2,) [m/s^2]
+    left_jerk: Array  # (2,) [m/s^3]
+    right_jerk: Array  # (2,) [m/s^3]
+
+
+def point_motion(derivatives: tuple[Array, Array, Array, Array], speed: Array, acceleration: Array) -> PointMotion:
+    """Motion in time from derivatives by the crank angle, at constant angular acceleration (chain rule).
+
+    Args:
+        derivatives: x, x', x'', x''' by the crank angle, each (T, 2) [m].
+        speed: crank speed (T,) [rad/s].
+        acceleration: crank angular acceleration (T,) [rad/s^2].
+    """
+    x, x1, x2, x3 = derivatives
+    w, a = speed[:, None], acceleration[:, None]
+    return PointMotion(x, x1 * w, x2 * w**2 + x1 * a, x3 * w**3 + 3.0 * x2 * w * a)

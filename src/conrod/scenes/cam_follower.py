@@ -1,0 +1,193 @@
+"""The symmetric disc cam of document 004 with its translating radial roller follower."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from conrod.cam import symmetric_cam
+from conrod.errors import InvalidInput
+from conrod.mechanism import (
+    GROUND,
+    Body,
+    CamContact,
+    ConstantForce,
+    Driver,
+    Mechanism,
+    ObservedPoint,
+    Prismatic,
+    Revolute,
+)
+from conrod.motion import BREAK_WIDTH, Array, Side
+from conrod.scenes import parameters
+from conrod.scenes.rod import Derivatives, circular, combine, planar, projection
+from conrod.scenes.scene import Scene
+
+TURN = 2.0 * math.pi
+# Document 004 works with flank radii down to the least one; a length this close to it counts as the least.
+LEAST_FLANK_WIDTH = 1e-9  # [m]
+# A flank beyond this many times the cam's size is a straight line for every purpose, and costs digits.
+LONGEST_FLANK = 100.0
+
+
+@dataclass(frozen=True)
+class CamFollower(Scene):
+    """Symmetric disc cam of tangent circular arcs, document 004, Figure 5.
+
+    Frame: shaft at the origin, x right, y up; the roller moves on x = 0 above the shaft, at
+    (0, base + roller + lift). The crank angle is the document's theta: 0 in the middle of the dwell, pi with the
+    nose up; the cam turns counter-clockwise. Masses and preload are conrod's. SI throughout.
+
+    The preload is the constant force that holds the follower down, as a multiple of
+    (follower mass x largest downward acceleration): above 1 the exact motion never parts. It acts in place of
+    gravity, and is the same for both engines and all presets.
+    """
+
+    kind: ClassVar[str] = "cam-follower"
+    title: ClassVar[str] = "Cam with roller follower (by contact)"
+    source: ClassVar[str] = "document 004 (flank radius and base radius of a symmetric cam), Figure 5"
+    output: ClassVar[str] = "roller"
+
+    base_radius: float = parameters.length(0.036, "base circle")
+    flank_radius: float = parameters.length(0.118, "flanks")
+    nose_radius: float = parameters.length(0.029, "nose")
+    centre_distance: float = parameters.length(0.080, "shaft to centre of the nose")
+    roller_radius: float = parameters.length(0.009, "roller")
+    speed: float = parameters.speed(1.0)
+    cam_mass: float = parameters.mass(3.0, "cam")
+    cam_inertia: float = parameters.inertia(0.003, "cam, about the shaft")
+    follower_mass: float = parameters.mass(0.5, "follower with roller")
+    preload: float = parameters.factor(25.0, "preload as a multiple of mass x least acceleration", 0.0, 1e6)
+
+    # -- geometry ----------------------------------------------------------------------------------------------
+
+    @property
+    def least_flank_radius(self) -> float:
+        """(R + R1 + C) / 2 [m], where the centres of base, flank and nose are in line."""
+        return 0.5 * (self.base_radius + self.nose_radius + self.centre_distance)
+
+    @property
+    def is_one_circle(self) -> bool:
+        """At the least flank radius the cam is one circle about (C + R1 - R) / 2: no dwell, no jumps."""
+        return abs(self.flank_radius - self.least_flank_radius) <= LEAST_FLANK_WIDTH
+
+    @property
+    def flank(self) -> float:
+        """The flank radius in force [m]: the given one, or the least one where it is meant."""
+        return self.least_flank_radius if self.is_one_circle else self.flank_radius
+
+    @property
+    def full_lift(self) -> float:
+        """Lift at the nose [m], C + R1 - R."""
+        return self.centre_distance + self.nose_radius - self.base_radius
+
+    def _check_geometry(self) -> None:
+        r, r1, c = self.base_radius, self.nose_radius, self.centre_distance
+        if not abs(r1 - r) < c:
+            raise InvalidInput(
+                f"centre_distance = {c:g} m gives no cam: it must exceed |base_radius - nose_radius| = {abs(r1 - r):g} m"
+            )
+        least, longest = self.least_flank_radius, LONGEST_FLANK * (r + r1 + c)
+        if not least - LEAST_FLANK_WIDTH <= self.flank_radius <= longest:
+            raise InvalidInput(
+                f"flank_radius = {self.flank_radius:g} m is out of range: (base_radius + nose_radius + centre_distance)"
+                f" / 2 = {least:g} m <= flank_radius <= {longest:g} m"
+            )
+
+    @cached_property
+    def joint_angles(self) -> tuple[float, float]:
+        """Angles [rad] of joint B (base to flank) and joint C (flank to nose), document 004, Figure 5.
+
+        Both from the triangle of the centres O, O1, O2. At B the flank's centre is straight below the shaft, so the
+        angle is the triangle's at O; at C the roller's centre lies on the line from O2 through O1.
+        """
+        if self.is_one_circle:
+            return 0.0, math.pi
+        c, to_base, to_nose = self.centre_distance, self.flank - self.base_radius, self.flank - self.nose_radius
+        # tan^2 of half the angle = (s - b)(s - c) / (s (s - a)), with s the half perimeter: it keeps its digits near
+        # the least flank radius, where the triangle is flat.
+        half = 0.5 * (c + to_base + to_nose)
+        at_shaft = 2.0 * math.atan2(
+            math.sqrt((self.flank - self.least_flank_radius) * (half - to_base)), math.sqrt(half * (half - to_nose))
+        )
+        normal = math.atan2(to_base * math.sin(at_shaft), c - to_base * math.cos(at_shaft))
+        reach = self.nose_radius + self.roller_radius
+        return at_shaft, math.pi - math.atan2(reach * math.sin(normal), c + reach * math.cos(normal))
+
+    def break_angles(self) -> tuple[float, ...]:
+        """The four joints of the arcs; none where the cam is one circle."""
+        if self.is_one_circle:
+            return ()
+        base_joint, nose_joint = self.joint_angles
+        return (base_joint, nose_joint, TURN - nose_joint, TURN - base_joint)
+
+    # -- motion ------------------------------------------------------------------------------------------------
+
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, Derivatives]:
+        height = self._height(angle, side)
+        return {"roller": planar(combine((0.0, height)), height)}
+
+    def _height(self, angle: Array, side: Side) -> Derivatives:
+        """Height of the roller's centre and its derivatives.
+
+        It keeps the distance R_arc + r from the active arc's centre, which lies at d from the shaft, straight below
+        it at crank angle b: h = -d cos(t - b) + sqrt((R_arc + r)^2 - d^2 sin^2(t - b)). Document 004's equations
+        (8) to (11) are this, with the root cut after its first term.
+        """
+        piece = self._piece(angle, side)
+        base_joint, _ = self.joint_angles
+        to_base, c, r = self.flank - self.base_radius, self.centre_distance, self.roller_radius
+        distance = np.array([0.0, to_base, c, to_base, 0.0])[piece]
+        lowest = np.array([0.0, base_joint, 0.0, -base_joint, 0.0])[piece]
+        arc = np.array([self.base_radius, self.flank, self.nose_radius, self.flank, self.base_radius])[piece]
+        down, across = circular(distance, np.sin(angle - lowest), np.cos(angle - lowest))
+        return combine((-1.0, down), (1.0, projection(arc + r, across)))
+
+    def _piece(self, angle: Array, side: Side) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+        """0 base, 1 rising flank, 2 nose, 3 falling flank, 4 base."""
+        if self.is_one_circle:
+            return np.ones(np.shape(angle), dtype=np.intp)
+        wrapped = np.remainder(angle, TURN)
+        nudge = BREAK_WIDTH if side == "right" else -BREAK_WIDTH
+        return np.searchsorted(np.array(self.break_angles()), wrapped + nudge)
+
+    @cached_property
+    def least_acceleration(self) -> float:
+        """The follower's largest downward acceleration at constant speed [m/s^2], negative.
+
+        It stands just after the joint of flank and nose, not at the tip; on one circle, within the arc.
+        """
+        _, nose_joint = self.joint_angles
+        angles = np.linspace(0.0 if self.is_one_circle else nose_joint, math.pi, 1801)
+        return float(self._height(angles, "right")[2].min()) * self.speed**2
+
+    @property
+    def preload_force(self) -> float:
+        """The force [N] that holds the follower down."""
+        return self.preload * self.follower_mass * -self.least_acceleration
+
+    def mechanism(self) -> Mechanism:
+        """Ground, cam and follower; the roller rests on the cam by contact."""
+        r = self.roller_radius
+        profile = symmetric_cam(self.base_radius, self.flank, self.nose_radius, self.centre_distance)
+        return Mechanism(
+            name=self.kind,
+            bodies=(
+                Body("cam", self.cam_mass, self.cam_inertia),
+                Body("follower", self.follower_mass, self.follower_mass * r**2),
+            ),
+            joints=(
+                Revolute("shaft", GROUND, "cam", (0.0, 0.0), (0.0, 0.0)),
+                Prismatic("guide", GROUND, "follower", (0.0, 0.0), (0.0, 0.0), direction=math.pi / 2),
+                CamContact("contact", "cam", "follower", profile, (0.0, 0.0), r),
+            ),
+            driver=Driver("shaft", start=-math.pi / 2),
+            poses={"cam": (0.0, 0.0, -math.pi / 2), "follower": (0.0, self.base_radius + r, 0.0)},
+            observed=(ObservedPoint("roller", "follower"),),
+            forces=(ConstantForce("follower", (0.0, -self.preload_force)),),
+        )

@@ -1,0 +1,89 @@
+"""Parameters of a scene: a default, a unit and the range that conrod accepts."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from conrod.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What is known of one parameter besides its value."""
+
+    name: str
+    unit: str  # SI: m, rad/s, kg, kg*m^2, m/s^2 or empty
+    meaning: str
+    lowest: float
+    highest: float
+    magnitude: bool = False  # the range holds for the absolute value: both signs are allowed
+
+
+def length(default: float, meaning: str) -> Any:
+    """A positive length [m]."""
+    return _parameter(default, "m", meaning, 1e-6, 1e6)
+
+
+def offset(default: float, meaning: str) -> Any:
+    """A length [m] that may be zero or negative."""
+    return _parameter(default, "m", meaning, 0.0, 1e6, magnitude=True)
+
+
+def speed(default: float, meaning: str = "crank speed; negative is the other sense of rotation") -> Any:
+    """A crank speed [rad/s], of either sign."""
+    return _parameter(default, "rad/s", meaning, 1e-6, 1e6, magnitude=True)
+
+
+def mass(default: float, meaning: str) -> Any:
+    """A mass [kg]."""
+    return _parameter(default, "kg", meaning, 1e-6, 1e9)
+
+
+def inertia(default: float, meaning: str) -> Any:
+    """A moment of inertia about the centre of gravity [kg m^2]."""
+    return _parameter(default, "kg*m^2", meaning, 1e-9, 1e9)
+
+
+def gravity(meaning: str) -> Any:
+    """The acceleration of free fall [m/s^2]; zero switches it off."""
+    return _parameter(9.81, "m/s^2", meaning, 0.0, 1e3)
+
+
+def factor(default: float, meaning: str, lowest: float, highest: float) -> Any:
+    """A number without a unit."""
+    return _parameter(default, "", meaning, lowest, highest)
+
+
+def _parameter(
+    default: float, unit: str, meaning: str, lowest: float, highest: float, magnitude: bool = False
+) -> Any:
+    facts = {"unit": unit, "meaning": meaning, "lowest": lowest, "highest": highest, "magnitude": magnitude}
+    return dataclasses.field(default=default, metadata=facts)
+
+
+def parameters_of(scene_class: type) -> dict[str, Parameter]:
+    """The parameters of a scene class, in order of declaration."""
+    return {f.name: Parameter(f.name, **f.metadata) for f in dataclasses.fields(scene_class) if f.metadata}
+
+
+def check_ranges(scene: Any) -> None:
+    """Refuse values that are not finite numbers within their range.
+
+    Raises:
+        InvalidInput: names the parameter, its value and its range.
+    """
+    for parameter in parameters_of(type(scene)).values():
+        value = getattr(scene, parameter.name)
+        unit = f" {parameter.unit}" if parameter.unit else ""
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise InvalidInput(f"{parameter.name} = {value!r} is not a finite number")
+        size = abs(value) if parameter.magnitude else value
+        if not parameter.lowest <= size <= parameter.highest:
+            shown = f"|{parameter.name}|" if parameter.magnitude else parameter.name
+            raise InvalidInput(
+                f"{parameter.name} = {value:g}{unit} is out of range: "
+                f"{parameter.lowest:g} <= {shown} <= {parameter.highest:g}{unit}"
+            )

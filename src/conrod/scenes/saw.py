@@ -1,0 +1,96 @@
+"""The power hacksaw of document 002: an offset slider-crank."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
+from conrod.motion import Array, Side
+from conrod.scenes import parameters
+from conrod.scenes.rod import Derivatives, circular, combine, planar, projection
+from conrod.scenes.scene import Scene
+
+RPM = 2.0 * math.pi / 60.0  # [rad/s]
+
+
+@dataclass(frozen=True)
+class Saw(Scene):
+    """Power hacksaw, document 002, section 3 and its MATLAB listing (r2 = crank, r3 = rod, r1 - r5 = offset).
+
+    Frame: the slider C is at (0, 0) for crank angle 0 and moves along x, y up; the shaft is at
+    (sqrt(l^2 - e^2) - r, -e) and the crank pin at the shaft + r (cos t, sin t). M is the middle of the connecting
+    rod and its centre of gravity. The document gives no masses; these are conrod's. SI throughout.
+    """
+
+    kind: ClassVar[str] = "saw"
+    title: ClassVar[str] = "Power hacksaw (offset slider-crank)"
+    source: ClassVar[str] = "document 002 (kinematic simulation of a power hacksaw by complex numbers), section 3"
+    output: ClassVar[str] = "C"
+
+    crank: float = parameters.length(0.1, "crank, shaft to crank pin")
+    rod: float = parameters.length(0.3, "connecting rod, crank pin to slider")
+    offset: float = parameters.offset(0.09, "height of the slide above the shaft")
+    speed: float = parameters.speed(40.0 * RPM)
+    crank_mass: float = parameters.mass(4.0, "crank disc, balanced about the shaft")
+    crank_inertia: float = parameters.inertia(0.02, "crank disc, about the shaft")
+    rod_mass: float = parameters.mass(1.5, "connecting rod, centre of gravity at M")
+    rod_inertia: float = parameters.inertia(0.01125, "connecting rod, about M")
+    slider_mass: float = parameters.mass(6.0, "slider with saw blade")
+    gravity: float = parameters.gravity("acceleration of free fall, across the slide (-y)")
+
+    def _check_geometry(self) -> None:
+        if not self.crank + abs(self.offset) < self.rod:
+            raise InvalidInput(
+                f"crank + |offset| = {self.crank + abs(self.offset):g} m is too long for the crank to turn fully: "
+                f"it must be less than rod = {self.rod:g} m"
+            )
+
+    @property
+    def shaft(self) -> tuple[float, float]:
+        """Place of the shaft [m]."""
+        return (math.sqrt((self.rod - self.offset) * (self.rod + self.offset)) - self.crank, -self.offset)
+
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, Derivatives]:
+        # Document 002, listing: posisiC = r2 cos t + r3 cos(theta3b) + s0, with r3 sin(theta3) = r1 - r5 - r2 sin t.
+        along, up = circular(self.crank, np.sin(angle), np.cos(angle))
+        one = (np.ones_like(angle), *(np.zeros_like(angle),) * 3)
+        shaft_x, shaft_y = self.shaft
+        pin_x, pin_y = combine((1.0, along), (shaft_x, one)), combine((1.0, up), (shaft_y, one))
+        slider_x = combine((1.0, pin_x), (-1.0, projection(self.rod, pin_y)))
+        return {
+            "C": planar(slider_x, combine((0.0, one))),
+            "M": planar(combine((0.5, pin_x), (0.5, slider_x)), combine((0.5, pin_y))),
+        }
+
+    def mechanism(self) -> Mechanism:
+        """Ground, crank disc, connecting rod and slider; crank pin and slider pin as revolute joints."""
+        middle = (self.rod / 2.0, 0.0)
+        rod_turn = math.atan2(self.offset, -(self.shaft[0] + self.crank))
+        return Mechanism(
+            name=self.kind,
+            bodies=(
+                Body("crank", self.crank_mass, self.crank_inertia),
+                Body("rod", self.rod_mass, self.rod_inertia, middle),
+                Body("slider", self.slider_mass, self.slider_mass * self.crank**2),
+            ),
+            joints=(
+                Revolute("shaft", GROUND, "crank", self.shaft, (0.0, 0.0)),
+                Revolute("crank-pin", "crank", "rod", (self.crank, 0.0), (0.0, 0.0)),
+                Revolute("slider-pin", "rod", "slider", (self.rod, 0.0), (0.0, 0.0)),
+                Prismatic("slide", GROUND, "slider", (0.0, 0.0), (0.0, 0.0), direction=0.0),
+            ),
+            driver=Driver("shaft"),
+            poses={
+                "crank": (*self.shaft, 0.0),
+                "rod": (self.shaft[0] + self.crank, -self.offset, rod_turn),
+                "slider": (0.0, 0.0, 0.0),
+            },
+            observed=(ObservedPoint("C", "slider"), ObservedPoint("M", "rod", middle)),
+            gravity=(0.0, -self.gravity),
+        )

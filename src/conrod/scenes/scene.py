@@ -1,0 +1,140 @@
+"""What every scene with a closed form offers."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from conrod.kinematics import Kinematics
+from conrod.mechanism import Mechanism
+from conrod.motion import Array, Break, Motion, PointMotion, Side, point_motion
+from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
+
+# Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
+# (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.
+SAMPLES_PER_TURN = 7200
+
+
+@dataclasses.dataclass(frozen=True)
+class Scene(ABC):
+    """A mechanism with parameters, masses and an exact motion in closed form.
+
+    Attributes:
+        speed: crank speed [rad/s]; the crank angle is speed x time.
+    """
+
+    kind: ClassVar[str]
+    title: ClassVar[str]
+    source: ClassVar[str]  # document and what was taken from it
+    output: ClassVar[str]  # the observed point that does the machine's work
+
+    speed: float
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        self._check_geometry()
+
+    @abstractmethod
+    def _check_geometry(self) -> None:
+        """Refuse what cannot be assembled or cannot turn fully; raises InvalidInput."""
+
+    @abstractmethod
+    def mechanism(self) -> Mechanism:
+        """The declarative description that the generic reference and the engines are made from."""
+
+    @abstractmethod
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, tuple[Array, Array, Array, Array]]:
+        """Closed form: x, x', x'', x''' by the crank angle of every observed point, each (T, 2) [m]."""
+
+    def break_angles(self) -> tuple[float, ...]:
+        """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
+        return ()
+
+    # -- motion ------------------------------------------------------------------------------------------------
+
+    def motion(
+        self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right"
+    ) -> Motion:
+        """Exact motion of all observed points.
+
+        Args:
+            angle: crank angles (T,) [rad].
+            speed: crank speed [rad/s], a number or (T,).
+            acceleration: crank angular acceleration [rad/s^2], constant in time where jerk is asked for.
+            side: which limit to take where the acceleration jumps, seen along increasing crank angle.
+        """
+        theta = np.atleast_1d(np.asarray(angle, dtype=float))
+        w, a = np.broadcast_to(speed, theta.shape), np.broadcast_to(acceleration, theta.shape)
+        points = self._angle_derivatives(theta, side)
+        return Motion(theta, {name: point_motion(d, w, a) for name, d in points.items()})
+
+    def reference(self, times: ArrayLike, side: Side = "right") -> Motion:
+        """Exact motion at times (T,) [s] at constant speed; `side` is seen along increasing time."""
+        backward: Side = "left" if side == "right" else "right"
+        seen = side if self.speed > 0 else backward
+        return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)
+
+    def breaks(self) -> tuple[Break, ...]:
+        """Where acceleration or jerk jump at constant speed, with the values on both sides."""
+        if not self.break_angles():
+            return ()
+        angles = np.array(self.break_angles())
+        left = self.motion(angles, self.speed, side="left")
+        right = self.motion(angles, self.speed, side="right")
+        return tuple(
+            _break(angle, name, i, left.point(name), right.point(name))
+            for i, angle in enumerate(angles)
+            for name in right.points
+        )
+
+    # -- facts -------------------------------------------------------------------------------------------------
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution [s]."""
+        return 2.0 * np.pi / abs(self.speed)
+
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        """Values of all parameters, SI."""
+        return {name: getattr(self, name) for name in parameters_of(type(self))}
+
+    @classmethod
+    def parameter_facts(cls) -> dict[str, Parameter]:
+        """Unit, meaning and range of all parameters."""
+        return parameters_of(cls)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """The generic reference, computed from the mechanism."""
+        return Kinematics(self.mechanism())
+
+    @cached_property
+    def lengths(self) -> dict[str, float]:
+        """L [m] of each observed point: the largest distance between two of its exact positions.
+
+        The normalising length of the errors (architecture.md, 'Errors have names').
+        """
+        turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES_PER_TURN, endpoint=False)
+        return {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
+
+
+def _break(angle: float, name: str, i: int, left: PointMotion, right: PointMotion) -> Break:
+    return Break(float(angle), name, left.acceleration[i], right.acceleration[i], left.jerk[i], right.jerk[i])
+
+
+def diameter(points: Array) -> float:
+    """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
+
+    The largest width over directions equals the diameter of a set; 1440 directions miss it by at most
+    1 - cos(pi / 2880) = 6e-7.
+    """
+    directions = np.linspace(0.0, np.pi, 1440, endpoint=False)
+    along = points @ np.vstack([np.cos(directions), np.sin(directions)])
+    return float(np.ptp(along, axis=0).max())
