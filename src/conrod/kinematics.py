@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.joint_equations import active_arcs, joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism import GROUND, Mechanism
+from conrod.mechanism import GROUND, CamContact, Joint, Mechanism
 from conrod.motion import BREAK_WIDTH, Array, Motion, Side, point_motion
 
 MOTION_ORDER = 3  # position to jerk
@@ -53,7 +53,7 @@ class Kinematics:
         start = np.array([mechanism.poses[body.name] for body in mechanism.bodies], dtype=float)
         # Newton works on lengths in units of the mechanism's size, so that its tolerance fits mm and km alike.
         self.size = float(np.abs(start[:, :2]).max()) or 1.0
-        self._start = start.reshape(1, -1)
+        self._approximate = start.reshape(1, -1)
 
     # -- poses -------------------------------------------------------------------------------------------------
 
@@ -86,7 +86,25 @@ class Kinematics:
     @cached_property
     def assembled_branch(self) -> float:
         """The branch that the start poses picked, +1 or -1."""
-        return float(self.branch(self.poses(np.zeros(1)))[0])
+        return float(self.branch(self.start)[0])
+
+    def conditioning(self, poses: Array) -> Array:
+        """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom."""
+        return np.asarray(np.linalg.svd(self._scaled(self.jacobian(poses)), compute_uv=False)[:, -1])
+
+    @cached_property
+    def start(self) -> Array:
+        """Exact poses at crank angle 0; (1, 3 n)."""
+        return self._newton(self._approximate, np.zeros(1))
+
+    @cached_property
+    def travel(self) -> float:
+        """The largest distance [m] that an observed point moves in a turn; the size of a linkage that cannot turn."""
+        try:
+            points = self.point_derivatives([self._nodes.poses])
+        except InvalidInput:
+            return self.size
+        return max(float(np.hypot(*np.ptp(p[0], axis=0))) for p in points.values())
 
     # -- observed points ---------------------------------------------------------------------------------------
 
@@ -128,6 +146,11 @@ class Kinematics:
                 row += 1
         matrix[:, row, 3 * self._crank + 2] = 1.0
         return matrix
+
+    @staticmethod
+    def equations_of(joint: Joint) -> int:
+        """Number of equations of a joint: two for a lower pair, one for a higher one."""
+        return 1 if isinstance(joint, CamContact) else 2
 
     def _residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Array]:
         """Taylor coefficients of all equations, each (T, 3 n)."""
@@ -181,7 +204,7 @@ class Kinematics:
     def _nodes(self) -> _Nodes:
         """One full turn, walked in small steps so that the branch of the start poses is kept."""
         angles = np.linspace(0.0, 2.0 * np.pi, NODES_PER_TURN + 1)
-        poses = [self._newton(self._start, angles[:1])]
+        poses = [self.start]
         slopes = []
         for previous, following in zip(angles[:-1], angles[1:], strict=True):
             slopes.append(self._slope(poses[-1], previous))

@@ -1,0 +1,92 @@
+"""What every engine offers to conrod."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from conrod.kinematics import Kinematics
+from conrod.motion import Array
+from conrod.trajectory import Settings, Trajectory
+
+AnySettings = TypeVar("AnySettings", bound=Settings)
+
+
+class Machine(Protocol):
+    """What an engine needs to know of a scene: the mechanism with its solver, and the speed it is driven at."""
+
+    @property
+    def speed(self) -> float:
+        """Crank speed [rad/s]."""
+        ...
+
+    @property
+    def kinematics(self) -> Kinematics:
+        """The mechanism, with exact poses to start from."""
+        ...
+
+
+@dataclass(frozen=True)
+class ExpectedError:
+    """Largest errors that the engine's own laws allow, normalised as errors are; None where there is no law.
+
+    Attributes:
+        position, velocity, acceleration: bounds on the max norm.
+        velocity_rms: bound on the rms norm, where the max norm has none.
+        law: where the bounds come from, for the report.
+    """
+
+    position: float | None
+    velocity: float | None
+    acceleration: float | None
+    velocity_rms: float | None = None
+    law: str = ""
+
+
+@dataclass(frozen=True)
+class KinematicResult:
+    """Kinematic mode: the engine's own constraints solved at prescribed crank angles.
+
+    Attributes:
+        poses: of all bodies, stacked as in `Mechanism.bodies`.
+        points: of each observed point position (T, 2) [m] and velocity (T, 2) [m/s], by the engine's account; the
+            velocity is None where the engine has none without stepping in time.
+        shape_error: bound on the position error that the collision shape itself has, None without contact.
+    """
+
+    angle: Array  # (T,) [rad]
+    poses: Array  # (T, 3 n)
+    points: Mapping[str, tuple[Array, Array | None]]
+    shape_error: float | None = None  # [m]
+
+
+class Engine(ABC, Generic[AnySettings]):
+    """One physics engine: its presets, its translator and its two modes."""
+
+    name: str
+    presets: Mapping[str, Callable[..., AnySettings]]  # (machine, steps_per_revolution) -> settings
+
+    @property
+    @abstractmethod
+    def version(self) -> str:
+        """Version of the installed engine."""
+
+    @abstractmethod
+    def supports(self, machine: Machine, preset: str) -> str | None:
+        """None, or the reason why this preset cannot be used on this machine."""
+
+    @abstractmethod
+    def run(
+        self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0
+    ) -> Trajectory:
+        """Dynamic mode: real time stepping at constant crank speed, sampled at every step."""
+
+    @abstractmethod
+    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
+        """Kinematic mode at the given crank angles [rad]."""
+
+    @abstractmethod
+    def expected_error(self, machine: Machine, settings: AnySettings) -> ExpectedError:
+        """Bounds on the errors of a run, derived from the engine's documented laws and the exact motion."""

@@ -1,0 +1,79 @@
+"""The exact motion of a cam's follower, as the laws of contact need it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.engines.cam_polygon import CamPolygon
+from conrod.engines.engine import Machine
+from conrod.joint_equations import active_arcs, pose_jets
+from conrod.mechanism import CamContact
+from conrod.motion import Array
+from conrod.reactions import reactions
+
+SAMPLES = 7200
+
+
+@dataclass(frozen=True)
+class FollowerMotion:
+    """One turn of a translating follower; arrays are (T,).
+
+    Attributes:
+        lift: travel of the roller's centre [m].
+        distance: of the roller's centre from the shaft [m].
+        acceleration: along the slide [m/s^2], at the machine's speed.
+        cosine: of the pressure angle, between contact normal and slide.
+        force: contact force [N] in the exact motion, positive where it presses.
+        arcs: index of the active arc.
+    """
+
+    contact: CamContact
+    lift: float
+    distance: Array
+    acceleration: Array
+    cosine: Array
+    force: Array
+    arcs: Array
+
+    @classmethod
+    def of(cls, machine: Machine) -> FollowerMotion:
+        """The motion of the machine's first cam contact."""
+        kinematics = machine.kinematics
+        contact = kinematics.mechanism.cam_contacts[0]
+        angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+        poses, first, second = kinematics.derivatives(angles, 2)
+        cam, follower = (3 * kinematics.mechanism.body_index[name] for name in (contact.a, contact.b))
+        row = sum(
+            kinematics.equations_of(j)
+            for j in kinematics.mechanism.joints[: kinematics.mechanism.joints.index(contact)]
+        )
+        normal = kinematics.jacobian(poses)[:, row, follower : follower + 2]
+        way = poses[:, follower : follower + 2]
+        path = way[np.argmax(np.linalg.norm(way - way[0], axis=1))] - way[0]
+        along = path / np.linalg.norm(path)
+        return cls(
+            contact=contact,
+            lift=float(np.ptp(way @ along)),
+            distance=np.linalg.norm(way - poses[:, cam : cam + 2], axis=1),
+            acceleration=second[:, follower : follower + 2] @ along * machine.speed**2,
+            cosine=normal @ along,
+            force=reactions(kinematics, angles, machine.speed).joints[contact.name][:, 0],
+            arcs=active_arcs(contact, pose_jets(kinematics.mechanism, [poses])),
+        )
+
+    def facet_rate_rms(self, polygon: CamPolygon) -> float:
+        """Root mean square error [m/rad] of the lift's slope on facets instead of arcs.
+
+        A facet's normal is off the arc's by up to half the turn from facet to facet, evenly spread, which the
+        follower sees as an error of its pressure angle: distance x off / cos^2.
+        """
+        return float(np.sqrt(np.mean(self._corners(polygon) ** 2 / 12.0)))
+
+    def largest_corner(self, polygon: CamPolygon) -> float:
+        """Largest jump [m/rad] of the lift's slope from one facet to the next."""
+        return float(self._corners(polygon).max())
+
+    def _corners(self, polygon: CamPolygon) -> Array:
+        return self.distance * np.array(polygon.facet_turns)[self.arcs] / self.cosine**2

@@ -1,0 +1,93 @@
+"""Dynamic mode: MuJoCo steps, conrod records. Nothing is written into the engine after the start."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from mujoco import rollout
+
+from conrod.engines.engine import Machine
+from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.motion import Array
+from conrod.outcome import Verdict, judge
+from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
+
+STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+
+
+def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float) -> Trajectory:
+    """One run at constant crank speed, sampled at every step."""
+    made = build(machine, settings)
+    steps = round(settings.steps_per_revolution * revolutions)
+    times, states, sensors = _roll(made, machine, settings, steps, start_angle)
+    bodies, points = _tracks(made, machine, settings, times, states, sensors)
+    verdict = _reset_by_engine(states, settings) or judge(machine.kinematics, bodies, machine.speed)
+    return Trajectory(
+        engine="mujoco",
+        engine_version=mujoco.__version__,
+        settings=settings,
+        speed=machine.speed,
+        revolutions=revolutions,
+        outcome=verdict.outcome,
+        reason=verdict.reason,
+        points=points,
+        bodies=bodies,
+    )
+
+
+def _roll(
+    made: Build, machine: Machine, settings: MuJoCoSettings, steps: int, start_angle: float
+) -> tuple[Array, Array, Array]:
+    """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
+    model, data = made.model, mujoco.MjData(made.model)
+    data.qpos[:], data.qvel[:] = made.start_state(machine, start_angle)
+    start = np.empty(mujoco.mj_stateSize(model, STATE))
+    mujoco.mj_getState(model, data, start, STATE)
+    # After a step, sensor data belongs to the instant before it: one step more than needed gives the last sample its
+    # sensors, and pairs sensors[k] with the state before step k.
+    following, sensors = rollout.rollout(model, [data], start[None], nstep=steps + 1)
+    states = np.vstack([start, following[0][:-1]])
+    # Time from the step index: a clock that sums its steps drifts.
+    times = start_angle / machine.speed + settings.timestep * np.arange(steps + 1)
+    return times, states, sensors[0]
+
+
+def _tracks(
+    made: Build, machine: Machine, settings: MuJoCoSettings, times: Array, states: Array, sensors: Array
+) -> tuple[BodyTracks, dict[str, PointTracks]]:
+    nq, nv = made.model.nq, made.model.nv
+    coordinates, rates = states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv]
+    mechanism = made.tree.mechanism
+    crank = made.crank_dof
+    turn = made.sensor(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
+    instants = Instants(times, coordinates[:, crank], rates[:, crank], mechanism.driver.sense * turn)
+    poses, speeds = made.forward(coordinates, rates)
+    # An accelerometer's reading: a body at rest reads the reaction to its weight, so gravity is put back.
+    fall = made.model.opt.gravity[:2]
+    accelerations = np.empty_like(poses)
+    for i, body in enumerate(mechanism.bodies):
+        accelerations[:, 3 * i : 3 * i + 2] = made.sensor(sensors, f"{body.name}.acceleration")[:, :2] + fall
+        accelerations[:, 3 * i + 2] = made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2]
+    bodies = BodyStates(instants, poses, speeds, accelerations)
+    points = {
+        p.name: PointTracks(
+            Track(instants, made.sensor(sensors, f"{p.name}.position")[:, :2]),
+            Track(instants, made.sensor(sensors, f"{p.name}.velocity")[:, :2]),
+            Track(instants, made.sensor(sensors, f"{p.name}.acceleration")[:, :2] + fall),
+        )
+        for p in mechanism.observed
+    }
+    return BodyTracks(bodies, bodies, bodies), points
+
+
+def _reset_by_engine(states: Array, settings: MuJoCoSettings) -> Verdict | None:
+    """MuJoCo's own reset: a finite state at rest, whose clock started again."""
+    clock = states[:, 0]
+    if not np.all(np.isfinite(clock)):
+        return None
+    expected = settings.timestep * np.arange(len(clock))
+    off = np.abs(clock - expected) > 0.5 * settings.timestep
+    if not off.any():
+        return None
+    return Verdict(Outcome.RESET, f"the engine's clock jumped back at step {int(np.argmax(off))}")

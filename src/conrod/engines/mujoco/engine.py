@@ -1,0 +1,41 @@
+"""MuJoCo, as one of conrod's engines."""
+
+from __future__ import annotations
+
+import mujoco
+
+from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
+from conrod.engines.mujoco import dynamics, kinematic, law
+from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
+from conrod.motion import Array
+from conrod.trajectory import Trajectory
+
+
+class MuJoCo(Engine[MuJoCoSettings]):
+    """MuJoCo by way of MJCF."""
+
+    name = "mujoco"
+    presets = PRESETS
+
+    @property
+    def version(self) -> str:
+        return str(mujoco.__version__)
+
+    def supports(self, machine: Machine, preset: str) -> str | None:
+        if preset == "hardened" and machine.kinematics.mechanism.cam_contacts:
+            return "hardening does not apply to contact"
+        return None
+
+    def run(
+        self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
+    ) -> Trajectory:
+        return dynamics.run(machine, settings, revolutions, start_angle)
+
+    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
+        return kinematic.solve(machine, MuJoCoSettings.tuned(machine, 1000), angle)
+
+    def expected_error(self, machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
+        return law.expected_error(machine, settings)
+
+
+ENGINE = MuJoCo()

@@ -1,0 +1,96 @@
+"""Kinematic mode: MuJoCo's own constraints as a position and velocity solver at prescribed crank angles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.law import shape_error
+from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.mechanism import CamContact
+from conrod.motion import Array
+
+NEWTON_STEPS = 20
+
+
+def solve(machine: Machine, settings: MuJoCoSettings, angle: Array) -> KinematicResult:
+    """The crank held at each angle, the rest placed by the engine's own equations."""
+    made = build(machine, replace(settings, hardening=None))
+    data = mujoco.MjData(made.model)
+    contacts = made.tree.mechanism.cam_contacts
+    rows = []
+    for theta in angle:
+        data.qpos[made.crank_dof] = theta
+        if contacts:
+            _place_follower(made, data, contacts[0])
+        else:
+            _close_loops(made, data)
+        mujoco.mj_forward(made.model, data)
+        rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
+        data.qvel[made.crank_dof] = machine.speed
+        if not contacts:
+            _close_rates(made, data, machine.speed)
+            mujoco.mj_forward(made.model, data)
+            rows[-1] = (data.qpos.copy(), data.qvel.copy(), data.sensordata.copy())
+    coordinates, rates, sensors = (np.array(column) for column in zip(*rows, strict=True))
+    poses, _ = made.forward(coordinates, rates)
+    points = {
+        p.name: (
+            made.sensor(sensors, f"{p.name}.position")[:, :2],
+            None if contacts else made.sensor(sensors, f"{p.name}.velocity")[:, :2],
+        )
+        for p in made.tree.mechanism.observed
+    }
+    error = shape_error(machine, settings) if contacts else None
+    return KinematicResult(angle, poses, points, error)
+
+
+def _free(made: Build) -> Array:
+    """Indices of the coordinates that are not the crank's."""
+    return np.array([i for i in range(made.model.nv) if i != made.crank_dof])
+
+
+def _jacobian(made: Build, data: mujoco.MjData) -> Array:
+    return np.asarray(data.efc_J).reshape(-1, made.model.nv)[: data.nefc]
+
+
+def _close_loops(made: Build, data: mujoco.MjData) -> None:
+    """Newton iteration on the engine's own constraint violation and Jacobian."""
+    free = _free(made)
+    for _ in range(NEWTON_STEPS):
+        mujoco.mj_fwdPosition(made.model, data)
+        step = np.linalg.lstsq(_jacobian(made, data)[:, free], data.efc_pos[: data.nefc], rcond=None)[0]
+        data.qpos[free] -= step
+        if np.abs(step).max() < 1e-15:
+            break
+
+
+def _close_rates(made: Build, data: mujoco.MjData, speed: float) -> None:
+    """Rates that the engine's constraint Jacobian leaves at the crank's speed."""
+    free = _free(made)
+    jacobian = _jacobian(made, data)
+    data.qvel[free] = np.linalg.lstsq(jacobian[:, free], -jacobian[:, made.crank_dof] * speed, rcond=None)[0]
+
+
+def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> None:
+    """The follower where the engine's own distance of cam and roller is zero (secant iteration)."""
+    cam, roller = made.model.geom(f"{contact.a}.profile").id, made.model.geom(f"{contact.b}.roller").id
+    slide = int(_free(made)[0])
+
+    def gap(position: float) -> float:
+        data.qpos[slide] = position
+        mujoco.mj_kinematics(made.model, data)
+        return float(mujoco.mj_geomDistance(made.model, data, cam, roller, 1.0, None))
+
+    here = float(data.qpos[slide])
+    there = here + 1e-4 * contact.roller_radius
+    gap_here, gap_there = gap(here), gap(there)
+    for _ in range(NEWTON_STEPS):
+        if abs(gap_there) < 1e-13 or gap_there == gap_here:
+            break
+        here, there = there, there - gap_there * (there - here) / (gap_there - gap_here)
+        gap_here, gap_there = gap_there, gap(there)

@@ -1,0 +1,160 @@
+"""How far MuJoCo must be off, by its documented constraint model and its integrator: bounds before any run.
+
+Constraint model (MuJoCo documentation, Computation, 'Constraint model'): a constraint of force f keeps the residual
+acceleration a = -2/(d tc) v - d/(d tc)^2 x - R f, with R = (1 - d)/d A and A the compiled inverse weight. Near rest
+the gap is therefore x = (1 - d) A f tc^2, with f the joint's reaction in the exact motion; it appears within a few tc
+after a start that was closed, which takes a rate of x / (e tc) and an acceleration of x / tc^2.
+
+Integrator: RK4's local error is at most (73/720) h^5 times derivatives of the motion (Lotkin, 1951). A critically
+damped closure answers a steady defect in velocity with 2 tc of it, one in acceleration with tc^2. Where tc is a few
+steps the closure is stiff, and RK4 loses order (Hairer and Wanner, Solving Ordinary Differential Equations II,
+section IV.15): its stages leave the curve by h^2 x''/8, and the closure pulls at that. How much stays is read off the
+scalar equation y'' = x'' - 2/tc (y' - x') - (y - x)/tc^2 with x = t^2/2, one RK4 step after the other.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from conrod.engines.cam_polygon import cam_polygon
+from conrod.engines.engine import ExpectedError, Machine
+from conrod.engines.follower import FollowerMotion
+from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.smoothness import SAMPLES, largest_derivatives, rounding
+from conrod.kinematics import Kinematics
+from conrod.motion import Array
+from conrod.reactions import reactions
+
+RK4_LOCAL = 73.0 / 720.0
+# Where s'' jumps, the contact overshoots its quasi-static sinking; seen: by 1 to 6 per cent, over 25 cams.
+JUMP_OVERSHOOT = 1.1
+CONTACT_LAW = (
+    "contact sinking d tc^2 [s''(1 - h/(d tc)) + (1 - d)/d (s'' + g)/cos^2(pressure angle)], jumps of speed at"
+    " the polygon's corners, and half a sagitta of it / cos(pressure angle)"
+)
+LAW = "regularisation (1 - d) A f tc^2 of the exact reactions; RK4's local error (Lotkin) and loss of order at stiff tc"
+
+
+def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
+    """Bounds for RK4 with a constant impedance; none for other settings."""
+    if machine.kinematics.mechanism.cam_contacts:
+        return _contact_error(machine, settings)
+    if settings.integrator != "RK4" or settings.solimp[0] != settings.solimp[1] or not settings.solref[1] == 1.0:
+        return ExpectedError(None, None, None)
+    softness = regularisation_error(machine, settings)
+    constant = abs(machine.speed) * settings.solref[0]
+    step = 2.0 * math.pi / settings.steps_per_revolution
+    sizes = largest_derivatives(machine.kinematics, 8)
+    floor = rounding(machine.kinematics, 2 * settings.steps_per_revolution)
+    yielding = (softness, softness / (math.e * constant) + softness, softness / constant**2 + softness)
+    integration = [
+        RK4_LOCAL * step**4 * (2.0 * constant * sizes[k + 5] + constant**2 * sizes[k + 6]) for k in range(3)
+    ]
+    reduction = order_reduction(constant / step)
+    stiff = [sizes[2] * reduction[k] * step ** (2 - k) for k in range(3)]
+    bounds = [y + i + s + floor for y, i, s in zip(yielding, integration, stiff, strict=True)]
+    return ExpectedError(*bounds, law=LAW)
+
+
+def order_reduction(constant: float) -> tuple[float, float, float]:
+    """What RK4 leaves on the scalar closure equation with x'' = 1, h = 1: largest position, rate, acceleration error.
+
+    Args:
+        constant: time constant of the closure in steps.
+    """
+    damping, stiffness = 2.0 / constant, 1.0 / constant**2
+
+    def slope(time: float, gap: tuple[float, float]) -> tuple[float, float]:
+        return gap[1], 1.0 - damping * (gap[1] - time) - stiffness * (gap[0] - 0.5 * time**2)
+
+    def moved(state: tuple[float, float], rate: tuple[float, float], by: float) -> tuple[float, float]:
+        return state[0] + by * rate[0], state[1] + by * rate[1]
+
+    # The closure's own coordinate is followed as an offset from the step's start, to keep its digits.
+    offset, largest = (0.0, 0.0), [0.0, 0.0, 0.0]
+    for _ in range(int(20 * constant) + 20):
+        a = slope(0.0, offset)
+        b = slope(0.5, moved(offset, a, 0.5))
+        c = slope(0.5, moved(offset, b, 0.5))
+        d = slope(1.0, moved(offset, c, 1.0))
+        for k, error in enumerate((offset[0], offset[1], a[1] - 1.0)):
+            largest[k] = max(largest[k], abs(error))
+        end = [offset[k] + (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]) / 6.0 for k in (0, 1)]
+        # Time and x start anew: x = t^2/2 looks the same from every point of itself, but for its own slope.
+        offset = (end[0] - 0.5, end[1] - 1.0)
+    return largest[0], largest[1], largest[2]
+
+
+def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
+    """Largest position error of an observed point, over its L, from the loops' giving way to their reactions."""
+    kinematics = machine.kinematics
+    made = build(machine, settings)
+    angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+    forces = reactions(kinematics, angles, machine.speed).joints
+    gaps = np.zeros((len(angles), 3 * len(kinematics.mechanism.bodies)))
+    row = 0
+    for joint in kinematics.mechanism.joints:
+        rows = kinematics.equations_of(joint)
+        if joint in made.tree.cuts:
+            gaps[:, row : row + rows] = compliance(made, joint.name, settings) * forces[joint.name]
+        row += rows
+    return _largest_point_error(kinematics, angles, gaps)
+
+
+def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:
+    """Gap per force [m/N] of a loop closure near rest: (1 - d) A tc^2."""
+    equality = made.model.equality(closure)
+    sites = (int(made.model.eq_obj1id[equality.id]), int(made.model.eq_obj2id[equality.id]))
+    weight = sum(float(made.model.body_invweight0[made.model.site_bodyid[site], 0]) for site in sites)
+    return (1.0 - settings.solimp[0]) * weight * settings.solref[0] ** 2
+
+
+def _largest_point_error(kinematics: Kinematics, angles: Array, gaps: Array) -> float:
+    """Gaps carried through the Jacobian of the joint equations to the observed points."""
+    poses = kinematics.poses(angles)
+    shifts = np.linalg.solve(kinematics.jacobian(poses), gaps[:, :, None])[:, :, 0]
+    exact = kinematics.point_derivatives([poses])
+    moved = kinematics.point_derivatives([poses, shifts])
+    return max(
+        float(np.linalg.norm(moved[name][1], axis=1).max()) / float(np.hypot(*np.ptp(exact[name][0], axis=0)))
+        for name in exact
+    )
+
+
+def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
+    """Bounds for a contact of constant impedance, time constant in steps, under Euler."""
+    impedance, stiffest = settings.contact_solimp[:2]
+    if impedance != stiffest or settings.integrator != "Euler" or settings.contact_solref[1] != 1.0:
+        return ExpectedError(None, None, None)
+    follower = FollowerMotion.of(machine)
+    h, constant = settings.timestep, settings.contact_solref[0]
+    mass = machine.kinematics.mechanism.body(follower.contact.b).mass
+    # The contact has no term for the cam's curvature, so it lags by s''; the force it carries is mass (s'' + g).
+    lag = follower.acceleration * (1.0 - h / (impedance * constant))
+    give = (1.0 - impedance) / impedance * follower.force / (mass * follower.cosine)
+    sinking = impedance * constant**2 * float(np.abs(lag + give).max())
+    shape = shape_error(machine, settings)
+    polygon = cam_polygon(follower.contact.profile, settings.cam_vertices)
+    # At every corner of the polygon the follower's speed jumps; a critically damped contact gives v tc / e to that.
+    corner = abs(machine.speed) * follower.largest_corner(polygon) * impedance * constant / math.e
+    unit = abs(machine.speed) * follower.lift
+    # Semi-implicit Euler's velocity is the difference of the last two positions, half a step old.
+    stale = h * float(np.abs(follower.acceleration).max())
+    return ExpectedError(
+        (JUMP_OVERSHOOT * sinking + corner + shape) / follower.lift,
+        None,
+        None,
+        velocity_rms=stale / unit + follower.facet_rate_rms(polygon) / follower.lift,
+        law=CONTACT_LAW,
+    )
+
+
+def shape_error(machine: Machine, settings: MuJoCoSettings) -> float:
+    """Largest error of the lift [m] that the collision mesh has, held still: facets, and single precision."""
+    follower = FollowerMotion.of(machine)
+    polygon = cam_polygon(follower.contact.profile, settings.cam_vertices)
+    single = float(np.finfo(np.float32).eps) * float(np.abs(polygon.vertices).max())
+    return (polygon.error + single) / float(follower.cosine.min())

@@ -1,0 +1,72 @@
+"""The compiled model of a machine, and its start state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from conrod.engines.engine import Machine
+from conrod.engines.mujoco.hardening import harden
+from conrod.engines.mujoco.mjcf import mjcf
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.tree import Tree, spanning_tree
+from conrod.motion import Array
+
+Edit = Callable[[mujoco.MjModel], None]
+
+
+@dataclass(frozen=True)
+class Build:
+    """A compiled model with the tree that its coordinates belong to."""
+
+    tree: Tree
+    model: mujoco.MjModel
+
+    @property
+    def crank_dof(self) -> int:
+        """Index of the crank's joint coordinate."""
+        return int(self.model.joint("crank").dofadr[0])
+
+    @property
+    def order(self) -> list[int]:
+        """Index in the tree's branches of each joint coordinate of the model."""
+        names = [
+            "crank" if b.joint.name == self.tree.mechanism.driver.joint else b.joint.name for b in self.tree.branches
+        ]
+        return [names.index(self.model.joint(i).name) for i in range(self.model.njnt)]
+
+    def start_state(self, machine: Machine, angle: float) -> tuple[Array, Array]:
+        """Joint coordinates and rates of the exact motion at a crank angle."""
+        poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
+        return self.coordinates(poses)[0], self.rates(poses, slopes * machine.speed)[0]
+
+    def coordinates(self, poses: Array) -> Array:
+        """Model coordinates (T, nv) of poses (T, 3 n)."""
+        return self.tree.coordinates(poses)[:, self.order]
+
+    def rates(self, poses: Array, rates: Array) -> Array:
+        """Model rates (T, nv) of rates of the poses (T, 3 n); a joint's rate is linear in them."""
+        return self.tree.rates(poses, rates)[:, self.order]
+
+    def forward(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
+        """Poses and their rates (T, 3 n) of model coordinates and rates (T, nv)."""
+        inverse = np.argsort(self.order)
+        return self.tree.forward(coordinates[:, inverse], rates[:, inverse])
+
+    def sensor(self, data: Array, name: str) -> Array:
+        """Columns x and y (or the one column) of a sensor in an array of sensor data (T, nsensordata)."""
+        sensor = self.model.sensor(name)
+        return data[:, sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
+
+
+def build(machine: Machine, settings: MuJoCoSettings) -> Build:
+    """Translate and compile; hardened where the settings say so."""
+    kinematics = machine.kinematics
+    tree = spanning_tree(kinematics.mechanism, kinematics.start[0])
+    model = mujoco.MjModel.from_xml_string(mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}"))
+    if settings.hardening is not None:
+        harden(model, settings.hardening)
+    return Build(tree, model)

@@ -1,0 +1,109 @@
+"""Settings of a MuJoCo run and the presets: one rule in period and step for all machines. Imports no engine."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from conrod.engines.engine import Machine
+from conrod.engines.mujoco.hardening import HARDENING
+
+STOCK_SOLREF = (0.02, 1.0)
+STOCK_SOLIMP = (0.9, 0.95, 0.001, 0.5, 2.0)
+# The stiffest impedance that MuJoCo admits (mjMAXIMP), constant over the violation.
+STIFF_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+CONTACT_SOLIMP = (0.9, 0.9, 0.001, 0.5, 2.0)
+
+
+@dataclass(frozen=True)
+class MuJoCoSettings:
+    """What a MuJoCo run is made with; the names are MuJoCo's own where it has one. SI."""
+
+    engine: ClassVar[str] = "mujoco"
+
+    preset: str
+    steps_per_revolution: int
+    timestep: float  # [s]
+    integrator: str = "Euler"
+    solver: str = "Newton"
+    iterations: int = 100
+    # Scaled by the mean inertia: with the drive's armature any other value ends the solver before its first iteration.
+    tolerance: float = 0.0
+    solref: tuple[float, float] = STOCK_SOLREF  # of the loop closures: time constant [s], damping ratio
+    solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP  # of the loop closures
+    hardening: float | None = None  # factor on the inverse weights that regularisation is scaled by
+    gravity: bool = True
+    armature: float = 1e13  # flywheel of the drive [kg m^2]; see `flywheel`
+    autoreset: bool = False
+    contact_solref: tuple[float, float] = STOCK_SOLREF
+    contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
+    cam_vertices: int = 4000
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in dataclasses.asdict(self).items()}
+
+    @classmethod
+    def stock(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+        """MuJoCo's defaults plus the drive (and the solver tolerance of 0 that the drive forces)."""
+        return cls(
+            "stock", steps_per_revolution, timestep(machine, steps_per_revolution), armature=flywheel(machine)
+        )
+
+    @classmethod
+    def tuned(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+        """The best that MJCF can express.
+
+        Loops: RK4, stiffest impedance, time constant of four steps. Contact is not smooth, so it gains nothing from
+        RK4: Euler, time constant of two steps (the least that MuJoCo admits) and an impedance of 0.9, because a
+        stiffer contact (0.99) chatters.
+        """
+        h = timestep(machine, steps_per_revolution)
+        stock = cls.stock(machine, steps_per_revolution)
+        contact = bool(machine.kinematics.mechanism.cam_contacts)
+        return replace(
+            stock,
+            preset="tuned",
+            integrator="Euler" if contact else "RK4",
+            solref=(4.0 * h, 1.0),
+            solimp=STIFF_SOLIMP,
+            contact_solref=(2.0 * h, 1.0),
+            contact_solimp=CONTACT_SOLIMP,
+        )
+
+    @classmethod
+    def hardened(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+        """Regularisation removed after compiling; stabilisation slow, a tenth of the period, whatever the step."""
+        slow = 0.1 * timestep(machine, 1)
+        tuned = cls.tuned(machine, steps_per_revolution)
+        return replace(tuned, preset="hardened", solref=(slow, 1.0), hardening=HARDENING)
+
+
+def timestep(machine: Machine, steps_per_revolution: int) -> float:
+    """Time step [s] that divides a revolution into so many."""
+    return 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
+
+
+def flywheel(machine: Machine) -> float:
+    """Armature [kg m^2] that keeps the crank at its speed, a power of ten.
+
+    The ripple of the rate is (energy exchanged in a turn) / (armature x speed^2). All links moving with the largest
+    velocity of an observed point, and falling through its whole travel, exchange more than any turn does; the
+    armature bounds the ripple by 1e-13 of that.
+    """
+    kinematics = machine.kinematics
+    mass = sum(body.mass for body in kinematics.mechanism.bodies)
+    weight = mass * math.hypot(*kinematics.mechanism.gravity)
+    weight += sum(math.hypot(*force.force) for force in kinematics.mechanism.forces)
+    kinetic = mass * kinematics.travel**2
+    potential = weight * kinematics.travel / machine.speed**2
+    return 10.0 ** math.ceil(math.log10(1e13 * (kinetic + potential)))
+
+
+PRESETS = {
+    "stock": MuJoCoSettings.stock,
+    "tuned": MuJoCoSettings.tuned,
+    "hardened": MuJoCoSettings.hardened,
+}

@@ -1,0 +1,39 @@
+"""pymunk (Chipmunk2D), as one of conrod's engines."""
+
+from __future__ import annotations
+
+import pymunk
+
+from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
+from conrod.engines.pymunk import dynamics, kinematic, law
+from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
+from conrod.motion import Array
+from conrod.trajectory import Trajectory
+
+
+class Pymunk(Engine[PymunkSettings]):
+    """pymunk by way of its `Space`."""
+
+    name = "pymunk"
+    presets = PRESETS
+
+    @property
+    def version(self) -> str:
+        return str(pymunk.version)
+
+    def supports(self, machine: Machine, preset: str) -> str | None:
+        return None
+
+    def run(
+        self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
+    ) -> Trajectory:
+        return dynamics.run(machine, settings, revolutions, start_angle)
+
+    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
+        return kinematic.solve(machine, PymunkSettings.tuned(machine, 1000), angle)
+
+    def expected_error(self, machine: Machine, settings: PymunkSettings) -> ExpectedError:
+        return law.expected_error(machine, settings)
+
+
+ENGINE = Pymunk()

@@ -1,0 +1,106 @@
+"""Kinematic mode: pymunk's own joints as a position and velocity solver at prescribed crank angles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pymunk
+
+from conrod.engines.pymunk.law import shape_error
+from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.pymunk.dynamics import body_states, observed_points
+from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.space import Build, build
+from conrod.mechanism import CamContact
+from conrod.motion import Array
+
+# With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
+STEP = 1e-6  # [s]
+NEWTON_STEPS = 12
+ITERATIONS = 2000
+SECANT_STEPS = 20
+# A Newton step this small [m, rad] is rounding.
+DONE = 1e-16
+
+
+def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> KinematicResult:
+    """The crank held at each angle, the rest placed by the engine's own joints (or its distance query)."""
+    still = replace(settings, iterations=ITERATIONS, gravity=False, error_bias=0.0)
+    made = build(machine, still)
+    contacts = made.mechanism.cam_contacts
+    rows = []
+    for theta in angle:
+        turn = made.mechanism.crank_turn(float(theta))
+        if contacts:
+            rows.append(_place_follower(made, contacts[0], turn))
+        else:
+            rows.append(_close_joints(made, turn, made.mechanism.driver.sense * machine.speed))
+    centres, rates = (np.array(column) for column in zip(*rows, strict=True))
+    poses, speeds = body_states(made.mechanism, centres, rates)
+    positions, velocities = observed_points(made.mechanism, poses, speeds)
+    points = {name: (positions[name], None if contacts else velocities[name]) for name in positions}
+    error = shape_error(machine, settings) if contacts else None
+    return KinematicResult(angle, poses, points, error)
+
+
+def _close_joints(made: Build, turn: float, spin: float) -> tuple[Array, Array]:
+    """Centres of gravity and their rates (3 n,) with the crank at a turn [rad] and a spin [rad/s]."""
+    _set_bias(made, 0.0)
+    made.crank.angular_velocity = 0.0
+    made.crank.angle = turn
+    for _ in range(NEWTON_STEPS):
+        for body in made.bodies:
+            body.velocity = (0.0, 0.0)
+            body.angular_velocity = 0.0
+        before = _centres(made)
+        made.space.step(STEP)  # finds the velocities that close the joints
+        made.space.step(STEP)  # moves by them
+        if np.abs(_centres(made) - before).max() < DONE:
+            break
+    centres = _centres(made)
+    # One more solve, of the velocities alone: no correction, and the crank set back so that it arrives at `turn`.
+    _set_bias(made, 1.0)
+    for body in made.bodies:
+        body.velocity = (0.0, 0.0)
+        body.angular_velocity = 0.0
+    made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
+    made.space.step(STEP)
+    return centres, _rates(made)
+
+
+def _set_bias(made: Build, error_bias: float) -> None:
+    for constraint in made.space.constraints:
+        constraint.error_bias = error_bias
+
+
+def _centres(made: Build) -> Array:
+    return np.array([value for body in made.bodies for value in (*body.position, body.angle)])
+
+
+def _rates(made: Build) -> Array:
+    return np.array([value for body in made.bodies for value in (*body.velocity, body.angular_velocity)])
+
+
+def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Array, Array]:
+    """The follower where the engine's own distance of cam and roller is zero (secant iteration along the slide)."""
+    made.crank.angle = turn
+    made.space.reindex_shapes_for_body(made.crank)
+    follower = made.bodies[made.mechanism.body_index[contact.b]]
+    start = follower.position
+    slide = next(j for j in made.mechanism.joints if j.b == contact.b and j is not contact)
+    along = pymunk.Vec2d(1.0, 0.0).rotated(slide.direction)  # type: ignore[union-attr]
+
+    def gap(way: float) -> float:
+        centre = start + along * way
+        return min(shape.point_query(centre).distance for shape in made.crank.shapes) - contact.roller_radius
+
+    here, there = 0.0, 1e-4 * contact.roller_radius
+    gap_here, gap_there = gap(here), gap(there)
+    for _ in range(SECANT_STEPS):
+        if abs(gap_there) < 1e-15 or gap_there == gap_here:
+            break
+        here, there = there, there - gap_there * (there - here) / (gap_there - gap_here)
+        gap_here, gap_there = gap_there, gap(there)
+    follower.position = start + along * there
+    return _centres(made), np.zeros(3 * len(made.bodies))

@@ -1,0 +1,60 @@
+"""How far pymunk must be off, by its own scheme: bounds from the step and the exact motion.
+
+With full correction (error_bias = 0), x_(n+1) = x_n + h v_n, where v_n fits the joints' equations linearised at x_n.
+Expanding both gives a position that runs behind the exact one by h^2 x'' / 2 (primes: by the crank angle, h the step
+in crank angle). The velocity, the difference of two positions, belongs to the middle of the step:
+h^2 x''' (1/24 - 1/2); the acceleration, the difference of two velocities: h^2 x'''' (1/12 - 1/2).
+
+On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
+step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed
+of g h. The rounded polygon's own error comes on top, by the pressure angle's cosine.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from conrod.engines.engine import ExpectedError, Machine
+from conrod.engines.follower import FollowerMotion
+from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
+from conrod.engines.pymunk.space import rounded_polygon
+from conrod.engines.smoothness import largest_derivatives, rounding
+
+LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)
+CONTACT_LAW = "one step's free fall, (g + |s''|/2) h^2, and half a sagitta of the polygon / cos(pressure angle)"
+LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the exact motion, and the next term in h"
+
+
+def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
+    """Bounds for full correction; none where a share of the error is left at each step."""
+    if settings.error_bias > 0.0:
+        return ExpectedError(None, None, None)
+    if machine.kinematics.mechanism.cam_contacts:
+        return _contact_error(machine, settings)
+    step = 2.0 * math.pi / settings.steps_per_revolution
+    sizes = largest_derivatives(machine.kinematics, 5)
+    floor = rounding(machine.kinematics, settings.steps_per_revolution)
+    bounds = [
+        lag * step**2 * (sizes[k + 2] + step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(LAGS)
+    ]
+    return ExpectedError(*bounds, law=LAW)
+
+
+def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
+    follower = FollowerMotion.of(machine)
+    fall, h = follower_fall(machine.kinematics.mechanism), settings.timestep
+    drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2
+    polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
+    position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
+    unit = abs(machine.speed) * follower.lift
+    velocity = fall * h / unit + follower.facet_rate_rms(polygon) / follower.lift
+    return ExpectedError(position, None, None, velocity_rms=velocity, law=CONTACT_LAW)
+
+
+def shape_error(machine: Machine, settings: PymunkSettings) -> float:
+    """Largest error of the lift [m] that the collision shape has, held still."""
+    follower = FollowerMotion.of(machine)
+    polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
+    return polygon.error / float(follower.cosine.min())

@@ -1,0 +1,67 @@
+"""Settings of a pymunk run and the presets: one rule in period and step for all machines. Imports no engine."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from conrod.engines.engine import Machine
+from conrod.mechanism import Mechanism
+
+# Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
+STOCK_BIAS = (1.0 - 0.1) ** 60
+
+
+@dataclass(frozen=True)
+class PymunkSettings:
+    """What a pymunk run is made with; the names are pymunk's own where it has one. SI."""
+
+    engine: ClassVar[str] = "pymunk"
+
+    preset: str
+    steps_per_revolution: int
+    timestep: float  # [s]
+    iterations: int = 10
+    error_bias: float = STOCK_BIAS  # of the joints: share of an error left after a second
+    collision_bias: float = STOCK_BIAS  # of contacts, likewise
+    collision_slop: float = 0.1  # [m], overlap that contacts may keep
+    gravity: bool = True
+    cam_vertices: int = 4000
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def stock(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
+        """pymunk's defaults."""
+        step = 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
+        return cls("stock", steps_per_revolution, step)
+
+    @classmethod
+    def tuned(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
+        """Full correction of joints and contacts at every step, and enough iterations for order 2.
+
+        A contact may keep half the overlap that the follower, released, would fall into in one step: without any
+        it is thrown out at every step and bounces; with more it is not the fall that limits it.
+        """
+        stock = cls.stock(machine, steps_per_revolution)
+        slop = 0.5 * follower_fall(machine.kinematics.mechanism) * stock.timestep**2
+        return replace(
+            stock, preset="tuned", iterations=200, error_bias=0.0, collision_bias=0.0, collision_slop=slop
+        )
+
+
+def follower_fall(mechanism: Mechanism) -> float:
+    """Acceleration [m/s^2] that a cam's follower has when it is released; 0 without contact."""
+    falls = [0.0]
+    for contact in mechanism.cam_contacts:
+        mass = mechanism.body(contact.b).mass
+        push = [f.force for f in mechanism.forces if f.body == contact.b] or [(0.0, 0.0)]
+        falls.append(math.hypot(mechanism.gravity[0] + push[0][0] / mass, mechanism.gravity[1] + push[0][1] / mass))
+    return max(falls)
+
+
+PRESETS = {"stock": PymunkSettings.stock, "tuned": PymunkSettings.tuned}

@@ -1,0 +1,26 @@
+"""How fast the exact motion changes: what every truncation error is proportional to."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from conrod.kinematics import Kinematics
+
+SAMPLES = 720
+
+
+def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:
+    """Largest k-th derivative by the crank angle of any observed point, over its L; k = 0..order."""
+    angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+    points = kinematics.point_derivatives(kinematics.derivatives(angles, order))
+    sizes = [0.0] * (order + 1)
+    for derivatives in points.values():
+        length = float(np.hypot(*np.ptp(derivatives[0], axis=0)))
+        for k, values in enumerate(derivatives):
+            sizes[k] = max(sizes[k], float(np.linalg.norm(values, axis=1).max()) / length)
+    return sizes
+
+
+def rounding(kinematics: Kinematics, steps: int) -> float:
+    """Bound on the position error, over L, that rounding alone can sum up to in so many steps."""
+    return float(np.finfo(float).eps) * steps * max(1.0, kinematics.size / kinematics.travel)

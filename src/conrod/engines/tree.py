@@ -1,0 +1,174 @@
+"""A spanning tree of a mechanism: the joint coordinates that engines with reduced coordinates use.
+
+All slides go into the tree and pins are cut where a loop closes, because a cut pin is what engines close best. Every
+joint coordinate is zero in the start pose.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.mechanism import GROUND, CamContact, Mechanism, Prismatic, Revolute
+from conrod.motion import Array
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A body with the joint that carries it."""
+
+    joint: Revolute | Prismatic
+    parent: str
+    child: str
+    sense: int  # +1: the coordinate grows as the child turns counter-clockwise (moves along the slide's direction)
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Branches, parents first, and the pins that close the loops."""
+
+    mechanism: Mechanism
+    branches: tuple[Branch, ...]
+    cuts: tuple[Revolute, ...]
+    start: Array  # (3 n,) exact poses at crank angle 0
+
+    def coordinates(self, poses: Array) -> Array:
+        """Joint coordinates (T, nv) of poses (T, 3 n)."""
+        columns = []
+        for branch in self.branches:
+            turn, along = self._relative(branch, poses)
+            turn0, along0 = self._relative(branch, self.start[None])
+            value = turn - turn0 if isinstance(branch.joint, Revolute) else along - along0
+            columns.append(branch.sense * value)
+        return np.column_stack(columns)
+
+    def _relative(self, branch: Branch, poses: Array) -> tuple[Array, Array]:
+        """Turn of the child against its parent, and the way along the slide."""
+        parent, child = self._pose(branch.parent, poses), self._pose(branch.child, poses)
+        turn = child[:, 2] - parent[:, 2]
+        if isinstance(branch.joint, Revolute):
+            return turn, np.zeros(len(poses))
+        direction = self.slide_direction(branch) + parent[:, 2]
+        way = child[:, :2] - parent[:, :2]
+        return turn, way[:, 0] * np.cos(direction) + way[:, 1] * np.sin(direction)
+
+    def slide_direction(self, branch: Branch) -> float:
+        """Direction [rad] of a slide in the frame of the parent."""
+        joint = branch.joint
+        assert isinstance(joint, Prismatic)
+        return joint.direction if branch.child == joint.b else joint.direction + math.pi - joint.angle
+
+    def _pose(self, body: str, poses: Array) -> Array:
+        if body == GROUND:
+            return np.zeros((len(poses), 3))
+        i = self.mechanism.body_index[body]
+        return poses[:, 3 * i : 3 * i + 3]
+
+    def rates(self, poses: Array, rates: Array) -> Array:
+        """Joint rates (T, nv) of rates (T, 3 n) of the poses (T, 3 n)."""
+        columns = []
+        for branch in self.branches:
+            parent, child = self._pose(branch.parent, poses), self._pose(branch.child, poses)
+            parent_rate, child_rate = self._pose(branch.parent, rates), self._pose(branch.child, rates)
+            if isinstance(branch.joint, Revolute):
+                value = child_rate[:, 2] - parent_rate[:, 2]
+            else:
+                direction = self.slide_direction(branch) + parent[:, 2]
+                carried = _cross(parent_rate[:, 2], child[:, :2] - parent[:, :2])
+                sliding = child_rate[:, :2] - parent_rate[:, :2] - carried
+                value = sliding[:, 0] * np.cos(direction) + sliding[:, 1] * np.sin(direction)
+            columns.append(branch.sense * value)
+        return np.column_stack(columns)
+
+    def forward(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
+        """Poses and their rates (T, 3 n) from joint coordinates and joint rates (T, nv)."""
+        samples = len(coordinates)
+        poses, speeds = np.zeros((samples, len(self.start))), np.zeros((samples, len(self.start)))
+        for k, branch in enumerate(self.branches):
+            i = self.mechanism.body_index[branch.child]
+            pose, speed = self._carried(branch, poses, speeds, coordinates[:, k], rates[:, k])
+            poses[:, 3 * i : 3 * i + 3], speeds[:, 3 * i : 3 * i + 3] = pose, speed
+        return poses, speeds
+
+    def _carried(self, branch: Branch, poses: Array, speeds: Array, q: Array, v: Array) -> tuple[Array, Array]:
+        """Pose and rates of a branch's child, from those of its parent and the joint's coordinate."""
+        parent, rate = self._pose(branch.parent, poses), self._pose(branch.parent, speeds)
+        first, second = self.start_pose(branch.parent), self.start_pose(branch.child)
+        q, v = branch.sense * q, branch.sense * v
+        if isinstance(branch.joint, Revolute):
+            on_parent, on_child = self.pin_points(branch)
+            phi = second[2] - first[2] + parent[:, 2] + q
+            arm, out = _turned(on_parent, parent[:, 2]), _turned(on_child, phi)
+            spin = rate[:, 2] + v
+            place = parent[:, :2] + arm - out
+            drift = rate[:, :2] + _cross(rate[:, 2], arm) - _cross(spin, out)
+            return np.column_stack([place, phi]), np.column_stack([drift, spin])
+        direction = self.slide_direction(branch)
+        offset = _turned_back(second[:2] - first[:2], first[2])
+        away = offset + q[:, None] * np.array([math.cos(direction), math.sin(direction)])
+        arm = _turned_rows(away, parent[:, 2])
+        along = np.column_stack([np.cos(direction + parent[:, 2]), np.sin(direction + parent[:, 2])])
+        place = parent[:, :2] + arm
+        drift = rate[:, :2] + _cross(rate[:, 2], arm) + v[:, None] * along
+        return np.column_stack([place, parent[:, 2] + second[2] - first[2]]), np.column_stack([drift, rate[:, 2]])
+
+    def start_pose(self, body: str) -> Array:
+        """Pose (3,) of a body at crank angle 0."""
+        return self._pose(body, self.start[None])[0]
+
+    def pin_points(self, branch: Branch) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The pin's point on the parent and on the child."""
+        joint = branch.joint
+        assert isinstance(joint, Revolute)
+        return (joint.point_a, joint.point_b) if branch.child == joint.b else (joint.point_b, joint.point_a)
+
+
+
+def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
+    """The tree of a mechanism, grown from the ground; slides first, then pins in order of declaration.
+
+    Raises:
+        InvalidInput: slides alone close a loop, or a body hangs on nothing.
+    """
+    branches: list[Branch] = []
+    cuts: list[Revolute] = []
+    waiting: list[Revolute | Prismatic] = [j for j in mechanism.joints if not isinstance(j, CamContact)]
+    waiting.sort(key=lambda joint: isinstance(joint, Revolute))
+    held = {GROUND}
+    while waiting:
+        joint = next((j for j in waiting if j.a in held or j.b in held), None)
+        if joint is None:
+            raise InvalidInput(f"{mechanism.name}: joint {waiting[0].name!r} is not connected to the ground")
+        waiting.remove(joint)
+        if joint.a in held and joint.b in held:
+            if isinstance(joint, Prismatic):
+                raise InvalidInput(f"{mechanism.name}: slide {joint.name!r} closes a loop of slides")
+            cuts.append(joint)
+            continue
+        parent, child = (joint.a, joint.b) if joint.a in held else (joint.b, joint.a)
+        sense = mechanism.driver.sense if joint.name == mechanism.driver.joint else 1
+        branches.append(Branch(joint, parent, child, sense))
+        held.add(child)
+    return Tree(mechanism, tuple(branches), tuple(cuts), start)
+
+
+def _turned(local: tuple[float, float], angle: Array) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([c * local[0] - s * local[1], s * local[0] + c * local[1]])
+
+
+def _turned_rows(local: Array, angle: Array) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]])
+
+
+def _turned_back(world: Array, angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([c * world[0] + s * world[1], c * world[1] - s * world[0]])
+
+
+def _cross(spin: Array, arm: Array) -> Array:
+    return np.column_stack([-spin * arm[:, 1], spin * arm[:, 0]])

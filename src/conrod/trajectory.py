@@ -1,0 +1,133 @@
+"""What an engine did: sampled motion, each quantity with the instants it belongs to, and how the run ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Protocol
+
+from conrod.motion import Array
+
+
+class Outcome(Enum):
+    """How a run ended; the members' texts are for people."""
+
+    COMPLETED = ("completed", "ran to its end")
+    DIVERGED = ("diverged", "a state is not finite")
+    EXPLODED = ("exploded", "finite, but far out of reach of the mechanism")
+    RESET = ("reset", "the engine put the state back by itself")
+    FLIPPED = ("flipped", "closed, but on the other assembly branch")
+    LOCKED = ("locked", "the crank stopped where the linkage cannot go on")
+    OPENED = ("opened", "a joint came apart")
+    LOST_CONTACT = ("lost-contact", "the follower left the cam")
+    TUNNELLED = ("tunnelled", "the roller's centre is inside the cam")
+    STALLED = ("stalled", "the drive did not keep its speed")
+    CRASHED = ("crashed", "the process ended abnormally")
+    TIMED_OUT = ("timed-out", "the run took longer than its limit")
+    OUT_OF_MEMORY = ("out-of-memory", "the run needed more memory than its limit")
+    UNSUPPORTED = ("unsupported", "the engine or the preset cannot do this")
+
+    def __init__(self, slug: str, meaning: str) -> None:
+        self.slug = slug
+        self.meaning = meaning
+
+    @classmethod
+    def of(cls, slug: str) -> Outcome:
+        """The member of a slug; KeyError if there is none."""
+        return {member.slug: member for member in cls}[slug]
+
+
+@dataclass(frozen=True)
+class Instants:
+    """When samples were taken and where the crank was then, by the engine's own account; each (T,)."""
+
+    times: Array  # [s]
+    angle: Array  # [rad], the crank angle in the document's sense
+    rate: Array  # [rad/s]
+    acceleration: Array  # [rad/s^2]
+
+    def __getitem__(self, keep: slice | Array) -> Instants:
+        return Instants(self.times[keep], self.angle[keep], self.rate[keep], self.acceleration[keep])
+
+
+@dataclass(frozen=True)
+class Track:
+    """One quantity of one point, with the instants that its values belong to."""
+
+    instants: Instants
+    values: Array  # (T, 2), SI
+
+
+@dataclass(frozen=True)
+class PointTracks:
+    """Measured motion of one observed point."""
+
+    position: Track
+    velocity: Track
+    acceleration: Track
+
+
+@dataclass(frozen=True)
+class BodyStates:
+    """States of all bodies at the same instants; (T, 3 n) [m, m, rad], stacked as in `Mechanism.bodies`."""
+
+    instants: Instants
+    poses: Array
+    rates: Array
+    accelerations: Array
+
+
+@dataclass(frozen=True)
+class BodyTracks:
+    """States of the bodies at the instants that positions, velocities and accelerations belong to.
+
+    Where an engine gives the three at one instant they are one object. A state holds all three quantities; those
+    that do not belong to its instants are what the comparison of the other one needs, second-order accurate.
+    """
+
+    position: BodyStates
+    velocity: BodyStates
+    acceleration: BodyStates
+
+
+class Settings(Protocol):
+    """What an engine's settings offer to the rest of conrod."""
+
+    @property
+    def engine(self) -> str:
+        """Name in the table of engines."""
+        ...
+
+    @property
+    def preset(self) -> str:
+        """Name of the preset they come from, or 'custom'."""
+        ...
+
+    @property
+    def steps_per_revolution(self) -> int:
+        """Time steps in one turn of the crank."""
+        ...
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        ...
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A run, sampled at every step.
+
+    An outcome other than completed has no samples to compare: `points` and `bodies` are then what was recorded,
+    for inspection only.
+    """
+
+    engine: str
+    engine_version: str
+    settings: Settings
+    speed: float  # [rad/s], nominal
+    revolutions: float
+    outcome: Outcome
+    reason: str  # details of the outcome, empty when completed
+    points: Mapping[str, PointTracks]
+    bodies: BodyTracks | None
