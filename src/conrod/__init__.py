@@ -1,1 +1,56 @@
-"""conrod."""
+"""conrod: physics engines, cross-validated against mechanisms whose motion is known exactly.
+
+from conrod import MuJoCoSettings, Saw, compare, run
+
+saw = Saw(speed=52.36)
+trajectory = run(saw, MuJoCoSettings.hardened(saw, steps_per_revolution=500), revolutions=2)
+print(compare(trajectory, saw).worst("position"))
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from conrod.compare import Comparison, compare
+    from conrod.engines.mujoco.hardening import harden
+    from conrod.engines.mujoco.settings import MuJoCoSettings
+    from conrod.engines.pymunk.settings import PymunkSettings
+    from conrod.errors import InvalidInput
+    from conrod.kinematics import Kinematics
+    from conrod.mechanism import Mechanism
+    from conrod.run import run
+    from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
+    from conrod.trajectory import Outcome, Trajectory
+
+__version__ = version("conrod")
+
+# Where each public name lives: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
+_HOMES = {
+    "Comparison": "conrod.compare",
+    "compare": "conrod.compare",
+    "harden": "conrod.engines.mujoco.hardening",
+    "MuJoCoSettings": "conrod.engines.mujoco.settings",
+    "PymunkSettings": "conrod.engines.pymunk.settings",
+    "InvalidInput": "conrod.errors",
+    "Kinematics": "conrod.kinematics",
+    "Mechanism": "conrod.mechanism",
+    "run": "conrod.run",
+    "SCENES": "conrod.scenes",
+    "CamFollower": "conrod.scenes",
+    "Saw": "conrod.scenes",
+    "Scene": "conrod.scenes",
+    "ShearPress": "conrod.scenes",
+    "Outcome": "conrod.trajectory",
+    "Trajectory": "conrod.trajectory",
+}
+
+__all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - the names are strings
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'conrod' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)

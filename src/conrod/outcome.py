@@ -87,7 +87,9 @@ def _contact(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdic
         lost = gap > LOST_GAP * kinematics.travel
         if lost.any():
             angle = float(np.degrees(bodies.position.instants.angle[int(np.argmax(lost))]))
-            return Verdict(Outcome.LOST_CONTACT, f"{joint.name}: gap up to {gap.max():.3g} m, first near {angle:.1f} deg")
+            return Verdict(
+                Outcome.LOST_CONTACT, f"{joint.name}: gap up to {gap.max():.3g} m, first near {angle:.1f} deg"
+            )
     return None
 
 

@@ -78,9 +78,7 @@ class Engine(ABC, Generic[AnySettings]):
         """None, or the reason why this preset cannot be used on this machine."""
 
     @abstractmethod
-    def run(
-        self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0
-    ) -> Trajectory:
+    def run(self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0) -> Trajectory:
         """Dynamic mode: real time stepping at constant crank speed, sampled at every step."""
 
     @abstractmethod

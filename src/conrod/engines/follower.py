@@ -63,13 +63,22 @@ class FollowerMotion:
             arcs=active_arcs(contact, pose_jets(kinematics.mechanism, [poses])),
         )
 
-    def facet_rate_rms(self, polygon: CamPolygon) -> float:
+    def facet_slope_rms(self, polygon: CamPolygon) -> float:
         """Root mean square error [m/rad] of the lift's slope on facets instead of arcs.
 
         A facet's normal is off the arc's by up to half the turn from facet to facet, evenly spread, which the
         follower sees as an error of its pressure angle: distance x off / cos^2.
         """
         return float(np.sqrt(np.mean(self._corners(polygon) ** 2 / 12.0)))
+
+    def corner_slope_rms(self, polygon: CamPolygon, settling: float) -> float:
+        """Root mean square error [m/rad] of the slope while the follower settles after each corner.
+
+        Args:
+            settling: crank angle [rad] in which a jump of the slope dies away.
+        """
+        share = np.minimum(1.0, settling / np.array(polygon.facet_turns))[self.arcs]
+        return float(np.sqrt(np.mean(self._corners(polygon) ** 2 * share)))
 
     def largest_corner(self, polygon: CamPolygon) -> float:
         """Largest jump [m/rad] of the lift's slope from one facet to the next."""

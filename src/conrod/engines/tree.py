@@ -126,7 +126,6 @@ class Tree:
         return (joint.point_a, joint.point_b) if branch.child == joint.b else (joint.point_b, joint.point_a)
 
 
-
 def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
     """The tree of a mechanism, grown from the ground; slides first, then pins in order of declaration.
 

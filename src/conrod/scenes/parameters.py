@@ -57,9 +57,7 @@ def factor(default: float, meaning: str, lowest: float, highest: float) -> Any:
     return _parameter(default, "", meaning, lowest, highest)
 
 
-def _parameter(
-    default: float, unit: str, meaning: str, lowest: float, highest: float, magnitude: bool = False
-) -> Any:
+def _parameter(default: float, unit: str, meaning: str, lowest: float, highest: float, magnitude: bool = False) -> Any:
     facts = {"unit": unit, "meaning": meaning, "lowest": lowest, "highest": highest, "magnitude": magnitude}
     return dataclasses.field(default=default, metadata=facts)
 

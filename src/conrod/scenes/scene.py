@@ -58,9 +58,7 @@ class Scene(ABC):
 
     # -- motion ------------------------------------------------------------------------------------------------
 
-    def motion(
-        self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right"
-    ) -> Motion:
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
         """Exact motion of all observed points.
 
         Args:

@@ -50,9 +50,7 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     sizes = largest_derivatives(machine.kinematics, 8)
     floor = rounding(machine.kinematics, 2 * settings.steps_per_revolution)
     yielding = (softness, softness / (math.e * constant) + softness, softness / constant**2 + softness)
-    integration = [
-        RK4_LOCAL * step**4 * (2.0 * constant * sizes[k + 5] + constant**2 * sizes[k + 6]) for k in range(3)
-    ]
+    integration = [RK4_LOCAL * step**4 * (2.0 * constant * sizes[k + 5] + constant**2 * sizes[k + 6]) for k in range(3)]
     reduction = order_reduction(constant / step)
     stiff = [sizes[2] * reduction[k] * step ** (2 - k) for k in range(3)]
     bounds = [y + i + s + floor for y, i, s in zip(yielding, integration, stiff, strict=True)]
@@ -138,16 +136,18 @@ def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     sinking = impedance * constant**2 * float(np.abs(lag + give).max())
     shape = shape_error(machine, settings)
     polygon = cam_polygon(follower.contact.profile, settings.cam_vertices)
-    # At every corner of the polygon the follower's speed jumps; a critically damped contact gives v tc / e to that.
-    corner = abs(machine.speed) * follower.largest_corner(polygon) * impedance * constant / math.e
-    unit = abs(machine.speed) * follower.lift
+    # At a corner of the polygon the follower's speed jumps; a critically damped contact gives v tc / e to that. A step
+    # may take in two corners.
+    corner = 2.0 * abs(machine.speed) * follower.largest_corner(polygon) * impedance * constant / math.e
     # Semi-implicit Euler's velocity is the difference of the last two positions, half a step old.
-    stale = h * float(np.abs(follower.acceleration).max())
+    stale = h * float(np.abs(follower.acceleration).max()) / abs(machine.speed)
+    settling = follower.corner_slope_rms(polygon, abs(machine.speed) * constant / 2.0)
+    slope = math.hypot(follower.facet_slope_rms(polygon), settling) + stale
     return ExpectedError(
         (JUMP_OVERSHOOT * sinking + corner + shape) / follower.lift,
         None,
         None,
-        velocity_rms=stale / unit + follower.facet_rate_rms(polygon) / follower.lift,
+        velocity_rms=slope / follower.lift,
         law=CONTACT_LAW,
     )
 

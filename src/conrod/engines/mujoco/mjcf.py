@@ -299,7 +299,9 @@ def _add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
         pins = []
     for first, second in zip(pins[:-1], pins[1:], strict=True):
         ends = _numbers([*first, 0.0, *second, 0.0])
-        ET.SubElement(element, "geom", type="capsule", fromto=ends, size=_short(width), rgba="0.35 0.5 0.65 1", **SEEN_ONLY)
+        ET.SubElement(
+            element, "geom", type="capsule", fromto=ends, size=_short(width), rgba="0.35 0.5 0.65 1", **SEEN_ONLY
+        )
     if any(isinstance(j, Prismatic) and body in (j.a, j.b) for j in tree.mechanism.joints) and body != GROUND:
         size = " ".join(_short(v * width) for v in (3.0, 3.0, 1.5))
         ET.SubElement(element, "geom", type="box", size=size, rgba="0.6 0.6 0.6 0.6", **SEEN_ONLY)

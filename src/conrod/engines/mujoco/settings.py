@@ -48,9 +48,7 @@ class MuJoCoSettings:
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
         """MuJoCo's defaults plus the drive (and the solver tolerance of 0 that the drive forces)."""
-        return cls(
-            "stock", steps_per_revolution, timestep(machine, steps_per_revolution), armature=flywheel(machine)
-        )
+        return cls("stock", steps_per_revolution, timestep(machine, steps_per_revolution), armature=flywheel(machine))
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:

@@ -7,7 +7,8 @@ h^2 x''' (1/24 - 1/2); the acceleration, the difference of two velocities: h^2 x
 
 On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
 step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed
-of g h. The rounded polygon's own error comes on top, by the pressure angle's cosine.
+of g h. Where a corner of the polygon falls into that step, its jump of speed acts for the step. The rounded polygon's
+own error comes on top, by the pressure angle's cosine.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from conrod.engines.pymunk.space import rounded_polygon
 from conrod.engines.smoothness import largest_derivatives, rounding
 
 LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)
-CONTACT_LAW = "one step's free fall, (g + |s''|/2) h^2, and half a sagitta of the polygon / cos(pressure angle)"
+CONTACT_LAW = "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of the polygon / cos(pressure angle)"
 LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the exact motion, and the next term in h"
 
 
@@ -36,20 +37,18 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
-    bounds = [
-        lag * step**2 * (sizes[k + 2] + step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(LAGS)
-    ]
+    bounds = [lag * step**2 * (sizes[k + 2] + step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(LAGS)]
     return ExpectedError(*bounds, law=LAW)
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     follower = FollowerMotion.of(machine)
     fall, h = follower_fall(machine.kinematics.mechanism), settings.timestep
-    drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2
     polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
+    corner = abs(machine.speed) * follower.largest_corner(polygon)  # speed that a corner adds
+    drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2 + corner * h
     position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
-    unit = abs(machine.speed) * follower.lift
-    velocity = fall * h / unit + follower.facet_rate_rms(polygon) / follower.lift
+    velocity = (fall * h / abs(machine.speed) + follower.facet_slope_rms(polygon)) / follower.lift
     return ExpectedError(position, None, None, velocity_rms=velocity, law=CONTACT_LAW)
 
 

@@ -49,9 +49,7 @@ class PymunkSettings:
         """
         stock = cls.stock(machine, steps_per_revolution)
         slop = 0.5 * follower_fall(machine.kinematics.mechanism) * stock.timestep**2
-        return replace(
-            stock, preset="tuned", iterations=200, error_bias=0.0, collision_bias=0.0, collision_slop=slop
-        )
+        return replace(stock, preset="tuned", iterations=200, error_bias=0.0, collision_bias=0.0, collision_slop=slop)
 
 
 def follower_fall(mechanism: Mechanism) -> float:

@@ -84,7 +84,10 @@ def _slides_on_ground(mechanism: Mechanism, name: str) -> bool:
 def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:
     match joint:
         case Revolute():
-            pins = [_from_gravity_centre(made.mechanism, b, p) for b, p in ((joint.a, joint.point_a), (joint.b, joint.point_b))]
+            pins = [
+                _from_gravity_centre(made.mechanism, b, p)
+                for b, p in ((joint.a, joint.point_a), (joint.b, joint.point_b))
+            ]
             constraints: list[pymunk.Constraint] = [
                 pymunk.PivotJoint(_link(made, joint.a), _link(made, joint.b), pins[0], pins[1])
             ]

@@ -1,0 +1,70 @@
+"""Observed order of convergence: e = c h^p + floor (architecture.md, 'Convergence order')."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.motion import Array
+
+# An order is claimed where consecutive pairs agree this well and the error stands clear of the floor.
+PAIRS_AGREE = 0.1
+CLEAR_OF_FLOOR = 20.0
+ORDERS = np.linspace(0.05, 6.0, 1191)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Result of a refinement study.
+
+    Attributes:
+        claimed: slope over the points clear of the floor, None where it cannot be claimed.
+        pairs: order between neighbouring points, None where an error is zero.
+        floor: fitted floor, None where the fit is not determined.
+    """
+
+    claimed: float | None
+    pairs: tuple[float | None, ...]
+    floor: float | None
+
+
+def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
+    """Order from errors at increasing numbers of steps per revolution."""
+    pairs = tuple(_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1))
+    if len(steps) < 3 or min(errors) <= 0.0:
+        return Order(None, pairs, None)
+    floor = _fitted_floor(np.asarray(steps, float), np.asarray(errors, float))
+    clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
+    # The points clear of the floor are the coarse ones: a leading run.
+    count = next((k for k, i in enumerate(clear) if i != k), len(clear))
+    run = [p for p in pairs[: max(count - 1, 0)] if p is not None]
+    agree = len(run) >= 2 and all(abs(a - b) <= PAIRS_AGREE for a, b in zip(run[:-1], run[1:], strict=True))
+    if not agree:
+        return Order(None, pairs, floor)
+    slope = np.polyfit(np.log(steps[:count]), np.log(errors[:count]), 1)[0]
+    # An error that does not fall with the step is a plateau, and a plateau is a floor.
+    return Order(float(-slope) if -slope > PAIRS_AGREE else None, pairs, floor)
+
+
+def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
+    if min(errors) <= 0.0:
+        return None
+    return math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0])
+
+
+def _fitted_floor(steps: Array, errors: Array) -> float:
+    """Floor >= 0 of the best fit in relative least squares, over a fine grid of orders."""
+    best, floor = math.inf, 0.0
+    for order in ORDERS:
+        shape = (steps / steps[0]) ** -order
+        columns = np.column_stack([shape, np.ones_like(shape)]) / errors[:, None]
+        (c, f), *_ = np.linalg.lstsq(columns, np.ones_like(shape), rcond=None)
+        if f < 0.0:
+            c, f = float(columns[:, 0].sum() / (columns[:, 0] ** 2).sum()), 0.0
+        miss = float(((columns @ np.array([c, f]) - 1.0) ** 2).sum())
+        if c > 0.0 and miss < best * (1.0 - 1e-9):
+            best, floor = miss, float(f)
+    return floor
