@@ -14,30 +14,36 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from conrod.compare import Comparison, compare
-    from conrod.engines.mujoco.hardening import harden
-    from conrod.engines.mujoco.settings import MuJoCoSettings
-    from conrod.engines.pymunk.settings import PymunkSettings
-    from conrod.errors import InvalidInput
-    from conrod.kinematics import Kinematics
-    from conrod.mechanism import Mechanism
-    from conrod.run import run
-    from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
-    from conrod.trajectory import Outcome, Trajectory
+    from conrod.comparison import Comparison as Comparison
+    from conrod.comparison import compare as compare
+    from conrod.engines.mujoco.hardening import harden as harden
+    from conrod.engines.mujoco.settings import MuJoCoSettings as MuJoCoSettings
+    from conrod.engines.pymunk.settings import PymunkSettings as PymunkSettings
+    from conrod.errors import InvalidInput as InvalidInput
+    from conrod.kinematics import Kinematics as Kinematics
+    from conrod.mechanism import Mechanism as Mechanism
+    from conrod.running import run as run
+    from conrod.scenes import SCENES as SCENES
+    from conrod.scenes import CamFollower as CamFollower
+    from conrod.scenes import Saw as Saw
+    from conrod.scenes import Scene as Scene
+    from conrod.scenes import ShearPress as ShearPress
+    from conrod.trajectory import Outcome as Outcome
+    from conrod.trajectory import Trajectory as Trajectory
 
 __version__ = version("conrod")
 
 # Where each public name lives: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _HOMES = {
-    "Comparison": "conrod.compare",
-    "compare": "conrod.compare",
+    "Comparison": "conrod.comparison",
+    "compare": "conrod.comparison",
     "harden": "conrod.engines.mujoco.hardening",
     "MuJoCoSettings": "conrod.engines.mujoco.settings",
     "PymunkSettings": "conrod.engines.pymunk.settings",
     "InvalidInput": "conrod.errors",
     "Kinematics": "conrod.kinematics",
     "Mechanism": "conrod.mechanism",
-    "run": "conrod.run",
+    "run": "conrod.running",
     "SCENES": "conrod.scenes",
     "CamFollower": "conrod.scenes",
     "Saw": "conrod.scenes",
@@ -46,8 +52,6 @@ _HOMES = {
     "Outcome": "conrod.trajectory",
     "Trajectory": "conrod.trajectory",
 }
-
-__all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - the names are strings
 
 
 def __getattr__(name: str) -> Any:

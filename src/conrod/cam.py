@@ -61,7 +61,7 @@ class CamProfile:
             dx, dy = x - arc.centre[0], y - arc.centre[1]
             off = np.abs(np.remainder(np.arctan2(dy, dx) - middle + np.pi, 2.0 * np.pi) - np.pi)
             gap[i] = np.where(off <= 0.5 * arc.extent + FAN_EDGE, np.hypot(dx, dy) - arc.radius, -np.inf)
-        return np.argmax(gap, axis=0)
+        return np.asarray(np.argmax(gap, axis=0))
 
     def arc_geometry(self, index: NDArray[np.intp]) -> tuple[Array, Array, Array]:
         """Centre x, centre y and radius [m] of the arcs of the given indices."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -41,7 +42,7 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
     # The points clear of the floor are the coarse ones: a leading run.
     count = next((k for k, i in enumerate(clear) if i != k), len(clear))
     run = [p for p in pairs[: max(count - 1, 0)] if p is not None]
-    agree = len(run) >= 2 and all(abs(a - b) <= PAIRS_AGREE for a, b in zip(run[:-1], run[1:], strict=True))
+    agree = len(run) >= 2 and all(abs(a - b) <= PAIRS_AGREE for a, b in pairwise(run))
     if not agree:
         return Order(None, pairs, floor)
     slope = np.polyfit(np.log(steps[:count]), np.log(errors[:count]), 1)[0]

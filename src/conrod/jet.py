@@ -8,13 +8,13 @@ expression written once gives its value and its derivatives, to rounding.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Union
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Scalar = Union[float, Array]
+Scalar: TypeAlias = float | Array
 
 
 class Jet:

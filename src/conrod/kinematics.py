@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -206,7 +207,7 @@ class Kinematics:
         angles = np.linspace(0.0, 2.0 * np.pi, NODES_PER_TURN + 1)
         poses = [self.start]
         slopes = []
-        for previous, following in zip(angles[:-1], angles[1:], strict=True):
+        for previous, following in pairwise(angles):
             slopes.append(self._slope(poses[-1], previous))
             guess = poses[-1] + slopes[-1] * (following - previous)
             poses.append(self._newton(guess, np.array([following])))

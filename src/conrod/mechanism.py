@@ -13,8 +13,11 @@ from functools import cached_property
 from typing import TypeAlias
 
 from conrod.cam import CamProfile
+from conrod.ranges import check_number
 
 GROUND = "ground"
+MASSES = (1e-9, 1e12)  # [kg]
+INERTIAS = (1e-18, 1e24)  # [kg m^2]
 
 Point: TypeAlias = tuple[float, float]  # [m], in the frame of a body
 Pose: TypeAlias = tuple[float, float, float]  # x [m], y [m], phi [rad]
@@ -28,6 +31,11 @@ class Body:
     mass: float  # [kg]
     inertia: float  # [kg m^2], about the centre of gravity
     centre_of_gravity: Point = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        # Engines abort the interpreter, or worse do not, on masses that are no masses.
+        check_number(f"mass of {self.name}", self.mass, *MASSES, "kg")
+        check_number(f"inertia of {self.name}", self.inertia, *INERTIAS, "kg m^2")
 
 
 @dataclass(frozen=True)

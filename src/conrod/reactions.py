@@ -32,7 +32,7 @@ def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
     poses, first, second = kinematics.derivatives(angle, 2)
     right = _inertia_forces(kinematics, poses, first * speed, second * speed**2)
     transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
-    multipliers = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
+    multipliers = np.asarray(np.linalg.solve(transposed, right[:, :, None])[:, :, 0], dtype=float)
     joints, row = {}, 0
     for joint in kinematics.mechanism.joints:
         rows = kinematics.equations_of(joint)

@@ -109,6 +109,11 @@ class Settings(Protocol):
         """Time steps in one turn of the crank."""
         ...
 
+    @property
+    def timestep(self) -> float:
+        """Length of a step [s]."""
+        ...
+
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
         ...

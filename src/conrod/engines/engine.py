@@ -28,6 +28,14 @@ class Machine(Protocol):
         ...
 
 
+LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
+
+
+def default_steps(machine: Machine) -> int:
+    """Steps per revolution where nothing else is said: 1000 for linkages, ten thousand a radian for contact."""
+    return CONTACT_STEPS if machine.kinematics.mechanism.cam_contacts else LINKAGE_STEPS
+
+
 @dataclass(frozen=True)
 class ExpectedError:
     """Largest errors that the engine's own laws allow, normalised as errors are; None where there is no law.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.engines.cam_polygon import CamPolygon
 from conrod.engines.engine import Machine
@@ -35,7 +36,7 @@ class FollowerMotion:
     acceleration: Array
     cosine: Array
     force: Array
-    arcs: Array
+    arcs: NDArray[np.intp]
 
     @classmethod
     def of(cls, machine: Machine) -> FollowerMotion:
@@ -43,7 +44,7 @@ class FollowerMotion:
         kinematics = machine.kinematics
         contact = kinematics.mechanism.cam_contacts[0]
         angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
-        poses, first, second = kinematics.derivatives(angles, 2)
+        poses, _, second = kinematics.derivatives(angles, 2)
         cam, follower = (3 * kinematics.mechanism.body_index[name] for name in (contact.a, contact.b))
         row = sum(
             kinematics.equations_of(j)
@@ -85,4 +86,4 @@ class FollowerMotion:
         return float(self._corners(polygon).max())
 
     def _corners(self, polygon: CamPolygon) -> Array:
-        return self.distance * np.array(polygon.facet_turns)[self.arcs] / self.cosine**2
+        return np.asarray(self.distance * np.array(polygon.facet_turns)[self.arcs] / self.cosine**2)

@@ -65,7 +65,7 @@ class Tree:
         if body == GROUND:
             return np.zeros((len(poses), 3))
         i = self.mechanism.body_index[body]
-        return poses[:, 3 * i : 3 * i + 3]
+        return np.asarray(poses[:, 3 * i : 3 * i + 3])
 
     def rates(self, poses: Array, rates: Array) -> Array:
         """Joint rates (T, nv) of rates (T, 3 n) of the poses (T, 3 n)."""
@@ -117,7 +117,7 @@ class Tree:
 
     def start_pose(self, body: str) -> Array:
         """Pose (3,) of a body at crank angle 0."""
-        return self._pose(body, self.start[None])[0]
+        return np.asarray(self._pose(body, self.start[None])[0])
 
     def pin_points(self, branch: Branch) -> tuple[tuple[float, float], tuple[float, float]]:
         """The pin's point on the parent and on the child."""

@@ -90,7 +90,8 @@ class CamFollower(Scene):
         r, r1, c = self.base_radius, self.nose_radius, self.centre_distance
         if not abs(r1 - r) < c:
             raise InvalidInput(
-                f"centre_distance = {c:g} m gives no cam: it must exceed |base_radius - nose_radius| = {abs(r1 - r):g} m"
+                f"centre_distance = {c:g} m gives no cam: it must exceed |base_radius - nose_radius| = "
+                f"{abs(r1 - r):g} m"
             )
         least, longest = self.least_flank_radius, LONGEST_FLANK * (r + r1 + c)
         if not least - LEAST_FLANK_WIDTH <= self.flank_radius <= longest:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from conrod.errors import InvalidInput
+from conrod.ranges import check_number
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,9 @@ def factor(default: float, meaning: str, lowest: float, highest: float) -> Any:
     return _parameter(default, "", meaning, lowest, highest)
 
 
-def _parameter(default: float, unit: str, meaning: str, lowest: float, highest: float, magnitude: bool = False) -> Any:
+def _parameter(
+    default: float, unit: str, meaning: str, lowest: float, highest: float, *, magnitude: bool = False
+) -> Any:
     facts = {"unit": unit, "meaning": meaning, "lowest": lowest, "highest": highest, "magnitude": magnitude}
     return dataclasses.field(default=default, metadata=facts)
 
@@ -75,13 +77,10 @@ def check_ranges(scene: Any) -> None:
     """
     for parameter in parameters_of(type(scene)).values():
         value = getattr(scene, parameter.name)
-        unit = f" {parameter.unit}" if parameter.unit else ""
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise InvalidInput(f"{parameter.name} = {value!r} is not a finite number")
-        size = abs(value) if parameter.magnitude else value
-        if not parameter.lowest <= size <= parameter.highest:
-            shown = f"|{parameter.name}|" if parameter.magnitude else parameter.name
+        lowest = -parameter.highest if parameter.magnitude else parameter.lowest
+        check_number(parameter.name, value, lowest, parameter.highest, parameter.unit)
+        if parameter.magnitude and abs(value) < parameter.lowest:
             raise InvalidInput(
-                f"{parameter.name} = {value:g}{unit} is out of range: "
-                f"{parameter.lowest:g} <= {shown} <= {parameter.highest:g}{unit}"
+                f"{parameter.name} = {value:g} {parameter.unit} is out of range: "
+                f"{parameter.lowest:g} <= |{parameter.name}| <= {parameter.highest:g} {parameter.unit}"
             )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,9 +20,8 @@ from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
 SAMPLES_PER_TURN = 7200
 
 
-@dataclasses.dataclass(frozen=True)
 class Scene(ABC):
-    """A mechanism with parameters, masses and an exact motion in closed form.
+    """A mechanism with parameters, masses and an exact motion in closed form; its subclasses are frozen dataclasses.
 
     Attributes:
         speed: crank speed [rad/s]; the crank angle is speed x time.
@@ -102,6 +100,10 @@ class Scene(ABC):
     def parameters(self) -> dict[str, float]:
         """Values of all parameters, SI."""
         return {name: getattr(self, name) for name in parameters_of(type(self))}
+
+    def with_parameters(self, **values: float) -> Self:
+        """The same scene with other parameter values, SI; raises InvalidInput as the constructor does."""
+        return type(self)(**(self.parameters | values))
 
     @classmethod
     def parameter_facts(cls) -> dict[str, Parameter]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from conrod.compare import QUANTITIES as COMPARED
-from conrod.compare import Comparison, ErrorSeries, compare, size_of
+from conrod.comparison import QUANTITIES as COMPARED
+from conrod.comparison import Comparison, ErrorSeries, compare, size_of
 from conrod.convergence import observed_order
 from conrod.engines import Engine
-from conrod.engines.engine import KinematicResult
+from conrod.engines.engine import KinematicResult, default_steps
 from conrod.motion import Array
 from conrod.outcome import joint_gaps
 from conrod.scenes import CamFollower, Scene
@@ -25,7 +26,6 @@ JUDGED_PRESETS = ("tuned", "hardened")
 KINEMATIC_POSITION, KINEMATIC_VELOCITY = 1e-12, 1e-9
 KINEMATIC_ANGLES = 360
 
-LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
 # Refinement path: everything a preset states in steps or periods follows the step; nothing else changes.
 LINKAGE_PATH, CONTACT_PATH = (8, 4, 2, 1), (16, 8, 4, 2)
 
@@ -48,11 +48,6 @@ class Plan:
     def steps(self, scene: Scene) -> int:
         """Steps per revolution for a scene."""
         return self.steps_per_revolution or default_steps(scene)
-
-
-def default_steps(scene: Scene) -> int:
-    """1000 for linkages; for contact ten thousand a radian."""
-    return CONTACT_STEPS if _has_contact(scene) else LINKAGE_STEPS
 
 
 def _has_contact(scene: Scene) -> bool:
@@ -196,12 +191,9 @@ def _refine(scene: Scene, engine: Engine[Any], preset: str, plan: Plan, steps: i
     points = []
     for n in refinement_path(scene, steps):
         trajectory = engine.run(scene, engine.presets[preset](scene, n), plan.revolutions)
-        if trajectory.outcome is Outcome.COMPLETED:
-            found = compare(trajectory, scene)
-            sizes = [found.worst(q) for q in QUANTITIES]
-        else:
-            sizes = [None, None, None]
-        points.append(RefinementPoint(n, trajectory.outcome.slug, *sizes))
+        found = compare(trajectory, scene) if trajectory.outcome is Outcome.COMPLETED else None
+        sizes = {q: found.worst(q) if found else None for q in QUANTITIES}
+        points.append(RefinementPoint(n, trajectory.outcome.slug, **sizes))
     return tuple(points)
 
 
@@ -250,7 +242,7 @@ def _curve(track: Track, errors: ErrorSeries) -> Curve:
     turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
     keep = turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
     edges = np.linspace(0, len(angle), min(ERROR_SPANS, len(angle)) + 1).astype(int)
-    spans = list(zip(edges[:-1], edges[1:], strict=True))
+    spans = list(pairwise(edges))
     worst = np.array([errors.error[a:b].max() for a, b in spans])
     middle = np.array([errors.angle[a:b].mean() for a, b in spans])
     return Curve(angle[keep], track.values[keep], middle, worst)

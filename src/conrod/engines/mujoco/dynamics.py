@@ -50,7 +50,7 @@ def _roll(
     states = np.vstack([start, following[0][:-1]])
     # Time from the step index: a clock that sums its steps drifts.
     times = start_angle / machine.speed + settings.timestep * np.arange(steps + 1)
-    return times, states, sensors[0]
+    return np.asarray(times, dtype=float), np.asarray(states, dtype=float), np.asarray(sensors[0], dtype=float)
 
 
 def _tracks(

@@ -7,8 +7,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.law import shape_error
 from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.mechanism import CamContact

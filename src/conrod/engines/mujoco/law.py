@@ -42,7 +42,7 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     """Bounds for RK4 with a constant impedance; none for other settings."""
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
-    if settings.integrator != "RK4" or settings.solimp[0] != settings.solimp[1] or not settings.solref[1] == 1.0:
+    if settings.integrator != "RK4" or settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:
         return ExpectedError(None, None, None)
     softness = regularisation_error(machine, settings)
     constant = abs(machine.speed) * settings.solref[0]
@@ -54,7 +54,7 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     reduction = order_reduction(constant / step)
     stiff = [sizes[2] * reduction[k] * step ** (2 - k) for k in range(3)]
     bounds = [y + i + s + floor for y, i, s in zip(yielding, integration, stiff, strict=True)]
-    return ExpectedError(*bounds, law=LAW)
+    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 
 def order_reduction(constant: float) -> tuple[float, float, float]:
@@ -113,7 +113,7 @@ def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:
 def _largest_point_error(kinematics: Kinematics, angles: Array, gaps: Array) -> float:
     """Gaps carried through the Jacobian of the joint equations to the observed points."""
     poses = kinematics.poses(angles)
-    shifts = np.linalg.solve(kinematics.jacobian(poses), gaps[:, :, None])[:, :, 0]
+    shifts = np.asarray(np.linalg.solve(kinematics.jacobian(poses), gaps[:, :, None])[:, :, 0], dtype=float)
     exact = kinematics.point_derivatives([poses])
     moved = kinematics.point_derivatives([poses, shifts])
     return max(

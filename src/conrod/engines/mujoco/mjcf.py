@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,7 +24,7 @@ class Dress:
     """What a model carries for people, and a run does not: header, geoms, camera, keyframe."""
 
     header: str
-    start_rates: tuple[float, ...]  # joint rates at crank angle 0, in the order of the joints
+    start_rates: tuple[float, ...]  # joint rates at crank angle 0, one for each branch of the tree
 
 
 def mjcf(tree: Tree, settings: MuJoCoSettings, model_name: str, dress: Dress | None = None) -> str:
@@ -35,13 +36,13 @@ def mjcf(tree: Tree, settings: MuJoCoSettings, model_name: str, dress: Dress | N
     root = ET.Element("mujoco", model=model_name)
     if dress:
         root.append(ET.Comment(f"\n{dress.header}\n"))
-    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
+    _child(root, "compiler", angle="radian", autolimits="true")
     _add_option(root, tree.mechanism, settings)
     if dress:
         _add_looks(root, tree)
     for contact in tree.mechanism.cam_contacts:
         _add_cam_mesh(root, contact, settings)
-    world = ET.SubElement(root, "worldbody")
+    world = _child(root, "worldbody")
     if dress:
         _add_camera(world, tree)
     _add_children(world, GROUND, tree, settings, dress is not None)
@@ -51,9 +52,10 @@ def mjcf(tree: Tree, settings: MuJoCoSettings, model_name: str, dress: Dress | N
     _add_forces(root, tree.mechanism)
     _add_sensors(root, tree.mechanism, bodies=dress is None)
     if dress:
-        keyframe = ET.SubElement(root, "keyframe")
+        keyframe = _child(root, "keyframe")
         zero = _numbers([0.0] * len(tree.branches))
-        ET.SubElement(keyframe, "key", name="start", qpos=zero, qvel=_numbers(dress.start_rates))
+        rates = [dress.start_rates[tree.branches.index(branch)] for branch in _depth_first(tree, GROUND)]
+        _child(keyframe, "key", name="start", qpos=zero, qvel=_numbers(rates))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
@@ -68,7 +70,7 @@ def closure_sites(joint: Revolute) -> tuple[str, str]:
 
 def _add_option(root: ET.Element, mechanism: Mechanism, settings: MuJoCoSettings) -> None:
     gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
-    option = ET.SubElement(
+    option = _child(
         root,
         "option",
         timestep=_number(settings.timestep),
@@ -81,7 +83,16 @@ def _add_option(root: ET.Element, mechanism: Mechanism, settings: MuJoCoSettings
     flags = {} if settings.autoreset else {"autoreset": "disable"}
     if not mechanism.cam_contacts:
         flags["contact"] = "disable"
-    ET.SubElement(option, "flag", **flags)
+    _child(option, "flag", **flags)
+
+
+def _depth_first(tree: Tree, body: str) -> list[Branch]:
+    """Branches in the order of MuJoCo's joints: that of the text."""
+    branches = []
+    for branch in tree.branches:
+        if branch.parent == body:
+            branches += [branch, *_depth_first(tree, branch.child)]
+    return branches
 
 
 # -- bodies and joints -----------------------------------------------------------------------------------------------
@@ -106,10 +117,10 @@ def _add_body(element: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoS
     attributes = {"name": branch.child, "pos": _numbers([c * dx + s * dy, c * dy - s * dx, 0.0])}
     if abs(child[2] - parent[2]) > 1e-15:
         attributes["euler"] = _numbers([0.0, 0.0, child[2] - parent[2]])
-    body = ET.SubElement(element, "body", attributes)
+    body = _child(element, "body", **attributes)
     _add_joint(body, branch, tree, settings)
     link = tree.mechanism.body(branch.child)
-    ET.SubElement(
+    _child(
         body,
         "inertial",
         pos=_numbers([*link.centre_of_gravity, 0.0]),
@@ -123,14 +134,14 @@ def _add_joint(body: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoSet
     match branch.joint:
         case Revolute():
             driven = branch.joint.name == tree.mechanism.driver.joint
-            joint = ET.SubElement(body, "joint", name="crank" if driven else branch.joint.name, type="hinge")
+            joint = _child(body, "joint", name="crank" if driven else branch.joint.name, type="hinge")
             joint.set("axis", _numbers([0.0, 0.0, float(branch.sense)]))
             if (on_child := tree.pin_points(branch)[1]) != (0.0, 0.0):
                 joint.set("pos", _numbers([*on_child, 0.0]))
             if driven:
                 joint.set("armature", _number(settings.armature))
         case Prismatic():
-            joint = ET.SubElement(body, "joint", name=branch.joint.name, type="slide")
+            joint = _child(body, "joint", name=branch.joint.name, type="slide")
             # MuJoCo wants the axis in the child's frame.
             turn = tree.start_pose(branch.parent)[2] - tree.start_pose(branch.child)[2]
             angle = tree.slide_direction(branch) + turn
@@ -155,7 +166,7 @@ def _add_sites(element: ET.Element, body: str, tree: Tree) -> None:
 
 
 def _add_site(element: ET.Element, name: str, point: Point) -> None:
-    ET.SubElement(element, "site", name=name, pos=_numbers([*point, 0.0]))
+    _child(element, "site", name=name, pos=_numbers([*point, 0.0]))
 
 
 # -- closures and contact --------------------------------------------------------------------------------------------
@@ -164,10 +175,10 @@ def _add_site(element: ET.Element, name: str, point: Point) -> None:
 def _add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     if not tree.cuts:
         return
-    equality = ET.SubElement(root, "equality")
+    equality = _child(root, "equality")
     for joint in tree.cuts:
         first, second = closure_sites(joint)
-        ET.SubElement(
+        _child(
             equality,
             "connect",
             name=joint.name,
@@ -181,13 +192,13 @@ def _add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> Non
 def _add_cam_mesh(root: ET.Element, contact: CamContact, settings: MuJoCoSettings) -> None:
     """The cam as a convex disc with a sharp rim in the plane of motion: as exact as a prism, with half the vertices."""
     asset = root.find("asset")
-    asset = ET.SubElement(root, "asset") if asset is None else asset
+    asset = _child(root, "asset") if asset is None else asset
     rim = cam_polygon(contact.profile, settings.cam_vertices).vertices
     middle = rim.mean(axis=0)
     apexes = [(*middle, side * 2.0 * contact.roller_radius) for side in (-1.0, 1.0)]
     # Nine digits are all of the single precision in which MuJoCo keeps a mesh.
     lines = [" ".join(f"{v:.9g}" for v in vertex) for vertex in [*((x, y, 0.0) for x, y in rim), *apexes]]
-    ET.SubElement(asset, "mesh", name=contact.a, vertex="  ".join(lines))
+    _child(asset, "mesh", name=contact.a, vertex="  ".join(lines))
 
 
 def _add_contact_geoms(element: ET.Element, body: str, tree: Tree, dressed: bool) -> None:
@@ -196,9 +207,9 @@ def _add_contact_geoms(element: ET.Element, body: str, tree: Tree, dressed: bool
         looks = {"rgba": "0.75 0.6 0.35 1"} if dressed else {}
         never = {"contype": "0", "conaffinity": "0", "mass": "0"}
         if contact.a == body:
-            ET.SubElement(element, "geom", name=f"{body}.profile", type="mesh", mesh=contact.a, **never, **looks)
+            _child(element, "geom", name=f"{body}.profile", type="mesh", mesh=contact.a, **never, **looks)
         if contact.b == body:
-            ET.SubElement(
+            _child(
                 element,
                 "geom",
                 name=f"{body}.roller",
@@ -212,8 +223,8 @@ def _add_contact_geoms(element: ET.Element, body: str, tree: Tree, dressed: bool
 
 def _add_contact(root: ET.Element, contact: CamContact, settings: MuJoCoSettings) -> None:
     contacts = root.find("contact")
-    contacts = ET.SubElement(root, "contact") if contacts is None else contacts
-    ET.SubElement(
+    contacts = _child(root, "contact") if contacts is None else contacts
+    _child(
         contacts,
         "pair",
         name=contact.name,
@@ -229,9 +240,9 @@ def _add_forces(root: ET.Element, mechanism: Mechanism) -> None:
     """Constant forces as actuators without an input: a site is pushed along directions of a site of the ground."""
     if not mechanism.forces:
         return
-    actuators = ET.SubElement(root, "actuator")
+    actuators = _child(root, "actuator")
     for force in mechanism.forces:
-        ET.SubElement(
+        _child(
             actuators,
             "general",
             name=f"{force.body}.force",
@@ -249,16 +260,16 @@ def _add_forces(root: ET.Element, mechanism: Mechanism) -> None:
 
 def _add_sensors(root: ET.Element, mechanism: Mechanism, bodies: bool) -> None:
     """Motion of the observed points; for a run also the accelerations of the bodies."""
-    sensors = ET.SubElement(root, "sensor")
+    sensors = _child(root, "sensor")
     for observed in mechanism.observed:
         for kind, quantity in (("framepos", "position"), ("framelinvel", "velocity"), ("framelinacc", "acceleration")):
             name = f"{observed.name}.{quantity}"
-            ET.SubElement(sensors, kind, name=name, objtype="site", objname=observed.name)
+            _child(sensors, kind, name=name, objtype="site", objname=observed.name)
     if bodies:
         for body in mechanism.bodies:
             for kind, quantity in (("framelinacc", "acceleration"), ("frameangacc", "angular_acceleration")):
                 name = f"{body.name}.{quantity}"
-                ET.SubElement(sensors, kind, name=name, objtype="xbody", objname=body.name)
+                _child(sensors, kind, name=name, objtype="xbody", objname=body.name)
 
 
 # -- looks -----------------------------------------------------------------------------------------------------------
@@ -279,16 +290,16 @@ def _extent(tree: Tree) -> tuple[float, float, float]:
 
 def _add_looks(root: ET.Element, tree: Tree) -> None:
     x, y, size = _extent(tree)
-    ET.SubElement(root, "statistic", center=_numbers([x, y, 0.0]), extent=_short(size))
-    visual = ET.SubElement(root, "visual")
-    ET.SubElement(visual, "global", offwidth="1280", offheight="960")
+    _child(root, "statistic", center=_numbers([x, y, 0.0]), extent=_short(size))
+    visual = _child(root, "visual")
+    _child(visual, "global", offwidth="1280", offheight="960")
 
 
 def _add_camera(world: ET.Element, tree: Tree) -> None:
     x, y, size = _extent(tree)
     place = " ".join(_short(v) for v in (x, y, 2.2 * size))
-    ET.SubElement(world, "camera", name="front", pos=place)
-    ET.SubElement(world, "light", pos=place, dir="0 0 -1", directional="true")
+    _child(world, "camera", name="front", pos=place)
+    _child(world, "light", pos=place, dir="0 0 -1", directional="true")
 
 
 def _add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
@@ -297,18 +308,16 @@ def _add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
     pins = _pins(body, tree.mechanism)
     if body == GROUND:
         pins = []
-    for first, second in zip(pins[:-1], pins[1:], strict=True):
+    for first, second in pairwise(pins):
         ends = _numbers([*first, 0.0, *second, 0.0])
-        ET.SubElement(
-            element, "geom", type="capsule", fromto=ends, size=_short(width), rgba="0.35 0.5 0.65 1", **SEEN_ONLY
-        )
+        _child(element, "geom", type="capsule", fromto=ends, size=_short(width), rgba="0.35 0.5 0.65 1", **SEEN_ONLY)
     if any(isinstance(j, Prismatic) and body in (j.a, j.b) for j in tree.mechanism.joints) and body != GROUND:
         size = " ".join(_short(v * width) for v in (3.0, 3.0, 1.5))
-        ET.SubElement(element, "geom", type="box", size=size, rgba="0.6 0.6 0.6 0.6", **SEEN_ONLY)
+        _child(element, "geom", type="box", size=size, rgba="0.6 0.6 0.6 0.6", **SEEN_ONLY)
     for pin in pins:
         size = f"{_short(1.3 * width)} {_short(1.6 * width)}"
         place = _numbers([*pin, 0.0])
-        ET.SubElement(element, "geom", type="cylinder", pos=place, size=size, rgba="0.2 0.2 0.2 1", **SEEN_ONLY)
+        _child(element, "geom", type="cylinder", pos=place, size=size, rgba="0.2 0.2 0.2 1", **SEEN_ONLY)
 
 
 def _pins(body: str, mechanism: Mechanism) -> list[Point]:
@@ -318,6 +327,11 @@ def _pins(body: str, mechanism: Mechanism) -> list[Point]:
         if isinstance(joint, Revolute):
             pins += [p for holder, p in ((joint.a, joint.point_a), (joint.b, joint.point_b)) if holder == body]
     return pins
+
+
+def _child(parent: ET.Element, tag: str, **attributes: str) -> ET.Element:
+    """`SubElement`, for attributes that are put together."""
+    return ET.SubElement(parent, tag, attributes)
 
 
 # -- numbers ---------------------------------------------------------------------------------------------------------
@@ -331,7 +345,8 @@ def _clean(value: float) -> float:
 def _number(value: float) -> str:
     """The shortest text that reads back as the same number."""
     value = _clean(float(value))
-    return str(int(value)) if value == int(value) and abs(value) < 1e6 else repr(value)
+    short = f"{value:.15g}"
+    return short if float(short) == value else repr(value)
 
 
 def _numbers(values: list[float] | tuple[float, ...]) -> str:
@@ -339,4 +354,4 @@ def _numbers(values: list[float] | tuple[float, ...]) -> str:
 
 
 def _short(value: float) -> str:
-    return f"{value:.4g}"
+    return f"{_clean(value):.4g}"

@@ -9,6 +9,11 @@ from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine
 from conrod.engines.mujoco.hardening import HARDENING
+from conrod.errors import unknown_choice
+from conrod.ranges import check_count, check_number
+
+INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast", "discrete")
+SOLVERS = ("PGS", "CG", "Newton")
 
 STOCK_SOLREF = (0.02, 1.0)
 STOCK_SOLIMP = (0.9, 0.95, 0.001, 0.5, 2.0)
@@ -40,6 +45,30 @@ class MuJoCoSettings:
     contact_solref: tuple[float, float] = STOCK_SOLREF
     contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
     cam_vertices: int = 4000
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning in MuJoCo.
+
+        Raises:
+            InvalidInput: names the value and its range or choices.
+        """
+        for kind, value, choices in (("integrator", self.integrator, INTEGRATORS), ("solver", self.solver, SOLVERS)):
+            if value not in choices:
+                raise unknown_choice(kind, value, choices)
+        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
+        check_count("iterations", self.iterations, 0, 10**6)
+        check_count("cam_vertices", self.cam_vertices, 16, 10**5)
+        check_number("timestep", self.timestep, 1e-12, 1e6, "s")
+        check_number("tolerance", self.tolerance, 0.0, 1.0)
+        check_number("armature", self.armature, 0.0, 1e30, "kg m^2")
+        if self.hardening is not None:
+            check_number("hardening", self.hardening, 1e-15, 1.0)
+        for name, pair in (("solref", self.solref), ("contact_solref", self.contact_solref)):
+            check_number(f"{name} time constant", pair[0], -1e30, 1e30, "s")
+            check_number(f"{name} damping ratio", pair[1], -1e30, 1e30)
+        for name, limits in (("solimp", self.solimp), ("contact_solimp", self.contact_solimp)):
+            for impedance in limits[:2]:
+                check_number(f"{name} impedance", impedance, 0.0, 1.0)
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""

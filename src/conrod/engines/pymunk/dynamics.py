@@ -21,7 +21,7 @@ def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_an
     poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
     made.place(poses[0], slopes[0] * machine.speed)
     steps = round(settings.steps_per_revolution * revolutions)
-    times = start_angle / machine.speed + settings.timestep * np.arange(steps + 1)
+    times = np.asarray(start_angle / machine.speed + settings.timestep * np.arange(steps + 1), dtype=float)
     centres, rates = _step(made, settings, machine.speed, times)
     bodies, points = _tracks(made.mechanism, settings.timestep, times, centres, rates)
     verdict = judge(machine.kinematics, bodies, machine.speed)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
-from conrod.engines.pymunk.law import shape_error
 from conrod.engines.engine import KinematicResult, Machine
 from conrod.engines.pymunk.dynamics import body_states, observed_points
+from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import Build, build
 from conrod.mechanism import CamContact

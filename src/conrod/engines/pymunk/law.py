@@ -24,7 +24,10 @@ from conrod.engines.pymunk.space import rounded_polygon
 from conrod.engines.smoothness import largest_derivatives, rounding
 
 LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)
-CONTACT_LAW = "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of the polygon / cos(pressure angle)"
+CONTACT_LAW = (
+    "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of it / "
+    "cos(pressure angle)"
+)
 LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the exact motion, and the next term in h"
 
 
@@ -38,7 +41,7 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
     bounds = [lag * step**2 * (sizes[k + 2] + step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(LAGS)]
-    return ExpectedError(*bounds, law=LAW)
+    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:

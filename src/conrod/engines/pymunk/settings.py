@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine
 from conrod.mechanism import Mechanism
+from conrod.ranges import check_count, check_number
 
 # Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
 STOCK_BIAS = (1.0 - 0.1) ** 60
@@ -29,6 +30,20 @@ class PymunkSettings:
     collision_slop: float = 0.1  # [m], overlap that contacts may keep
     gravity: bool = True
     cam_vertices: int = 4000
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning, or what Chipmunk aborts the interpreter on.
+
+        Raises:
+            InvalidInput: names the value and its range.
+        """
+        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
+        check_count("iterations", self.iterations, 1, 10**6)
+        check_count("cam_vertices", self.cam_vertices, 16, 10**5)
+        check_number("timestep", self.timestep, 1e-12, 1e6, "s")
+        check_number("error_bias", self.error_bias, 0.0, 1.0)
+        check_number("collision_bias", self.collision_bias, 0.0, 1.0)
+        check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""

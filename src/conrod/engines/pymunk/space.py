@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pymunk
@@ -141,7 +142,7 @@ def wedges(outline: CamPolygon) -> list[list[tuple[float, float]]]:
     corners, middle = outline.vertices, outline.vertices.mean(axis=0)
     count = math.ceil(len(corners) / WEDGE_FACETS)
     cuts = np.rint(np.linspace(0, len(corners), count + 1)).astype(int)
-    rims = [corners[np.arange(first, last + 1) % len(corners)] for first, last in zip(cuts[:-1], cuts[1:], strict=True)]
+    rims = [corners[np.arange(first, last + 1) % len(corners)] for first, last in pairwise(cuts)]
     return [[(float(x), float(y)) for x, y in (*rim, middle)] for rim in rims]
 
 

@@ -1,0 +1,41 @@
+# Two commands do everything on a fresh machine with Python 3.11 or newer: `make validate` and `make test`.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+
+.PHONY: validate test test-all lint types mjcf wheel check clean
+
+validate: $(READY) ## compare both engines with the exact motion on all scenes, and rewrite reports/
+	$(BIN)/conrod validate --out reports
+
+test: $(READY) ## the tests, about three minutes
+	$(BIN)/python -m pytest
+
+test-all: $(READY) ## the slow tests too: all 25 cams, long runs
+	$(BIN)/python -m pytest -m "slow or not slow"
+
+lint: $(READY)
+	$(BIN)/ruff check src tests
+	$(BIN)/ruff format --check src tests
+
+types: $(READY)
+	$(BIN)/mypy
+
+mjcf: $(READY) ## rewrite the committed models from the translator
+	for scene in shear-press saw-40rpm saw-500rpm cam-follower; do \
+	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
+
+wheel: $(READY)
+	$(BIN)/python -m build --wheel --outdir dist
+
+check: lint types test
+
+clean:
+	rm -rf $(VENV) dist build
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit("conrod needs Python 3.11 or newer, this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	touch $(READY)

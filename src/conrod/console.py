@@ -1,0 +1,171 @@
+"""What the command line prints, and its progress."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from conrod.engines import ENGINES, Engine
+from conrod.errors import unknown_choice
+from conrod.export import as_csv, as_npz, exact_columns
+from conrod.facts import dead_centres, stroke
+from conrod.scenes import SCENES, Scene
+from conrod.studies.results import Result, SceneStudy
+from conrod.studies.validate import Plan, jobs
+
+# Without a terminal there is no width to fit; tables then keep their columns whole.
+PLAIN_WIDTH = 140
+CSV_SAMPLES = 360
+
+
+def console() -> Console:
+    """Standard output, as wide as the terminal, or wide enough."""
+    out = Console(highlight=False)
+    return out if out.is_terminal else Console(highlight=False, width=PLAIN_WIDTH)
+
+
+# -- progress --------------------------------------------------------------------------------------------------------
+
+
+def run_with_progress(
+    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, tuple[str, ...]], plan: Plan
+) -> list[SceneStudy]:
+    """Run everything, with a bar on standard error where that is a terminal."""
+    planned = {
+        name: [job for engine in engines for job in jobs(name, scene, engine, presets[engine.name], plan)]
+        for name, scene in scenes.items()
+    }
+    err = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    studies = []
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+        bar = progress.add_task("", total=sum(len(todo) for todo in planned.values()))
+        for name, todo in planned.items():
+            results = []
+            for label, job in todo:
+                progress.update(bar, description=label)
+                results.append(job())
+                progress.advance(bar)
+            studies.append(SceneStudy(name, scenes[name], tuple(results)))
+    return studies
+
+
+# -- verdicts --------------------------------------------------------------------------------------------------------
+
+
+def print_verdicts(studies: Sequence[SceneStudy]) -> None:
+    """A line for each result: largest errors over the observed points, observed order, verdict."""
+    table = Table(title="largest error over the run, normalised by L, omega L, omega^2 L", title_justify="left")
+    for heading in ("scene", "engine", "preset", "steps/rev"):
+        table.add_column(heading, justify="right" if heading == "steps/rev" else "left", no_wrap=True)
+    for heading in ("position", "velocity", "acceleration", "order x, v, a"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("verdict", overflow="fold")
+    for study in studies:
+        for result in study.results:
+            table.add_row(*_row(result))
+    console().print(table)
+
+
+def _row(result: Result) -> list[str]:
+    errors = [_error(result.largest(q)) for q in ("position", "velocity", "acceleration")]
+    order = "" if result.order is None else ", ".join(_order(result.order[q]) for q in result.order)
+    preset = result.preset or "(kinematic)"
+    steps = "" if result.steps_per_revolution is None else str(result.steps_per_revolution)
+    return [result.scene, result.engine, preset, steps, *errors, order, _verdict(result)]
+
+
+def _error(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}"
+
+
+def _order(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
+
+
+def _verdict(result: Result) -> str:
+    if result.outcome != "completed":
+        return f"[yellow]{result.outcome}[/]: {result.reason}"
+    if result.passed is None:
+        return "measured, not judged"
+    return "[green]within tolerance[/]" if result.passed else f"[red]OUT OF TOLERANCE[/]: {_missed(result)}"
+
+
+def _missed(result: Result) -> str:
+    parts = []
+    for name, allowed in result.tolerance.judged().items():
+        quantity, measure = (name.removesuffix("_rms"), "rms") if name.endswith("_rms") else (name, "max")
+        found = result.largest(quantity, measure)
+        if found is None or not found <= allowed:
+            parts.append(f"{name} {_error(found)} > {allowed:.1e}")
+    if result.printed is not None and result.printed.engine_agrees < result.printed.exact_agrees:
+        parts.append(f"{result.printed.exact_agrees - result.printed.engine_agrees} cells of the printed table missed")
+    return ", ".join(parts)
+
+
+# -- show ------------------------------------------------------------------------------------------------------------
+
+
+def show_catalogue() -> None:
+    """One line for each scene and each engine."""
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, scene in SCENES.items():
+        table.add_row(name, scene.title, scene.source)
+    out = console()
+    out.print("scenes")
+    out.print(table)
+    out.print(f"engines: {', '.join(ENGINES)}")
+
+
+UNITS = {"m": ("mm", 1e3), "rad/s": ("rpm", 60.0 / (2.0 * math.pi)), "kg*m^2": ("kg m^2", 1.0)}
+
+
+def show_scene(name: str, scene: Scene) -> None:
+    """All about one scene."""
+    out = console()
+    mechanism = scene.kinematics.mechanism
+    out.print(f"{name}: {scene.title}")
+    out.print(f"source: {scene.source}\n")
+    table = Table(box=None, pad_edge=False)
+    for heading in ("parameter", "value", "unit", "meaning"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    for parameter in scene.parameter_facts().values():
+        unit, scale = UNITS.get(parameter.unit, (parameter.unit, 1.0))
+        value = f"{scene.parameters[parameter.name] * scale:.6g}"
+        table.add_row(parameter.name, value, unit, parameter.meaning)
+    out.print(table)
+    bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m^2" for b in mechanism.bodies)
+    out.print(f"\nbodies: {bodies}")
+    out.print(
+        f"mobility: {mechanism.mobility} (Gruebler: {len(mechanism.bodies)} moving links, "
+        f"{len(mechanism.joints) - len(mechanism.cam_contacts)} lower and {len(mechanism.cam_contacts)} higher pairs)"
+    )
+    out.print(f"stroke of {scene.output}: {1e3 * stroke(scene):.6g} mm")
+    for centre in dead_centres(scene):
+        x, y = (1e3 * v for v in centre.place)
+        out.print(f"dead centre of {scene.output}: {math.degrees(centre.angle):.4f} deg, at ({x:.6g}, {y:.6g}) mm")
+    for angle in scene.break_angles():
+        out.print(f"acceleration jumps at: {math.degrees(angle):.4f} deg")
+    points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
+    out.print(f"observed points: {points}")
+    out.print("references: closed form from the parameters; generic Newton solver on the joint equations")
+
+
+# -- export ----------------------------------------------------------------------------------------------------------
+
+
+def exported(name: str, scene: Scene, kind: str, steps_per_revolution: int | None, revolutions: int) -> str | bytes:
+    """Content of an exported file."""
+    if kind == "mjcf":
+        from conrod.engines.mujoco.standalone import standalone_mjcf
+
+        return standalone_mjcf(name, scene, steps_per_revolution)
+    if kind not in ("csv", "npz"):
+        raise unknown_choice("format", kind, ("mjcf", "csv", "npz"))
+    columns = exact_columns(scene, steps_per_revolution or CSV_SAMPLES, revolutions)
+    return as_csv(columns) if kind == "csv" else as_npz(columns)

@@ -1,0 +1,67 @@
+"""What is known of a scene before any engine runs: what `conrod show` prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.motion import Array
+from conrod.scenes import Scene
+
+SAMPLES = 3600
+HALVINGS = 60
+
+
+@dataclass(frozen=True)
+class DeadCentre:
+    """A crank angle [rad] where the output point turns back, and its place (x, y) [m]."""
+
+    angle: float
+    place: tuple[float, float]
+
+
+def stroke(scene: Scene) -> float:
+    """Travel [m] of the output point."""
+    return scene.lengths[scene.output]
+
+
+def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
+    """Where the velocity of the output point along its path changes sign, by bisection on the exact motion.
+
+    A dwell is no dead centre: the follower of a cam rests there, and turns back at the nose alone.
+    """
+    step = 2.0 * np.pi / SAMPLES
+    # Off by a third of a step, so that no sample falls on a dead centre itself.
+    angles = np.asarray((np.arange(SAMPLES + 1) - 1.0 / 3.0) * step, dtype=float)
+    along = _direction(scene)
+    speeds = _speed(scene, angles, along)
+    found = np.flatnonzero(speeds[:-1] * speeds[1:] < 0.0)
+    low, high, sign = angles[found], angles[found + 1], np.sign(speeds[found])
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = np.sign(_speed(scene, middle, along)) == sign
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    places = scene.motion(low, scene.speed).point(scene.output).position
+    centres = [
+        DeadCentre(_once_around(float(angle)), (float(x), float(y))) for angle, (x, y) in zip(low, places, strict=True)
+    ]
+    return tuple(sorted(centres, key=lambda centre: centre.angle))
+
+
+def _once_around(angle: float) -> float:
+    """An angle in [0, 2 pi), with rounding just below zero taken for zero."""
+    turned = angle % (2.0 * np.pi)
+    return 0.0 if 2.0 * np.pi - turned < 1e-9 else turned
+
+
+def _direction(scene: Scene) -> Array:
+    turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+    place = scene.motion(turn, scene.speed).point(scene.output).position
+    way = place[np.argmax(np.linalg.norm(place - place[0], axis=1))] - place[0]
+    return np.asarray(way / np.linalg.norm(way))
+
+
+def _speed(scene: Scene, angles: Array, along: Array) -> Array:
+    # Per unit of crank speed, so that its sign does not depend on the sense of rotation.
+    return np.asarray(scene.motion(angles, 1.0).point(scene.output).velocity @ along)

@@ -1,0 +1,105 @@
+"""Names and values that a user typed, translated into scenes, engines, presets and plans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from conrod.engines import ENGINES, Engine, engine_named
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.ranges import check_count, check_number
+from conrod.scenes import SCENES, Scene, scene_named
+from conrod.studies.validate import Plan
+from conrod.units import parse_quantity
+
+STEPS = (2, 10_000_000)
+REVOLUTIONS = (1, 1_000_000)
+# A run is kept whole, at about a kilobyte a sample.
+MOST_SAMPLES = 2_000_000
+TOLERANCES = ("position", "velocity", "acceleration", "total", "velocity_rms")
+LARGEST_TOLERANCE = 1e6
+
+
+def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:
+    """Scenes by name (all, where none is named), with parameters overridden by assignments `name=value`.
+
+    An assignment applies to every selected scene that has the parameter.
+
+    Raises:
+        InvalidInput: unknown scene, parameter or unit, or a value out of range.
+    """
+    scenes = {name: scene_named(name) for name in (names or SCENES)}
+    values = dict(_split(assignment, "--set") for assignment in assignments)
+    known = {name for scene in scenes.values() for name in scene.parameter_facts()}
+    for name in values:
+        if name not in known:
+            raise unknown_choice("parameter", name, known)
+    return {name: _with_values(scene, values) for name, scene in scenes.items()}
+
+
+def _with_values(scene: Scene, values: Mapping[str, str]) -> Scene:
+    facts = scene.parameter_facts()
+    chosen = {name: parse_quantity(name, text, facts[name].unit) for name, text in values.items() if name in facts}
+    return scene.with_parameters(**chosen) if chosen else scene
+
+
+def select_engines(name: str | None) -> list[Engine[Any]]:
+    """The engine of a name, or all."""
+    return [engine_named(n) for n in ([name] if name else ENGINES)]
+
+
+def select_presets(engines: Sequence[Engine[Any]], preset: str | None) -> dict[str, tuple[str, ...]]:
+    """Presets to run, by engine name: the one asked for where an engine has it, or all.
+
+    Raises:
+        InvalidInput: no selected engine has the preset.
+    """
+    known = {name for engine in engines for name in engine.presets}
+    if preset is not None and preset not in known:
+        raise unknown_choice("preset", preset, known)
+    return {e.name: tuple(n for n in e.presets if preset in (None, n)) for e in engines}
+
+
+def make_plan(
+    scenes: Mapping[str, Scene], steps_per_revolution: int | None, revolutions: int, tolerance: str | None
+) -> Plan:
+    """The plan of a validation.
+
+    Raises:
+        InvalidInput: a count or a tolerance out of range, or more samples than can be kept.
+    """
+    if steps_per_revolution is not None:
+        check_count("--steps-per-rev", steps_per_revolution, *STEPS)
+    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    plan = Plan(steps_per_revolution, float(revolutions), parse_tolerance(tolerance) if tolerance else None)
+    for name, scene in scenes.items():
+        samples = plan.steps(scene) * revolutions
+        if samples > MOST_SAMPLES:
+            raise InvalidInput(
+                f"{name}: {plan.steps(scene)} steps x {revolutions} revolutions = {samples} samples are too many: "
+                f"at most {MOST_SAMPLES} are kept"
+            )
+    return plan
+
+
+def parse_tolerance(text: str) -> dict[str, float]:
+    """Tolerances from `position=1e-4,velocity=1e-3`; normalised errors.
+
+    Raises:
+        InvalidInput: an unknown quantity, or a value that is not a positive number.
+    """
+    tolerances = {}
+    for part in text.split(","):
+        name, value = _split(part, "--tolerance")
+        if name not in TOLERANCES:
+            raise unknown_choice("quantity", name, TOLERANCES)
+        tolerances[name] = parse_quantity(name, value, "")
+        check_number(f"tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE)
+    return tolerances
+
+
+def _split(text: str, option: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip() or not value.strip():
+        raise InvalidInput(f"{option} {text!r}: give name=value")
+    return name.strip(), value.strip()

@@ -1,0 +1,82 @@
+"""Quantities as people write them: "80mm", "500rpm", "12.5" (SI)."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import TYPE_CHECKING
+
+from conrod.errors import InvalidInput
+
+if TYPE_CHECKING:
+    import pint
+
+EXAMPLES = {
+    "m": "80mm, 0.08 or 3.2in",
+    "rad/s": "500rpm, 52.36 or 3000deg/s",
+    "kg": "6kg or 500g",
+    "kg*m^2": "0.02 or 20 g*m^2",
+    "m/s^2": "9.81 or 0",
+    "": "a plain number",
+}
+# A number in ordinary notation: what Python's float() also takes ("1_000", "infinity") is more likely a slip.
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+# Products and quotients of unit names with one-digit powers: all that units need, and no expression to evaluate.
+TERM = r"[A-Za-zµμ°]+(\^[+-]?\d)?"
+UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    # Imported here because it takes a good part of a second, which `conrod --help` need not spend.
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def parse_quantity(name: str, text: str, unit: str) -> float:
+    """The value of a quantity in an SI unit.
+
+    Args:
+        name: of the parameter, for the error.
+        text: a number, SI, or a number with a unit of the same dimension.
+        unit: the SI unit wanted; empty for a plain number.
+
+    Raises:
+        InvalidInput: not a number, an unknown unit, or one of another dimension.
+    """
+    stripped = text.strip()
+    number = NUMBER.match(stripped)
+    if number is None:
+        raise InvalidInput(f"{name} = {text!r} is not a number{_example(unit)}")
+    written = stripped[number.end() :].strip()
+    if not written:
+        return float(number.group())
+    if not UNIT.fullmatch(written):
+        raise _unknown_unit(name, text, written, unit)
+    if unit == "rad/s" and re.search(r"\b[kM]?Hz\b|hertz", written):
+        raise InvalidInput(f"{name} = {text!r}: Hz may mean turns or radians per second; give rpm or rad/s")
+    return _convert(name, text, float(number.group()), written, unit)
+
+
+def _convert(name: str, text: str, value: float, written: str, unit: str) -> float:
+    import pint
+
+    registry = _registry()
+    try:
+        wanted = registry.parse_units(written.replace("·", "*"))
+        return float(registry.Quantity(value, wanted).to(unit or "dimensionless").magnitude)
+    except pint.DimensionalityError:
+        raise InvalidInput(
+            f"{name} = {text!r}: {written!r} is not a unit of {unit or 'a number'}{_example(unit)}"
+        ) from None
+    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError):
+        raise _unknown_unit(name, text, written, unit) from None
+
+
+def _unknown_unit(name: str, text: str, written: str, unit: str) -> InvalidInput:
+    return InvalidInput(f"{name} = {text!r}: unknown unit {written!r}{_example(unit)}")
+
+
+def _example(unit: str) -> str:
+    return f"; give for instance {EXAMPLES[unit]}" if unit in EXAMPLES else ""
