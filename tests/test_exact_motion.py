@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -13,12 +14,13 @@ import pytest
 from catalogue import CAMS, CAMS_WITH_JOINTS, EVERY_SCENE, SCENES
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from synthetic import on_other_branch, with_longer_rod, with_turned_crank
 
 from conrod.cam import symmetric_cam
 from conrod.errors import InvalidInput
 from conrod.joint_equations import joint_residual, pose_jets
 from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism, Pose, Revolute
+from conrod.mechanism import Mechanism
 from conrod.motion import Array, Motion, PointMotion
 from conrod.outcome import joint_gaps
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
@@ -221,36 +223,7 @@ def test_any_saw_matches_the_generic_solver(ratio: float, offset: float, rod: fl
     assert max(found.values()) <= AGAINST_EACH_OTHER, found
 
 
-def with_longer_rod(mechanism: Mechanism, factor: float) -> Mechanism:
-    """The same mechanism with the slider pin farther out on the rod."""
-
-    def longer(joint: object) -> object:
-        if isinstance(joint, Revolute) and joint.name == "slider-pin":
-            return replace(joint, point_a=(joint.point_a[0] * factor, joint.point_a[1]))
-        return joint
-
-    return replace(mechanism, joints=tuple(longer(j) for j in mechanism.joints))  # type: ignore[arg-type]
-
-
-def other_branch(scene: ShearPress | Saw) -> Mechanism:
-    """The same mechanism put together the other way: the slider on the far side of the shaft."""
-    mechanism = scene.mechanism()
-    if isinstance(scene, ShearPress):
-        poses: dict[str, Pose] = {
-            "rod": (0.0, scene.crank, -math.pi / 2),
-            "slider": (0.0, scene.crank - scene.rod, 0.0),
-        }
-    else:
-        reach = math.sqrt(scene.rod**2 - scene.offset**2)
-        pin_x = scene.shaft[0] + scene.crank
-        poses = {
-            "rod": (pin_x, -scene.offset, math.atan2(scene.offset, reach)),
-            "slider": (pin_x + reach, 0.0, 0.0),
-        }
-    return replace(mechanism, poses={**mechanism.poses, **poses})
-
-
-LINKAGE_SCENES = {name: s for name, s in EVERY_SCENE.items() if not isinstance(s, CamFollower)}
+LINKAGE_SCENES: dict[str, Any] = {name: s for name, s in EVERY_SCENE.items() if not isinstance(s, CamFollower)}
 CAM_SCENES = {name: s for name, s in EVERY_SCENE.items() if isinstance(s, CamFollower)}
 
 
@@ -264,7 +237,7 @@ def test_the_generic_solver_catches_a_rod_that_is_a_ten_thousandth_too_long(name
 @pytest.mark.parametrize("name", LINKAGE_SCENES)
 def test_the_generic_solver_stays_on_the_branch_it_is_started_on(name: str) -> None:
     scene = LINKAGE_SCENES[name]
-    other = Kinematics(other_branch(scene))  # type: ignore[arg-type]
+    other = Kinematics(on_other_branch(scene))
     found = generic_difference(scene, other)
     assert found["position"] > 1.0, found  # the slider is on the far side of the shaft
     assert other.assembled_branch == -scene.kinematics.assembled_branch
@@ -273,9 +246,7 @@ def test_the_generic_solver_stays_on_the_branch_it_is_started_on(name: str) -> N
 @pytest.mark.parametrize("name", CAM_SCENES)
 def test_the_generic_solver_catches_a_cam_turned_by_a_hundredth_degree(name: str) -> None:
     scene = CAM_SCENES[name]
-    mechanism = scene.mechanism()
-    driver = replace(mechanism.driver, start=mechanism.driver.start + math.radians(0.01))
-    found = generic_difference(scene, Kinematics(replace(mechanism, driver=driver)))
+    found = generic_difference(scene, Kinematics(with_turned_crank(scene.mechanism())))
     assert min(found.values()) > 1e5 * AGAINST_EACH_OTHER, found
 
 
@@ -368,7 +339,7 @@ def test_a_rod_that_is_a_ten_thousandth_too_long_leaves_just_that_gap(name: str)
     scene = LINKAGE_SCENES[name]
     poses = closed_form_poses(scene, ten_turns(100))
     gaps = joint_gaps(with_longer_rod(scene.mechanism(), 1.0001), [poses])
-    np.testing.assert_allclose(gaps["slider-pin"], 1e-4 * scene.rod, rtol=1e-9)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(gaps["slider-pin"], 1e-4 * scene.rod, rtol=1e-9)
 
 
 def test_a_cam_turned_by_a_hundredth_degree_leaves_a_gap() -> None:
@@ -556,8 +527,8 @@ def test_breaks_are_the_four_joints_of_the_arcs(name: str, speed: float) -> None
         # ... and they differ, by far more than that.
         assert np.abs(jump.left_acceleration - jump.right_acceleration).max() > 0.1 * cam.full_lift
         # At the base joint the flank's centre is straight below the roller's path, so that the jerk there is zero.
-        at_nose = i in (1, 2)
-        assert (np.abs(jump.left_jerk - jump.right_jerk).max() > 0.01 * cam.full_lift) is bool(at_nose)
+        jump_of_jerk = float(np.abs(jump.left_jerk - jump.right_jerk).max())
+        assert (jump_of_jerk > 0.01 * cam.full_lift) == (i in (1, 2))
 
 
 @pytest.mark.parametrize("name", CAMS_WITH_JOINTS)

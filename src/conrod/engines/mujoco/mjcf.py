@@ -293,13 +293,18 @@ def _add_looks(root: ET.Element, tree: Tree) -> None:
     _child(root, "statistic", center=_numbers([x, y, 0.0]), extent=_short(size))
     visual = _child(root, "visual")
     _child(visual, "global", offwidth="1280", offheight="960")
+    _child(visual, "headlight", ambient="0.45 0.45 0.45", diffuse="0.35 0.35 0.35", specular="0 0 0")
+    asset = _child(root, "asset")
+    _child(
+        asset, "texture", type="skybox", builtin="gradient", rgb1="1 1 1", rgb2="0.8 0.85 0.9", width="64", height="64"
+    )
 
 
 def _add_camera(world: ET.Element, tree: Tree) -> None:
     x, y, size = _extent(tree)
     place = " ".join(_short(v) for v in (x, y, 2.2 * size))
     _child(world, "camera", name="front", pos=place)
-    _child(world, "light", pos=place, dir="0 0 -1", directional="true")
+    _child(world, "light", pos=place, dir="0.3 -0.3 -1", directional="true", diffuse="0.4 0.4 0.4", castshadow="false")
 
 
 def _add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
@@ -311,13 +316,25 @@ def _add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
     for first, second in pairwise(pins):
         ends = _numbers([*first, 0.0, *second, 0.0])
         _child(element, "geom", type="capsule", fromto=ends, size=_short(width), rgba="0.35 0.5 0.65 1", **SEEN_ONLY)
-    if any(isinstance(j, Prismatic) and body in (j.a, j.b) for j in tree.mechanism.joints) and body != GROUND:
-        size = " ".join(_short(v * width) for v in (3.0, 3.0, 1.5))
-        _child(element, "geom", type="box", size=size, rgba="0.6 0.6 0.6 0.6", **SEEN_ONLY)
+    for joint in tree.mechanism.joints:
+        if isinstance(joint, Prismatic) and joint.b == body:
+            _add_slider_geom(element, joint, width, tree)
     for pin in pins:
         size = f"{_short(1.3 * width)} {_short(1.6 * width)}"
         place = _numbers([*pin, 0.0])
         _child(element, "geom", type="cylinder", pos=place, size=size, rgba="0.2 0.2 0.2 1", **SEEN_ONLY)
+
+
+def _add_slider_geom(element: ET.Element, joint: Prismatic, width: float, tree: Tree) -> None:
+    """A block; for a follower a stem, away from the cam."""
+    grey = "0.6 0.6 0.6 1"
+    if not any(contact.b == joint.b for contact in tree.mechanism.cam_contacts):
+        size = " ".join(_short(v * width) for v in (3.0, 3.0, 1.0))
+        _child(element, "geom", type="box", size=size, rgba=grey, **SEEN_ONLY)
+        return
+    direction, reach = joint.direction - joint.angle, 10.0 * width
+    tip = f"{_short(reach * math.cos(direction))} {_short(reach * math.sin(direction))} 0"
+    _child(element, "geom", type="capsule", fromto=f"0 0 0 {tip}", size=_short(width), rgba=grey, **SEEN_ONLY)
 
 
 def _pins(body: str, mechanism: Mechanism) -> list[Point]:

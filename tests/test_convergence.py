@@ -1,0 +1,118 @@
+"""The observed order is found where there is one, and claimed nowhere else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from conrod.convergence import CLEAR_OF_FLOOR, PAIRS_AGREE, observed_order
+
+STEPS = (125, 250, 500, 1000)
+LONG = (125, 250, 500, 1000, 2000, 4000, 8000)
+
+
+def errors(order: float, steps: tuple[int, ...] = STEPS, floor: float = 0.0, size: float = 1e-3) -> list[float]:
+    """c h^p + floor."""
+    return [size * (steps[0] / n) ** order + floor for n in steps]
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("size", [1e-2, 1e-7])
+def test_the_order_of_a_pure_power_is_recovered(order: float, size: float) -> None:
+    found = observed_order(STEPS, errors(order, size=size))
+    assert found.claimed == pytest.approx(order, abs=1e-9)
+    assert found.pairs == pytest.approx((order,) * 3, abs=1e-9)
+    assert found.floor == pytest.approx(0.0, abs=1e-9 * size)
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
+def test_the_order_survives_the_next_term_in_the_step(order: float) -> None:
+    steps = np.array(STEPS, dtype=float)
+    h = steps[0] / steps
+    found = observed_order(STEPS, list(1e-3 * h**order * (1.0 + 0.05 * h)))
+    assert found.claimed == pytest.approx(order, abs=0.05)
+
+
+def test_unequal_refinements_do_not_bias_the_order() -> None:
+    steps = (100, 130, 300, 1100)
+    assert observed_order(steps, errors(2.0, steps)).claimed == pytest.approx(2.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("order", [2.0, 4.0])
+@pytest.mark.parametrize("floor", [1e-8, 1e-10])
+def test_a_floor_is_found_and_kept_out_of_the_order(order: float, floor: float) -> None:
+    found = observed_order(LONG, errors(order, LONG, floor))
+    assert found.floor == pytest.approx(floor, rel=0.05)
+    # What stands 20 times clear of the floor is biased by at most a twentieth at its last point.
+    assert found.claimed == pytest.approx(order, abs=PAIRS_AGREE)
+
+
+def test_points_near_the_floor_are_left_out_of_the_fit() -> None:
+    floor = 1e-9
+    values = errors(4.0, LONG, floor)
+    clear = [e for e in values if e > CLEAR_OF_FLOOR * floor]
+    assert 3 <= len(clear) < len(values)
+    naive = -np.polyfit(np.log(LONG), np.log(values), 1)[0]
+    claimed = observed_order(LONG, values).claimed
+    assert claimed is not None
+    assert abs(claimed - 4.0) < 0.1 < abs(naive - 4.0)
+
+
+def test_no_order_is_claimed_for_a_plateau() -> None:
+    found = observed_order(STEPS, [1e-3, 1e-3, 1e-3, 1e-3])
+    assert found.claimed is None
+    assert found.pairs == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("values", [[0.20, 0.21, 0.205, 0.20], [1e-13, 1.1e-13, 0.9e-13, 1e-13]])
+def test_no_order_is_claimed_for_what_only_wobbles(values: list[float]) -> None:
+    assert observed_order(STEPS, values).claimed is None
+
+
+def test_no_order_is_claimed_for_an_error_that_grows() -> None:
+    assert observed_order(STEPS, [1e-4, 2e-4, 4e-4, 8e-4]).claimed is None
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_no_order_is_claimed_for_noise(seed: int) -> None:
+    values = 10.0 ** np.random.default_rng(seed).uniform(-9, -3, len(LONG))
+    assert observed_order(LONG, list(values)).claimed is None
+
+
+def test_no_order_is_claimed_where_neighbouring_pairs_disagree() -> None:
+    # Order 4 that turns into order 2: neither is the order.
+    steps = np.array(LONG, dtype=float)
+    h = steps[0] / steps
+    found = observed_order(LONG, list(1e-3 * (h**4 + 0.02 * h**2)))
+    assert found.claimed is None
+    assert found.pairs[0] is not None
+    assert found.pairs[-1] is not None
+    assert found.pairs[0] > 3.0 > 2.5 > found.pairs[-1]
+
+
+def test_no_order_is_claimed_where_all_is_floor() -> None:
+    assert observed_order(LONG, errors(4.0, LONG, floor=1e-2, size=1e-3)).claimed is None
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_no_order_is_claimed_from_fewer_than_three_points(count: int) -> None:
+    found = observed_order(STEPS[:count], errors(2.0)[:count])
+    assert found.claimed is None
+    assert found.floor is None
+    assert len(found.pairs) == max(count - 1, 0)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1e-9])
+@pytest.mark.parametrize("place", [0, 2, 3])
+def test_an_error_that_is_not_positive_gives_no_order(bad: float, place: int) -> None:
+    values = errors(2.0)
+    values[place] = bad
+    found = observed_order(STEPS, values)
+    assert found.claimed is None
+    beside = {k for k in range(3) if place in (k, k + 1)}
+    assert [k for k, pair in enumerate(found.pairs) if pair is None] == sorted(beside)
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf")])
+def test_an_error_that_is_not_finite_gives_no_order(bad: float) -> None:
+    assert observed_order(STEPS, [*errors(2.0)[:3], bad]).claimed is None
