@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,11 @@ import numpy as np
 from conrod import Outcome, Trajectory
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism, Pose, Revolute
-from conrod.motion import Array
+from conrod.motion import Array, Motion, point_motion
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 
-STEPS = 1000
+STEPS = 500
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,7 @@ def synthetic_trajectory(
 ) -> Trajectory:
     """A run of the scene in which everything follows a solver exactly: its own, or that of a planted defect."""
     solver = kinematics or scene.kinematics
-    at = {
-        quantity: instants(scene.speed, revolutions, getattr(stamps, quantity), drive)
-        for quantity in ("position", "velocity", "acceleration")
-    }
-    motions = {q: solver.motion(i.angle, i.rate, i.acceleration) for q, i in at.items()}
-    points = {
-        name: PointTracks(*(Track(at[q], getattr(motions[q].point(name), q)) for q in at)) for name in scene.lengths
-    }
+    samples = [_sample(solver, scene.speed, revolutions, stamp, drive) for stamp in vars(stamps).values()]
     return Trajectory(
         engine="synthetic",
         engine_version="0",
@@ -80,21 +73,32 @@ def synthetic_trajectory(
         revolutions=revolutions,
         outcome=outcome,
         reason="" if outcome is Outcome.COMPLETED else "planted",
-        points=points,
-        bodies=body_tracks(solver, at),
+        points={
+            name: PointTracks(
+                *(
+                    Track(states.instants, getattr(motion.point(name), quantity))
+                    for quantity, (states, motion) in zip(vars(stamps), samples, strict=True)
+                )
+            )
+            for name in scene.lengths
+        },
+        bodies=BodyTracks(*(states for states, _ in samples)),
     )
 
 
-def body_tracks(solver: Kinematics, at: Mapping[str, Instants]) -> BodyTracks:
-    """Exact states of the bodies at the instants of each quantity."""
-    return BodyTracks(*(body_states(solver, at[q]) for q in ("position", "velocity", "acceleration")))
-
-
-def body_states(solver: Kinematics, at: Instants) -> BodyStates:
-    """Exact states of the bodies."""
-    poses, first, second = solver.derivatives(at.angle, 2)
-    rate, turn = at.rate[:, None], at.acceleration[:, None]
-    return BodyStates(at, poses, first * rate, second * rate**2 + first * turn)
+@cache
+def _sample(
+    solver: Kinematics, speed: float, revolutions: float, stamp: float, drive: float
+) -> tuple[BodyStates, Motion]:
+    """Exact states of the bodies and motion of the points, from one and the same solution."""
+    at = instants(speed, revolutions, stamp, drive)
+    derivatives = solver.derivatives(at.angle)
+    rate = at.rate[:, None]
+    states = BodyStates(at, derivatives[0], derivatives[1] * rate, derivatives[2] * rate**2)
+    points = solver.point_derivatives(derivatives)
+    return states, Motion(
+        at.angle, {name: point_motion((d[0], d[1], d[2], d[3]), at.rate, 0.0 * at.rate) for name, d in points.items()}
+    )
 
 
 def with_values(trajectory: Trajectory, quantity: str, change: Any) -> Trajectory:

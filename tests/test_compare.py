@@ -250,9 +250,11 @@ def test_a_cam_turned_under_an_unmoved_follower_opens_the_contact(name: str) -> 
     poses[:, 2] += turn
     states = replace(trajectory.bodies.position, poses=poses)
     found = compare(replace(trajectory, bodies=replace(trajectory.bodies, position=states)), cam)
-    # The gap is the lift's change times the cosine of the pressure angle, which is at least 0.8 on these cams.
-    largest = turn * slopes(cam, "roller", trajectory.bodies.position.instants.angle)[1].max()
-    assert 0.8 * largest < found.closure.position < largest
+    # The gap is the lift's change times the cosine of the pressure angle, whose tangent is h'/h on a radial follower.
+    at = cam.motion(trajectory.bodies.position.instants.angle, 1.0).point("roller")
+    height, slope = at.position[:, 1], at.velocity[:, 1]
+    largest = np.abs(turn * slope * np.cos(np.arctan(slope / height))).max() / cam.full_lift
+    assert found.closure.position == pytest.approx(largest, rel=1e-3)
 
 
 # -- gaps that are planted in velocity and acceleration ---------------------------------------------------------------

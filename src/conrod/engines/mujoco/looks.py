@@ -1,0 +1,84 @@
+"""What an MJCF model carries for the eye: geoms without mass that cannot collide, a camera, a light."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from itertools import pairwise
+
+import numpy as np
+
+from conrod.engines.mujoco.xml import add, numbers, short
+from conrod.engines.tree import Tree
+from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+
+SEEN_ONLY = {"contype": "0", "conaffinity": "0", "mass": "0", "group": "1"}
+
+
+def _extent(tree: Tree) -> tuple[float, float, float]:
+    """Middle and size of the machine in its start pose, with room for the turning crank."""
+    points = [tree.start_pose(body.name)[:2] for body in tree.mechanism.bodies]
+    for branch in tree.branches:
+        if isinstance(branch.joint, Revolute):
+            points.append(np.array(branch.joint.point_a) if branch.joint.a == GROUND else np.zeros(2))
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    middle = 0.5 * (low + high)
+    return float(middle[0]), float(middle[1]), float(max(np.max(high - low), 0.15))
+
+
+def add_looks(root: ET.Element, tree: Tree) -> None:
+    """Sky, lighting and the part of space that viewers start from."""
+    x, y, size = _extent(tree)
+    add(root, "statistic", center=numbers([x, y, 0.0]), extent=short(size))
+    visual = add(root, "visual")
+    add(visual, "global", offwidth="1280", offheight="960")
+    add(visual, "headlight", ambient="0.45 0.45 0.45", diffuse="0.35 0.35 0.35", specular="0 0 0")
+    asset = add(root, "asset")
+    add(asset, "texture", type="skybox", builtin="gradient", rgb1="1 1 1", rgb2="0.8 0.85 0.9", width="64", height="64")
+
+
+def add_camera(world: ET.Element, tree: Tree) -> None:
+    """A camera that sees the plane of motion, and a light."""
+    x, y, size = _extent(tree)
+    place = " ".join(short(v) for v in (x, y, 2.2 * size))
+    add(world, "camera", name="front", pos=place)
+    add(world, "light", pos=place, dir="0.3 -0.3 -1", directional="true", diffuse="0.4 0.4 0.4", castshadow="false")
+
+
+def add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
+    """A bar between the joints of a link, a disc at every pin, a block for a slider. None of them can collide."""
+    width = 0.03 * _extent(tree)[2]
+    pins = _pins(body, tree.mechanism)
+    if body == GROUND:
+        pins = []
+    for first, second in pairwise(pins):
+        ends = numbers([*first, 0.0, *second, 0.0])
+        add(element, "geom", type="capsule", fromto=ends, size=short(width), rgba="0.35 0.5 0.65 1", **SEEN_ONLY)
+    for joint in tree.mechanism.joints:
+        if isinstance(joint, Prismatic) and joint.b == body:
+            _add_slider_geom(element, joint, width, tree)
+    for pin in pins:
+        size = f"{short(1.3 * width)} {short(1.6 * width)}"
+        place = numbers([*pin, 0.0])
+        add(element, "geom", type="cylinder", pos=place, size=size, rgba="0.2 0.2 0.2 1", **SEEN_ONLY)
+
+
+def _add_slider_geom(element: ET.Element, joint: Prismatic, width: float, tree: Tree) -> None:
+    """A block; for a follower a stem, away from the cam."""
+    grey = "0.6 0.6 0.6 1"
+    if not any(contact.b == joint.b for contact in tree.mechanism.cam_contacts):
+        size = " ".join(short(v * width) for v in (3.0, 3.0, 1.0))
+        add(element, "geom", type="box", size=size, rgba=grey, **SEEN_ONLY)
+        return
+    direction, reach = joint.direction - joint.angle, 10.0 * width
+    tip = f"{short(reach * math.cos(direction))} {short(reach * math.sin(direction))} 0"
+    add(element, "geom", type="capsule", fromto=f"0 0 0 {tip}", size=short(width), rgba=grey, **SEEN_ONLY)
+
+
+def _pins(body: str, mechanism: Mechanism) -> list[Point]:
+    """Places of the pins on a body, in its own frame."""
+    pins = []
+    for joint in mechanism.joints:
+        if isinstance(joint, Revolute):
+            pins += [p for holder, p in ((joint.a, joint.point_a), (joint.b, joint.point_b)) if holder == body]
+    return pins

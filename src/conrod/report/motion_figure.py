@@ -1,0 +1,109 @@
+"""Motion of the observed points: engines over the exact curve, against the crank angle."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from conrod.motion import Array
+from conrod.report.canvas import on_grid
+from conrod.report.styles import EXACT, completed, curve_style, label
+from conrod.scenes import Scene
+from conrod.studies.results import QUANTITIES, Result, SceneStudy
+
+UNITS = {"position": "mm", "velocity": "mm/s", "acceleration": "mm/s²"}
+MM = 1e-3
+COMPONENTS = "xy"
+EXACT_SAMPLES = 1441
+# A component that stays this close to a constant, against the point's L, has nothing to show.
+FLAT = 1e-9
+# How far beyond the exact curve, in its span, a panel follows the engines; what lies further is named, not shown.
+MARGIN, FOLLOW = 0.08, 0.30
+# Degrees from marker to marker of a curve; the curves take turns, so that no marker covers another.
+MARKER_SPACING = 40.0
+
+
+def motion_figure(study: SceneStudy) -> Figure:
+    """Position, velocity and acceleration over one turn, a column for each component that moves."""
+    columns = moving_components(study.scene)
+    runs = completed(study.results)
+    figure = Figure(figsize=(3.6 * len(columns) + 1.0 if len(columns) > 1 else 8.0, 8.4))
+    grid = figure.subplots(3, len(columns), sharex=True, squeeze=False)
+    angle = np.linspace(0.0, 2.0 * np.pi, EXACT_SAMPLES)
+    exact = study.scene.motion(angle, study.scene.speed)
+    for j, (point, k) in enumerate(columns):
+        for i, name in enumerate(QUANTITIES):
+            truth = getattr(exact.point(point), name)[:, k] / MM
+            _panel(grid[i, j], point, k, name, angle, truth, runs)
+        grid[0, j].set_title(f"{point}, along {COMPONENTS[k]}", loc="left")
+        grid[2, j].set_xlabel("crank angle [deg]")
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.subplots_adjust(left=0.09, right=0.985, top=0.90, bottom=0.07, hspace=0.18, wspace=0.32)
+    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3)
+    return figure
+
+
+def moving_components(scene: Scene) -> list[tuple[str, int]]:
+    """(point, 0 for x or 1 for y) of all observed coordinates that move in a turn."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    points = scene.motion(turn, scene.speed).points
+    spans = {(name, k): float(np.ptp(p.position[:, k])) for name, p in points.items() for k in (0, 1)}
+    return [(name, k) for (name, k), span in spans.items() if span > FLAT * scene.lengths[name]]
+
+
+def _panel(axes: Axes, point: str, k: int, name: str, angle: Array, truth: Array, runs: list[Result]) -> None:
+    span = float(np.ptp(truth)) or 1.0
+    low, high = float(truth.min()), float(truth.max())
+    seen_low, seen_high = low - MARGIN * span, high + MARGIN * span
+    axes.plot(np.degrees(angle), on_grid(truth, span), label="exact", **EXACT)
+    hidden = 0.0
+    for place, run in enumerate(runs):
+        assert run.curves is not None
+        curve = run.curves[point][name]
+        degrees, values = _one_turn(curve.angle), curve.values[:, k] / MM
+        axes.plot(
+            on_grid(degrees, 360.0),
+            on_grid(np.clip(values, low - 2.0 * span, high + 2.0 * span), span),
+            markevery=_markers(degrees, place, len(runs)),
+            label=label(run),
+            **curve_style(run) | {"linewidth": 0.7},
+        )
+        inside = values[(values > low - FOLLOW * span) & (values < high + FOLLOW * span)]
+        if inside.size:
+            seen_low = min(seen_low, float(inside.min()) - 0.03 * span)
+            seen_high = max(seen_high, float(inside.max()) + 0.03 * span)
+        if inside.size < values.size:
+            hidden = max(hidden, float(np.abs(values).max()))
+    axes.set_xlim(0.0, 360.0)
+    axes.set_xticks(range(0, 361, 60))
+    axes.set_ylim(*on_grid(np.array([seen_low, seen_high]), 100.0 * span))
+    axes.set_ylabel(f"{name} [{UNITS[name]}]")
+    if hidden:
+        _name_hidden(axes, UNITS[name])
+
+
+def _name_hidden(axes: Axes, unit: str) -> None:
+    axes.annotate(
+        f"engine values go on beyond this panel ({unit}); see the table of errors",
+        (0.5, 0.985),
+        xycoords="axes fraction",
+        ha="center",
+        va="top",
+        fontsize=7.5,
+        color="#444444",
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5, "alpha": 0.85},
+        zorder=9,
+    )
+
+
+def _one_turn(angle: Array) -> Array:
+    """Crank angles [deg], whole turns taken off."""
+    turns = np.rint(angle.min() / (2.0 * np.pi))
+    return np.asarray(np.degrees(angle - 2.0 * np.pi * turns))
+
+
+def _markers(degrees: Array, place: int, runs: int) -> list[int]:
+    """Samples that get a marker."""
+    wanted = np.arange(0.0, 360.0, MARKER_SPACING) + (place + 0.5) * MARKER_SPACING / runs
+    return sorted({int(np.argmin(np.abs(degrees - at))) for at in wanted})

@@ -1,0 +1,72 @@
+"""How numbers are printed: two significant digits for what was measured; mm, degrees and rpm at the edges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+# Below this every normalised error is rounding noise, different on another machine: its digits mean nothing.
+ROUNDING = 1e-12
+BELOW_ROUNDING = "< 1e-12"
+MISSING = "n/a"
+PLAIN = (1e-3, 1e4)  # sizes that read best without an exponent
+
+# SI unit of a parameter -> the unit people use, and the factor to it.
+SHOWN_UNITS: Mapping[str, tuple[str, float]] = {
+    "m": ("mm", 1e3),
+    "rad/s": ("rpm", 60.0 / (2.0 * math.pi)),
+    "kg*m^2": ("kg m²", 1.0),
+    "m/s^2": ("m/s²", 1.0),
+    "m/s": ("mm/s", 1e3),
+    "rad": ("deg", 180.0 / math.pi),
+}
+
+
+def measured(value: float | None) -> str:
+    """A measured size, normalised or not, in two significant digits; 'n/a' where there is none."""
+    if value is None:
+        return MISSING
+    if not math.isfinite(value):
+        return "not finite"
+    if abs(value) < ROUNDING:
+        return BELOW_ROUNDING
+    if PLAIN[0] <= abs(value) < PLAIN[1]:
+        return _plain(rounded(value, 2), 2)
+    return _exponent(value)
+
+
+def quantity(value: float, digits: int = 4) -> str:
+    """An exact value, such as a parameter, without digits that carry nothing."""
+    if value == 0.0:
+        return "0"
+    if PLAIN[0] <= abs(value) < 10.0 ** max(digits, 4):
+        return f"{value:.{digits}g}"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    short = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    return f"{short}e{int(exponent)}"
+
+
+def order(value: float | None) -> str:
+    """An observed order of convergence."""
+    return MISSING if value is None else _plain(rounded(value, 2), 2)
+
+
+def in_shown_unit(value: float, unit: str) -> tuple[str, str]:
+    """A parameter's value and unit as people write them: ('32.5', 'mm') for 0.0325 m."""
+    shown, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
+    return quantity(value * factor, 6), shown or "-"
+
+
+def rounded(value: float, digits: int) -> float:
+    """A number rounded to so many significant digits."""
+    return float(f"{value:.{digits - 1}e}")
+
+
+def _plain(value: float, digits: int) -> str:
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
+    return f"{value:.{decimals}f}"
+
+
+def _exponent(value: float) -> str:
+    mantissa, exponent = f"{value:.1e}".split("e")
+    return f"{mantissa}e{int(exponent)}"

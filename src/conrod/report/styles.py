@@ -1,0 +1,69 @@
+"""One colour per engine and one line and marker per preset, the same in every figure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from conrod.studies.results import Result
+
+# Okabe and Ito's colours, told apart by colour-blind readers.
+COLOURS = {"mujoco": "#0072B2", "pymunk": "#D55E00"}
+OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+ENGINE_TITLES = {"mujoco": "MuJoCo", "pymunk": "pymunk"}
+EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
+
+
+@dataclass(frozen=True)
+class PresetStyle:
+    """How a preset is drawn. Coarse ones are large and beneath, so that a curve on another one is still seen."""
+
+    line: Any
+    marker: str
+    size: float  # [pt]
+    filled: bool
+    above: int
+
+
+PRESETS = {
+    "stock": PresetStyle((0, (1, 1.5)), "o", 7.0, False, 3),
+    "tuned": PresetStyle((0, (5, 2)), "s", 4.5, False, 4),
+    "hardened": PresetStyle("-", "^", 3.5, True, 5),
+}
+OTHER_PRESET = PresetStyle("-.", "D", 4.0, False, 4)
+
+
+def engine_title(engine: str) -> str:
+    """The engine's name as its makers write it."""
+    return ENGINE_TITLES.get(engine, engine)
+
+
+def label(result: Result) -> str:
+    """Engine and preset, as a legend has it."""
+    return f"{engine_title(result.engine)} {result.preset or ''}".strip()
+
+
+def colour(engine: str) -> str:
+    """The colour of an engine; one that is not ours gets one by its name."""
+    return COLOURS.get(engine) or OTHER_COLOURS[sum(engine.encode()) % len(OTHER_COLOURS)]
+
+
+def curve_style(result: Result) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for a result's curve."""
+    preset = PRESETS.get(result.preset or "", OTHER_PRESET)
+    hue = colour(result.engine)
+    return {
+        "color": hue,
+        "linestyle": preset.line,
+        "linewidth": 1.2,
+        "marker": preset.marker,
+        "markersize": preset.size,
+        "markerfacecolor": hue if preset.filled else "none",
+        "markeredgewidth": 1.0,
+        "zorder": preset.above,
+    }
+
+
+def completed(results: tuple[Result, ...]) -> list[Result]:
+    """Dynamic runs that have errors and curves to draw."""
+    return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]
