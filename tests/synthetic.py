@@ -93,12 +93,21 @@ def _sample(
     """Exact states of the bodies and motion of the points, from one and the same solution."""
     at = instants(speed, revolutions, stamp, drive)
     derivatives = solver.derivatives(at.angle)
-    rate = at.rate[:, None]
-    states = BodyStates(at, derivatives[0], derivatives[1] * rate, derivatives[2] * rate**2)
+    states = _states(at, derivatives)
     points = solver.point_derivatives(derivatives)
     return states, Motion(
         at.angle, {name: point_motion((d[0], d[1], d[2], d[3]), at.rate, 0.0 * at.rate) for name, d in points.items()}
     )
+
+
+def body_states(solver: Kinematics, at: Instants) -> BodyStates:
+    """Exact states of the bodies at constant speed."""
+    return _states(at, solver.derivatives(at.angle, 2))
+
+
+def _states(at: Instants, derivatives: list[Array]) -> BodyStates:
+    rate = at.rate[:, None]
+    return BodyStates(at, derivatives[0], derivatives[1] * rate, derivatives[2] * rate**2)
 
 
 def with_values(trajectory: Trajectory, quantity: str, change: Any) -> Trajectory:
@@ -151,3 +160,24 @@ def rod_reach(scene: ShearPress | Saw, angle: Array) -> Array:
     else:
         across = scene.crank * np.sin(angle) - scene.offset
     return np.asarray(np.sqrt(scene.rod**2 - across**2))
+
+
+# Solvers of the defective mechanisms, shared between tests: to walk one around its turn takes most of a test's time.
+
+
+@cache
+def longer_rod(scene: Scene) -> Kinematics:
+    """The generic solver of the scene with its rod 0.01% too long."""
+    return Kinematics(with_longer_rod(scene.mechanism()))
+
+
+@cache
+def turned_crank(scene: Scene) -> Kinematics:
+    """The generic solver of the scene with its crank or cam turned by 0.01 degrees."""
+    return Kinematics(with_turned_crank(scene.mechanism()))
+
+
+@cache
+def other_branch(scene: ShearPress | Saw) -> Kinematics:
+    """The generic solver of the scene put together on its other branch."""
+    return Kinematics(on_other_branch(scene))

@@ -15,16 +15,15 @@ from synthetic import (
     TOGETHER,
     Stamps,
     instants,
-    on_other_branch,
+    longer_rod,
+    other_branch,
     rod_reach,
     synthetic_trajectory,
-    with_longer_rod,
-    with_turned_crank,
+    turned_crank,
     with_values,
 )
 
 from conrod import Comparison, Outcome, compare
-from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.outcome import judge
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
@@ -198,7 +197,7 @@ def test_an_angular_acceleration_of_the_drive_is_named_and_not_charged_to_the_po
 @pytest.mark.parametrize("name", LINKAGES)
 def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_says(name: str) -> None:
     scene = LINKAGES[name]
-    trajectory = synthetic_trajectory(scene, Kinematics(with_longer_rod(scene.mechanism())))
+    trajectory = synthetic_trajectory(scene, longer_rod(scene))
     found = compare(trajectory, scene)
     assert not nothing_found(found)
     slider = found.points[scene.output]
@@ -214,7 +213,7 @@ def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_s
 @pytest.mark.parametrize("name", LINKAGES)
 def test_the_other_branch_is_an_error_of_twice_the_rod_and_no_gap_at_all(name: str) -> None:
     scene = LINKAGES[name]
-    trajectory = synthetic_trajectory(scene, Kinematics(on_other_branch(scene)))
+    trajectory = synthetic_trajectory(scene, other_branch(scene))
     found = compare(trajectory, scene)
     slider = found.points[scene.output]
     expected = 2.0 * rod_reach(scene, slider.position.angle) / scene.lengths[scene.output]
@@ -229,7 +228,7 @@ def test_the_other_branch_is_an_error_of_twice_the_rod_and_no_gap_at_all(name: s
 def test_a_cam_or_crank_turned_by_a_hundredth_degree_is_an_error_of_the_slope_times_that(name: str) -> None:
     scene = EVERY_SCENE[name]
     turn = math.radians(0.01)
-    trajectory = synthetic_trajectory(scene, Kinematics(with_turned_crank(scene.mechanism(), turn)))
+    trajectory = synthetic_trajectory(scene, turned_crank(scene))
     found = compare(trajectory, scene)
     assert not nothing_found(found)
     assert found.phase_max == 0.0  # by the drive's own account all is well

@@ -94,8 +94,9 @@ def _contact(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdic
 
 
 def _opened(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict | None:
+    contacts = {joint.name for joint in kinematics.mechanism.cam_contacts}
     for name, gap in joint_gaps(kinematics.mechanism, [bodies.position.poses]).items():
-        if np.abs(gap).max() > OPEN_GAP * kinematics.travel:
+        if name not in contacts and np.abs(gap).max() > OPEN_GAP * kinematics.travel:
             return Verdict(Outcome.OPENED, f"{name}: gap up to {np.abs(gap).max():.3g} m")
     return None
 

@@ -85,12 +85,14 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
     largest = max((float(e.max()) for e in errors if e.size), default=1.0)
     smallest = min((float(e.min()) for e in errors if e.size), default=ROUNDING)
     # A hair of tolerance keeps an error that lies on a decade from opening another one.
-    top = int(np.ceil(np.log10(largest) + 0.05))
+    top = int(np.ceil(np.log10(largest) - 1e-6))
     bottom = min(int(np.floor(np.log10(smallest) + 1e-6)), top - 2)
     floor = round(np.log10(ROUNDING))
     noise = bottom <= floor
     axes.set_yscale("log")
-    axes.set_ylim(10.0 ** (floor - 0.6 if noise else bottom), 10.0**top)
+    lowest = floor - 0.6 if noise else bottom
+    # A little room on top, so that no marker is cut in half.
+    axes.set_ylim(10.0**lowest, 10.0 ** (top + 0.05 * (top - lowest)))
     every = max(1, -(-(top - bottom) // 6))
     axes.set_yticks([10.0**k for k in range(top, (floor if noise else bottom) - 1, -every)])
     axes.minorticks_off()

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MultipleLocator
 
 from conrod.motion import Array
 from conrod.report.canvas import on_grid, on_log_grid, whole_decades
@@ -27,7 +28,7 @@ def error_figure(study: SceneStudy) -> Figure:
             angle, error = _error_curve(run, name)
             drawn.append(error)
             every = max(1, len(angle) // MARKERS_PER_RUN)
-            start = (place * every) // max(1, len(runs))
+            start = 2 + (place * every) // max(1, len(runs))
             axes.plot(angle, error, markevery=(start, every), label=label(run), **curve_style(run))
         whole_decades(axes, drawn)
         axes.set_ylabel(f"{name} error / {NORMS[name]}")
@@ -36,10 +37,12 @@ def error_figure(study: SceneStudy) -> Figure:
             backward = study.scene.speed < 0.0
             axes.set_xlim((-turns, 0.0) if backward else (0.0, turns))
             _mark_tolerances(axes, runs, name, at=-turns if backward else turns)
+    panels[-1].xaxis.set_major_locator(MultipleLocator(90.0))
     panels[-1].set_xlabel("crank angle [deg]")
     handles, labels = panels[0].get_legend_handles_labels()
     handles.append(Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6))
-    labels.append("tolerance of the run of that colour")
+    labels.append("tolerance")
+    figure.align_ylabels(panels)
     figure.subplots_adjust(left=0.085, right=0.97, top=0.93, bottom=0.06, hspace=0.13)
     figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
     return figure

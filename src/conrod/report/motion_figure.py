@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.motion import Array
+from conrod.report import numbers
 from conrod.report.canvas import on_grid
 from conrod.report.styles import EXACT, completed, curve_style, label
 from conrod.scenes import Scene
@@ -15,7 +16,12 @@ from conrod.studies.results import QUANTITIES, Result, SceneStudy
 UNITS = {"position": "mm", "velocity": "mm/s", "acceleration": "mm/s²"}
 MM = 1e-3
 COMPONENTS = "xy"
-EXACT_SAMPLES = 1441
+# Samples of a turn: straight from degree to degree is less than a line's width off.
+EXACT_SAMPLES = 361
+BESIDE_BREAK = 1e-6  # [rad]
+# A run whose values leave the panel is no curve; its samples are drawn as dots.
+DOTS = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
+THINNED = 2
 # A component that stays this close to a constant, against the point's L, has nothing to show.
 FLAT = 1e-9
 # How far beyond the exact curve, in its span, a panel follows the engines; what lies further is named, not shown.
@@ -30,7 +36,7 @@ def motion_figure(study: SceneStudy) -> Figure:
     runs = completed(study.results)
     figure = Figure(figsize=(3.6 * len(columns) + 1.0 if len(columns) > 1 else 8.0, 8.4))
     grid = figure.subplots(3, len(columns), sharex=True, squeeze=False)
-    angle = np.linspace(0.0, 2.0 * np.pi, EXACT_SAMPLES)
+    angle = _angles(study.scene)
     exact = study.scene.motion(angle, study.scene.speed)
     for j, (point, k) in enumerate(columns):
         for i, name in enumerate(QUANTITIES):
@@ -39,9 +45,16 @@ def motion_figure(study: SceneStudy) -> Figure:
         grid[0, j].set_title(f"{point}, along {COMPONENTS[k]}", loc="left")
         grid[2, j].set_xlabel("crank angle [deg]")
     handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.subplots_adjust(left=0.09, right=0.985, top=0.90, bottom=0.07, hspace=0.18, wspace=0.32)
+    figure.subplots_adjust(left=0.09, right=0.985, top=0.925, bottom=0.07, hspace=0.18, wspace=0.32)
     figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3)
     return figure
+
+
+def _angles(scene: Scene) -> Array:
+    """Crank angles [rad] of one turn, with both sides of every break."""
+    breaks = np.array(scene.break_angles())
+    turn = np.linspace(0.0, 2.0 * np.pi, EXACT_SAMPLES)
+    return np.sort(np.concatenate([turn, breaks - BESIDE_BREAK, breaks + BESIDE_BREAK]))
 
 
 def moving_components(scene: Scene) -> list[tuple[str, int]]:
@@ -55,37 +68,41 @@ def moving_components(scene: Scene) -> list[tuple[str, int]]:
 def _panel(axes: Axes, point: str, k: int, name: str, angle: Array, truth: Array, runs: list[Result]) -> None:
     span = float(np.ptp(truth)) or 1.0
     low, high = float(truth.min()), float(truth.max())
-    seen_low, seen_high = low - MARGIN * span, high + MARGIN * span
+    seen = [low - MARGIN * span, high + MARGIN * span]
+    leaving = 0.0
     axes.plot(np.degrees(angle), on_grid(truth, span), label="exact", **EXACT)
-    hidden = 0.0
     for place, run in enumerate(runs):
         assert run.curves is not None
         curve = run.curves[point][name]
         degrees, values = _one_turn(curve.angle), curve.values[:, k] / MM
-        axes.plot(
-            on_grid(degrees, 360.0),
-            on_grid(np.clip(values, low - 2.0 * span, high + 2.0 * span), span),
-            markevery=_markers(degrees, place, len(runs)),
-            label=label(run),
-            **curve_style(run) | {"linewidth": 0.7},
-        )
-        inside = values[(values > low - FOLLOW * span) & (values < high + FOLLOW * span)]
-        if inside.size:
-            seen_low = min(seen_low, float(inside.min()) - 0.03 * span)
-            seen_high = max(seen_high, float(inside.max()) + 0.03 * span)
-        if inside.size < values.size:
-            hidden = max(hidden, float(np.abs(values).max()))
+        inside = (values > low - FOLLOW * span) & (values < high + FOLLOW * span)
+        if inside.all():
+            seen = [min(seen[0], values.min() - 0.03 * span), max(seen[1], values.max() + 0.03 * span)]
+            _draw(axes, run, degrees[::THINNED], values[::THINNED], span, place / len(runs))
+        else:
+            seen = [low - FOLLOW * span, high + FOLLOW * span]
+            leaving = max(leaving, float(np.abs(values).max()))
+            style = curve_style(run) | DOTS
+            style["markerfacecolor"] = style["color"]
+            axes.plot(on_grid(degrees[inside], 360.0), on_grid(values[inside], span), **style)
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
-    axes.set_ylim(*on_grid(np.array([seen_low, seen_high]), 100.0 * span))
+    axes.set_ylim(*on_grid(np.array(seen), 100.0 * span))
     axes.set_ylabel(f"{name} [{UNITS[name]}]")
-    if hidden:
-        _name_hidden(axes, UNITS[name])
+    if leaving:
+        _name_leaving(axes, f"{numbers.measured(leaving)} {UNITS[name]}")
 
 
-def _name_hidden(axes: Axes, unit: str) -> None:
+def _draw(axes: Axes, run: Result, degrees: Array, values: Array, span: float, phase: float) -> None:
+    """A thin line with sparse markers; `phase`, from 0 to 1, shifts the markers."""
+    style = curve_style(run) | {"linewidth": 0.7}
+    marked = _markers(degrees, phase)
+    axes.plot(on_grid(degrees, 360.0), on_grid(values, span), markevery=marked, label=label(run), **style)
+
+
+def _name_leaving(axes: Axes, size: str) -> None:
     axes.annotate(
-        f"engine values go on beyond this panel ({unit}); see the table of errors",
+        f"dots: samples of runs that leave this panel, up to {size}",
         (0.5, 0.985),
         xycoords="axes fraction",
         ha="center",
@@ -103,7 +120,7 @@ def _one_turn(angle: Array) -> Array:
     return np.asarray(np.degrees(angle - 2.0 * np.pi * turns))
 
 
-def _markers(degrees: Array, place: int, runs: int) -> list[int]:
+def _markers(degrees: Array, phase: float) -> list[int]:
     """Samples that get a marker."""
-    wanted = np.arange(0.0, 360.0, MARKER_SPACING) + (place + 0.5) * MARKER_SPACING / runs
+    wanted = np.arange(0.0, 360.0, MARKER_SPACING) + (phase + 0.1) * MARKER_SPACING
     return sorted({int(np.argmin(np.abs(degrees - at))) for at in wanted})

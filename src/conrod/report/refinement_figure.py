@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,6 +16,18 @@ from conrod.report.error_figure import NORMS
 from conrod.report.styles import curve_style, label
 from conrod.studies.results import QUANTITIES, Result, SceneStudy
 
+LABEL_HEIGHT = 0.05  # of a panel
+
+
+@dataclass(frozen=True)
+class Guide:
+    """A line of a whole order: its colour, and where it ends."""
+
+    order: int
+    colour: str
+    steps: float
+    end: float
+
 
 def refinement_figure(study: SceneStudy) -> Figure:
     """Largest error over the observed points against steps per revolution, a panel for each quantity."""
@@ -23,6 +38,7 @@ def refinement_figure(study: SceneStudy) -> Figure:
     for axes, name in zip(panels, QUANTITIES, strict=True):
         drawn = [_curve(axes, run, name) for run in runs]
         whole_decades(axes, drawn)
+        _name_slopes(axes, [_guide(axes, run, name) for run in runs])
         axes.set_xscale("log")
         axes.set_ylabel(f"{name} error, max / {NORMS[name]}")
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), handlelength=4.2, labelspacing=0.9)
@@ -31,34 +47,56 @@ def refinement_figure(study: SceneStudy) -> Figure:
         panels[-1].set_xticks(steps, [str(n) for n in steps])
     panels[-1].minorticks_off()
     panels[-1].set_xlabel("steps per revolution N (step of the crank angle h = 2π / N)")
+    figure.align_ylabels(panels)
     figure.subplots_adjust(left=0.085, right=0.72, top=0.98, bottom=0.06, hspace=0.12)
     return figure
 
 
-def _curve(axes: Axes, run: Result, name: str) -> Array:
-    """Draws the stable points of a refinement path, over a pale line of the whole order that it claims."""
+def _stable(run: Result, name: str) -> tuple[Array, Array]:
+    """Steps per revolution and errors of the runs that completed."""
     stable = [(p.steps_per_revolution, e) for p in run.refinement if (e := getattr(p, name)) is not None]
-    steps = np.array([float(n) for n, _ in stable])
-    errors = on_log_grid(np.array([e for _, e in stable]))
-    order = None if run.order is None else run.order.get(name)
+    return np.array([float(n) for n, _ in stable]), on_log_grid(np.array([e for _, e in stable]))
+
+
+def _claimed(run: Result, name: str) -> float | None:
+    return None if run.order is None else run.order.get(name)
+
+
+def _curve(axes: Axes, run: Result, name: str) -> Array:
+    steps, errors = _stable(run, name)
+    order = _claimed(run, name)
     found = "order not claimed" if order is None else f"order {numbers.order(order)}"
-    style = curve_style(run)
-    axes.plot(steps, errors, label=f"{label(run)}: {found}", **style)
-    if order is not None and round(order) > 0:
-        _slope_guide(axes, steps, errors, round(order), style["color"])
+    axes.plot(steps, errors, label=f"{label(run)}: {found}", **curve_style(run))
     return errors
 
 
-def _slope_guide(axes: Axes, steps: Array, errors: Array, order: int, colour: str) -> None:
-    """The line of a whole order through the coarsest point, and its order beside its end."""
-    guide = errors[0] * (steps / steps[0]) ** -float(order)
+def _guide(axes: Axes, run: Result, name: str) -> Guide | None:
+    """A pale line of the nearest whole order through the coarsest point of a curve that claims an order."""
+    steps, errors = _stable(run, name)
+    order = _claimed(run, name)
+    if order is None or round(order) < 1:
+        return None
+    guide = errors[0] * (steps / steps[0]) ** -float(round(order))
+    colour = curve_style(run)["color"]
     axes.plot(steps, guide, color=colour, alpha=0.18, linewidth=6.0, zorder=1, solid_capstyle="butt")
-    axes.annotate(
-        f"slope {order}",
-        (steps[-1], guide[-1]),
-        xytext=(7, 0),
-        textcoords="offset points",
-        fontsize=7.5,
-        color=colour,
-        va="center",
-    )
+    return Guide(round(order), colour, float(steps[-1]), float(guide[-1]))
+
+
+def _name_slopes(axes: Axes, guides: Sequence[Guide | None]) -> None:
+    """The slope of each guide beside its end; names that would touch are moved apart."""
+    low, high = np.log10(axes.get_ylim())
+    least = LABEL_HEIGHT * (high - low)
+    below = -np.inf
+    for guide in sorted((g for g in guides if g is not None), key=lambda g: (g.end, g.order)):
+        height = max(float(np.log10(guide.end)), below + least)
+        below = height
+        axes.annotate(
+            f"slope {guide.order}",
+            (guide.steps, 10.0**height),
+            xytext=(8, 0),
+            textcoords="offset points",
+            fontsize=7.5,
+            color=guide.colour,
+            va="center",
+            annotation_clip=False,
+        )

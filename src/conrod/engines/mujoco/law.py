@@ -91,7 +91,9 @@ def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
     kinematics = machine.kinematics
     made = build(machine, settings)
     angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
-    forces = reactions(kinematics, angles, machine.speed).joints
+    # A critically damped gap answers 1 / (1 + s tc)^2 = 1 - 2 s tc + 3 (s tc)^2 ...: it lags by twice its time constant.
+    constant = machine.speed * settings.solref[0]
+    forces = reactions(kinematics, angles - 2.0 * constant, machine.speed).joints
     gaps = np.zeros((len(angles), 3 * len(kinematics.mechanism.bodies)))
     row = 0
     for joint in kinematics.mechanism.joints:
@@ -99,7 +101,7 @@ def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
         if joint in made.tree.cuts:
             gaps[:, row : row + rows] = compliance(made, joint.name, settings) * forces[joint.name]
         row += rows
-    return _largest_point_error(kinematics, angles, gaps)
+    return _largest_point_error(kinematics, angles, gaps) * (1.0 + 3.0 * constant**2)
 
 
 def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:

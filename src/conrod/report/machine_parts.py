@@ -1,0 +1,147 @@
+"""The symbols a mechanism is drawn with: links, pins, guides, the frame's hatching, dimension lines. Lengths in mm."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, FancyArrowPatch, Polygon
+
+from conrod.mechanism import Point
+from conrod.motion import Array
+from conrod.report.dimensions import Length, Radius
+
+INK, FRAME, LINK, DIMENSION = "#222222", "#777777", "#7d97ab", "#8a2b2b"
+TEXT = {"fontsize": 8.0, "zorder": 20}
+HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+
+
+def unit(direction: float) -> Array:
+    """The unit vector of a direction [rad]."""
+    return np.array([math.cos(direction), math.sin(direction)])
+
+
+def link(axes: Axes, points: list[Point], width: float) -> None:
+    """A bar through the points, in order."""
+    axes.plot(*np.array(points).T, color=LINK, linewidth=width, alpha=0.75, zorder=4)
+
+
+def pin(axes: Axes, centre: Point, size: float) -> None:
+    """A revolute joint."""
+    axes.add_patch(Circle(centre, 0.35 * size, facecolor="white", edgecolor=INK, linewidth=1.2, zorder=8))
+
+
+def bearing(axes: Axes, centre: Point, size: float) -> None:
+    """A shaft's bearing on the frame: a foot with hatching under it."""
+    x, y = centre
+    foot = [(x, y), (x - 0.9 * size, y - 1.4 * size), (x + 0.9 * size, y - 1.4 * size)]
+    axes.add_patch(Polygon(foot, facecolor="#f2f2f2", edgecolor=FRAME, linewidth=1.0, zorder=3))
+    hatching(axes, np.array([x - 1.5 * size, y - 1.4 * size]), np.array([x + 1.5 * size, y - 1.4 * size]), size)
+
+
+def hatching(axes: Axes, start: Array, stop: Array, size: float) -> None:
+    """A line of the fixed frame, hatched on its right as seen from start to stop."""
+    along = (stop - start) / np.linalg.norm(stop - start)
+    right = np.array([along[1], -along[0]])
+    axes.plot(*np.array([start, stop]).T, color=FRAME, linewidth=1.0, zorder=3)
+    spacing = 0.5 * size
+    for k in range(int(np.linalg.norm(stop - start) / spacing) + 1):
+        top = start + k * spacing * along
+        axes.plot(*np.array([top, top + 0.5 * size * (right - along)]).T, color=FRAME, linewidth=0.7, zorder=3)
+
+
+def guide(axes: Axes, centre: Array, reach: tuple[float, float], direction: float, size: float) -> None:
+    """A slide's two rails from reach[0] to reach[1] along a direction [rad] through a point."""
+    along = unit(direction)
+    left = np.array([-along[1], along[0]])
+    near, far = centre + reach[0] * along, centre + reach[1] * along
+    hatching(axes, far + 1.15 * size * left, near + 1.15 * size * left, size)
+    hatching(axes, near - 1.15 * size * left, far - 1.15 * size * left, size)
+
+
+def slider(axes: Axes, centre: Array, direction: float, size: float) -> None:
+    """A block on its slide."""
+    along = unit(direction)
+    left = np.array([-along[1], along[0]])
+    corners = [centre + size * (a * 1.5 * along + b * left) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    axes.add_patch(Polygon(corners, facecolor="#dde6ec", edgecolor=INK, linewidth=1.0, zorder=5))
+
+
+def arrow(axes: Axes, start: Array, stop: Array, colour: str, style: str = "-|>", width: float = 1.0) -> None:
+    """A straight arrow."""
+    axes.add_patch(
+        FancyArrowPatch(
+            (float(start[0]), float(start[1])),
+            (float(stop[0]), float(stop[1])),
+            arrowstyle=style,
+            mutation_scale=8,
+            shrinkA=0,
+            shrinkB=0,
+            color=colour,
+            linewidth=width,
+            zorder=10,
+        )
+    )
+
+
+def turn_arrow(axes: Axes, centre: Array, radius: float, start: float, stop: float, colour: str) -> None:
+    """An arc from one direction [rad] to another, with an arrow head at its end."""
+    angles = np.linspace(start, stop, 60)
+    points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    axes.plot(*points[:-2].T, color=colour, linewidth=1.0, zorder=9)
+    arrow(axes, points[-4], points[-1], colour)
+
+
+def note(axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, ground: bool = True) -> None:
+    """A text centred on a point, on a white ground or none; turned by an angle [deg]."""
+    axes.text(
+        float(at[0]),
+        float(at[1]),
+        text,
+        color=colour,
+        ha="center",
+        va="center",
+        rotation=turned,
+        bbox=HALO if ground else None,
+        **TEXT,
+    )
+
+
+def length_line(axes: Axes, dimension: Length, start: Array, stop: Array, extent: float) -> None:
+    """A dimension line with its two extension lines."""
+    along = (stop - start) / np.linalg.norm(stop - start)
+    left = np.array([-along[1], along[0]])
+    shift = dimension.aside * extent * left
+    origin = stop if dimension.stop_from is None else 1e3 * np.array(dimension.stop_from)
+    for end, seen_from in ((start, start), (stop, origin)):
+        axes.plot(*np.array([seen_from, end + 1.15 * shift]).T, color=DIMENSION, linewidth=0.6, zorder=6)
+    arrow(axes, start + shift, stop + shift, DIMENSION, "<|-|>", 0.8)
+    middle = 0.5 * (start + stop) + shift + math.copysign(0.03 * extent, dimension.aside) * left
+    note(axes, middle, dimension.text, DIMENSION, _readable(float(np.degrees(np.arctan2(along[1], along[0])))))
+
+
+def radius_line(axes: Axes, dimension: Radius, centre: Array, radius: float) -> None:
+    """A radius arrow from a marked centre."""
+    direction = unit(dimension.direction)
+    axes.plot(*centre, marker="+", color=DIMENSION, markersize=7, markeredgewidth=0.9, zorder=9)
+    arrow(axes, centre, centre + radius * direction, DIMENSION, "-|>", 0.8)
+    if dimension.text_at > 1.0:
+        outside = centre + dimension.text_at * radius * direction
+        axes.annotate(
+            dimension.text,
+            (float(outside[0]), float(outside[1])),
+            color=DIMENSION,
+            ha="left" if direction[0] >= 0.0 else "right",
+            va="center",
+            **TEXT,
+        )
+    else:
+        turned = _readable(math.degrees(dimension.direction))
+        note(axes, centre + dimension.text_at * radius * direction, dimension.text, DIMENSION, turned)
+
+
+def _readable(degrees: float) -> float:
+    """The same line, read from the left or from below."""
+    turned = (degrees + 180.0) % 360.0 - 180.0
+    return turned - 180.0 if turned > 90.0 else turned + 180.0 if turned <= -90.0 else turned

@@ -1,0 +1,194 @@
+"""Imports go one way (architecture.md), and what is light stays light."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import conrod
+
+ROOT = Path(conrod.__file__).parent
+MODULES = {
+    ".".join(("conrod", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__"): path
+    for path in sorted(ROOT.rglob("*.py"))
+}
+
+# Who may not import whom: (importers, imported, why). A name stands for a module and all below it.
+FORBIDDEN = [
+    ("conrod.scenes", "conrod.engines", "scenes know no engine"),
+    ("conrod.engines", "conrod.scenes", "engines know no scene"),
+    ("conrod.comparison", "conrod.scenes", "a comparison works with any ruler"),
+    ("conrod.comparison", "conrod.engines", "a comparison works with any engine"),
+    ("conrod.report", "conrod.engines", "a saved study is rendered where no engine is installed"),
+    ("conrod.report", "mujoco", "a saved study is rendered where no engine is installed"),
+    ("conrod.report", "pymunk", "a saved study is rendered where no engine is installed"),
+    ("conrod.engines.mujoco.mjcf", "mujoco", "MJCF text is written without the engine"),
+    ("conrod.engines.mujoco.standalone", "mujoco", "MJCF files are exported without the engine"),
+    ("conrod.engines.mujoco.settings", "mujoco", "settings are plain values"),
+    ("conrod.engines.pymunk.settings", "pymunk", "settings are plain values"),
+    ("conrod.engines.mujoco", "pymunk", "one engine a package"),
+    ("conrod.engines.mujoco", "conrod.engines.pymunk", "one engine a package"),
+    ("conrod.engines.pymunk", "mujoco", "one engine a package"),
+    ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
+    ("conrod.studies", "conrod.report", "studies <- report"),
+    *(
+        (low, high, "mechanism, trajectory <- scenes, engines, comparison <- studies <- report <- cli")
+        for low in ("scenes", "engines", "comparison", "mechanism", "trajectory", "kinematics", "outcome", "cam", "motion")
+        for high in ("studies", "report", "cli", "console")
+        for low, high in [(f"conrod.{low}", f"conrod.{high}")]
+    ),
+    *(
+        (f"conrod.{low}", f"conrod.{high}", "mechanism and trajectory stand below all")
+        for low in ("mechanism", "trajectory", "kinematics", "joint_equations", "motion", "cam", "jet", "outcome")
+        for high in ("scenes", "engines", "comparison")
+    ),
+]
+
+
+def within(module: str, package: str) -> bool:
+    return module == package or module.startswith(package + ".")
+
+
+def imports(path: Path, module: str, type_checking: bool = False) -> set[str]:
+    """Modules that a file imports, wherever in it; those for the type checker alone only where asked for."""
+    found: set[str] = set()
+
+    def visit(node: ast.AST) -> None:
+        if not type_checking and isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            return
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                parents = module.split(".")
+                keep = len(parents) - node.level + (path.name == "__init__.py")
+                base = ".".join([*parents[:keep], *([base] if base else [])])
+            found.add(base)
+            # `from package import module` is an import of the module.
+            found.update(f"{base}.{alias.name}" for alias in node.names if f"{base}.{alias.name}" in MODULES)
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+
+    visit(ast.parse(path.read_text(encoding="utf-8")))
+    return found
+
+
+GRAPH = {module: imports(path, module) for module, path in MODULES.items()}
+
+
+@pytest.mark.parametrize(("importer", "imported", "why"), FORBIDDEN, ids=lambda value: str(value).removeprefix("conrod."))
+def test_no_arrow_runs_the_wrong_way(importer: str, imported: str, why: str) -> None:
+    wrong = {
+        module: [name for name in names if within(name, imported)]
+        for module, names in GRAPH.items()
+        if within(module, importer)
+    }
+    assert not {module: names for module, names in wrong.items() if names}, why
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_only_an_engines_own_package_imports_it(engine: str) -> None:
+    users = {module for module, names in GRAPH.items() if any(within(name, engine) for name in names)}
+    assert users
+    assert {m for m in users if not within(m, f"conrod.engines.{engine}")} == set()
+
+
+def test_nothing_but_its_entry_point_imports_the_command_line() -> None:
+    users = {module for module, names in GRAPH.items() if any(within(name, "conrod.cli") for name in names)}
+    assert users <= {"conrod.__main__", "conrod.cli"}
+
+
+@pytest.mark.parametrize("library", ["matplotlib"])
+def test_only_reports_draw(library: str) -> None:
+    users = {module for module, names in GRAPH.items() if any(within(name, library) for name in names)}
+    assert all(within(module, "conrod.report") for module in users), users
+
+
+@pytest.mark.parametrize("library", ["click", "rich"])
+def test_only_the_command_line_talks_to_the_terminal(library: str) -> None:
+    users = {module for module, names in GRAPH.items() if any(within(name, library) for name in names)}
+    inside = ("conrod.scenes", "conrod.engines", "conrod.studies", "conrod.report", "conrod.comparison")
+    assert not [m for m in users if any(within(m, package) for package in inside)]
+
+
+def test_the_walk_sees_every_kind_of_import(tmp_path: Path) -> None:
+    # Negative control: an arrow hidden in a function, a branch, a relative or a submodule import is found.
+    source = tmp_path / "saw.py"
+    source.write_text(
+        "import mujoco.viewer\n"
+        "def late():\n    from conrod.engines import engine_named\n"
+        "try:\n    from ..engines import pymunk\nexcept ImportError:\n    from . import scene\n"
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import pymunk\n"
+    )
+    found = imports(source, "conrod.scenes.saw")
+    assert {"mujoco.viewer", "conrod.engines", "conrod.engines.pymunk", "conrod.scenes.scene"} <= found
+    assert "pymunk" not in found
+    assert "pymunk" in imports(source, "conrod.scenes.saw", type_checking=True)
+
+
+def loaded_by(code: str) -> set[str]:
+    """Top-level packages that are loaded in a fresh interpreter after some code."""
+    script = f"import sys\ntry:\n    {code}\nexcept SystemExit:\n    pass\nimport json; print('LOADED', json.dumps(sorted(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    line = next(line for line in done.stdout.splitlines() if line.startswith("LOADED"))
+    return set(json.loads(line.removeprefix("LOADED")))
+
+
+HEAVY = {"mujoco", "pymunk", "matplotlib", "numpy", "pint"}
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["validate", "--help"], ["show", "--help"]])
+def test_help_loads_neither_engine_nor_plotting_library_nor_numpy(arguments: list[str]) -> None:
+    code = f"sys.argv = {['conrod', *arguments]!r}; from conrod.cli import main; main()"
+    loaded = loaded_by(code)
+    assert "conrod.cli" in loaded
+    assert loaded & HEAVY == set()
+
+
+def test_the_package_itself_loads_nothing_heavy() -> None:
+    assert loaded_by("import conrod") & HEAVY == set()
+    # Negative control: the same look at the modules does see a heavy one.
+    assert {"numpy", "pymunk"} <= loaded_by("import conrod, pymunk; conrod.Saw")
+
+
+@pytest.mark.parametrize("code", ["import conrod.report", "from conrod.studies import results", "import conrod.scenes"])
+def test_what_works_without_an_engine_loads_none(code: str) -> None:
+    assert loaded_by(code) & {"mujoco", "pymunk"} == set()
+
+
+def test_the_mjcf_translator_runs_without_mujoco() -> None:
+    code = (
+        "from conrod import Saw; from conrod.engines.mujoco.standalone import standalone_mjcf; "
+        "standalone_mjcf('saw', Saw(), 1000)"
+    )
+    assert "mujoco" not in loaded_by(code)
+
+
+PUBLIC = ["Saw", "run", "compare", "MuJoCoSettings"]
+
+
+def test_public_names_mean_the_same_whichever_is_used_first() -> None:
+    for names in (("compare", "run", "MuJoCoSettings"), ("MuJoCoSettings", "run", "compare")):
+        lines = "; ".join(f"from conrod import {name}" for name in (*names, *names, "Saw"))
+        code = f"{lines}; assert callable(run) and callable(compare), (run, compare); MuJoCoSettings.stock(Saw(), 100)"
+        assert "conrod" in loaded_by(code)
+
+
+def test_every_public_name_is_there() -> None:
+    for name in (*PUBLIC, "PymunkSettings", "ShearPress", "CamFollower", "SCENES", "harden", "Outcome", "InvalidInput"):
+        assert getattr(conrod, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = conrod.nothing
+
+
+def test_modules_have_docstrings_and_stay_readable() -> None:
+    for module, path in MODULES.items():
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        assert not tree.body or ast.get_docstring(tree), f"{module} does not say what it is"
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= 400, f"{module}: one noun a file (style.md)"
