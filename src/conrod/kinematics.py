@@ -22,9 +22,9 @@ from conrod.motion import BREAK_WIDTH, Array, Motion, Side, point_motion
 
 MOTION_ORDER = 3  # position to jerk
 NEWTON_STEPS = 30
-NODES_PER_TURN = 96
-# Newton converges quadratically, so a step this small (against lengths of order one) is the last that matters.
-NEWTON_DONE = 1e-13
+NODES_PER_TURN = 256
+# Newton converges quadratically: after a step this small (lengths against the mechanism's size) its square is left.
+NEWTON_DONE = 1e-9
 
 Arcs = dict[str, NDArray[np.intp]]
 
@@ -37,6 +37,16 @@ class _Nodes:
     poses: Array  # (K, 3 n)
     slopes: Array  # (K, 3 n), by the crank angle
     turn: Array  # (3 n,) gained over one revolution of the crank; zero but for bodies that turn
+
+    def interpolate(self, angle: Array) -> Array:
+        """Poses (T, 3 n) at angles in [0, 2 pi], by cubic Hermite interpolation."""
+        width = 2.0 * np.pi / NODES_PER_TURN
+        left = np.minimum((angle / width).astype(int), NODES_PER_TURN - 1)
+        t = ((angle - self.angles[left]) / width)[:, None]
+        start, stop = self.poses[left], self.poses[left + 1]
+        rise = stop - start
+        a, b = width * self.slopes[left] - rise, rise - width * self.slopes[left + 1]
+        return np.asarray(start + t * rise + t * (1.0 - t) * ((1.0 - t) * a + t * b))
 
 
 class Kinematics:
@@ -63,21 +73,19 @@ class Kinematics:
         nodes = self._nodes
         turns = np.floor(angle / (2.0 * np.pi))
         base = angle - 2.0 * np.pi * turns
-        nearest = np.rint(base / (2.0 * np.pi) * NODES_PER_TURN).astype(int)
-        step = (base - nodes.angles[nearest])[:, None]
-        guess = nodes.poses[nearest] + nodes.slopes[nearest] * step + turns[:, None] * nodes.turn
-        return self._newton(guess, angle)
+        return self._newton(nodes.interpolate(base) + turns[:, None] * nodes.turn, angle)
 
     def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
         """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
         poses = self.poses(angle)
         arcs = self._arcs(poses, side)
-        jacobian = self.jacobian(poses, arcs)
+        # One matrix for all orders, so it is inverted once.
+        inverse = _inverse(self.jacobian(poses, arcs))
         coefficients = [poses]
         for k in range(1, order + 1):
             zero = np.zeros_like(poses)
             residual = self._residual([*coefficients, zero], angle, arcs)[k]
-            coefficients.append(-_solve(jacobian, residual))
+            coefficients.append(-(inverse @ residual[:, :, None])[:, :, 0])
         return [math.factorial(k) * c for k, c in enumerate(coefficients)]
 
     def branch(self, poses: Array) -> Array:
@@ -193,7 +201,7 @@ class Kinematics:
             poses -= step
             if not np.all(np.isfinite(step)):
                 break
-            if np.abs(step / scale).max() <= NEWTON_DONE * max(1.0, float(np.abs(angle).max())):
+            if np.abs(step / scale).max() <= NEWTON_DONE:
                 return poses
         raise InvalidInput(self._cannot_turn(angle))
 
@@ -232,6 +240,14 @@ class Kinematics:
         scaled = jacobian.copy()
         scaled[:, :, 2::3] /= self.size
         return scaled
+
+
+def _inverse(matrix: Array) -> Array:
+    """Batch of inverses; not finite where a matrix is singular."""
+    try:
+        return np.asarray(np.linalg.inv(matrix))
+    except np.linalg.LinAlgError:
+        return np.full_like(matrix, np.nan)
 
 
 def _solve(matrix: Array, right: Array) -> Array:

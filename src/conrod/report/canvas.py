@@ -15,7 +15,6 @@ from typing import Any
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from conrod.motion import Array
@@ -58,7 +57,7 @@ def drawing_style() -> Iterator[None]:
 def svg_text(figure: Figure) -> str:
     """The figure as SVG, without date, version or digits beyond a hundredth of a point."""
     stream = io.StringIO()
-    FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": None})
+    figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     text = PATH_DATA.sub(lambda data: NUMBER.sub(_two_decimals, data.group()), stream.getvalue())
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
@@ -90,9 +89,9 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
     floor = round(np.log10(ROUNDING))
     noise = bottom <= floor
     axes.set_yscale("log")
-    lowest = floor - 0.6 if noise else bottom
-    # A little room on top, so that no marker is cut in half.
-    axes.set_ylim(10.0**lowest, 10.0 ** (top + 0.05 * (top - lowest)))
+    # A little room at both ends, so that no marker is cut in half.
+    room = 0.05 * (top - bottom)
+    axes.set_ylim(10.0 ** (floor - 0.6 if noise else bottom - room), 10.0 ** (top + room))
     every = max(1, -(-(top - bottom) // 6))
     axes.set_yticks([10.0**k for k in range(top, (floor if noise else bottom) - 1, -every)])
     axes.minorticks_off()

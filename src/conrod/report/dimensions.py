@@ -48,8 +48,8 @@ def dimensions(scene: Scene, mechanism: Mechanism, poses: Poses) -> tuple[Dimens
             return _crank_and_rod(scene.crank, scene.rod, mechanism, poses)
         case Saw():
             shaft = _pin(mechanism, "shaft", poses)
-            below = (poses["slider"][0], shaft[1])
-            offset = Length(f"offset {_mm(scene.offset)}", (poses["slider"][0], poses["slider"][1]), below, -0.08, stop_from=shaft)
+            x, y, _ = poses["slider"]
+            offset = Length(f"offset {_mm(scene.offset)}", (x, y), (x, shaft[1]), -0.08, stop_from=shaft)
             return (*_crank_and_rod(scene.crank, scene.rod, mechanism, poses), offset)
         case CamFollower():
             return _cam(scene, mechanism.cam_contacts[0], poses)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,8 +14,8 @@ from conrod.motion import Array
 from conrod.report.dimensions import Length, Radius
 
 INK, FRAME, LINK, DIMENSION = "#222222", "#777777", "#7d97ab", "#8a2b2b"
-TEXT = {"fontsize": 8.0, "zorder": 20}
-HALO = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+TEXT: dict[str, Any] = {"fontsize": 8.0, "zorder": 20}
+HALO: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 
 
 def unit(direction: float) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,14 +15,15 @@ from conrod.report.styles import EXACT, completed, curve_style, label
 from conrod.scenes import Scene
 from conrod.studies.results import QUANTITIES, Result, SceneStudy
 
-UNITS = {"position": "mm", "velocity": "mm/s", "acceleration": "mm/s²"}
-MM = 1e-3
+SECONDS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
+# Numbers of more digits than this, in mm, are shown in m.
+LARGEST_IN_MM = 2e4
 COMPONENTS = "xy"
 # Samples of a turn: straight from degree to degree is less than a line's width off.
 EXACT_SAMPLES = 361
 BESIDE_BREAK = 1e-6  # [rad]
 # A run whose values leave the panel is no curve; its samples are drawn as dots.
-DOTS = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
+DOTS = {"linestyle": "none", "markersize": 2.0, "markeredgewidth": 0.6}
 THINNED = 2
 # A component that stays this close to a constant, against the point's L, has nothing to show.
 FLAT = 1e-9
@@ -28,6 +31,15 @@ FLAT = 1e-9
 MARGIN, FOLLOW = 0.08, 0.30
 # Degrees from marker to marker of a curve; the curves take turns, so that no marker covers another.
 MARKER_SPACING = 40.0
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """What one panel shows."""
+
+    point: str
+    component: int  # 0 x, 1 y
+    quantity: str
 
 
 def motion_figure(study: SceneStudy) -> Figure:
@@ -40,8 +52,8 @@ def motion_figure(study: SceneStudy) -> Figure:
     exact = study.scene.motion(angle, study.scene.speed)
     for j, (point, k) in enumerate(columns):
         for i, name in enumerate(QUANTITIES):
-            truth = getattr(exact.point(point), name)[:, k] / MM
-            _panel(grid[i, j], point, k, name, angle, truth, runs)
+            truth = getattr(exact.point(point), name)[:, k]
+            _panel(grid[i, j], Coordinate(point, k, name), angle, truth, runs)
         grid[0, j].set_title(f"{point}, along {COMPONENTS[k]}", loc="left")
         grid[2, j].set_xlabel("crank angle [deg]")
     handles, labels = grid[0, 0].get_legend_handles_labels()
@@ -65,7 +77,9 @@ def moving_components(scene: Scene) -> list[tuple[str, int]]:
     return [(name, k) for (name, k), span in spans.items() if span > FLAT * scene.lengths[name]]
 
 
-def _panel(axes: Axes, point: str, k: int, name: str, angle: Array, truth: Array, runs: list[Result]) -> None:
+def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list[Result]) -> None:
+    unit, metres = ("m", 1.0) if np.abs(truth).max() * 1e3 > LARGEST_IN_MM else ("mm", 1e-3)
+    truth, unit = truth / metres, unit + SECONDS[shown.quantity]
     span = float(np.ptp(truth)) or 1.0
     low, high = float(truth.min()), float(truth.max())
     seen = [low - MARGIN * span, high + MARGIN * span]
@@ -73,8 +87,8 @@ def _panel(axes: Axes, point: str, k: int, name: str, angle: Array, truth: Array
     axes.plot(np.degrees(angle), on_grid(truth, span), label="exact", **EXACT)
     for place, run in enumerate(runs):
         assert run.curves is not None
-        curve = run.curves[point][name]
-        degrees, values = _one_turn(curve.angle), curve.values[:, k] / MM
+        curve = run.curves[shown.point][shown.quantity]
+        degrees, values = _one_turn(curve.angle), curve.values[:, shown.component] / metres
         inside = (values > low - FOLLOW * span) & (values < high + FOLLOW * span)
         if inside.all():
             seen = [min(seen[0], values.min() - 0.03 * span), max(seen[1], values.max() + 0.03 * span)]
@@ -82,15 +96,14 @@ def _panel(axes: Axes, point: str, k: int, name: str, angle: Array, truth: Array
         else:
             seen = [low - FOLLOW * span, high + FOLLOW * span]
             leaving = max(leaving, float(np.abs(values).max()))
-            style = curve_style(run) | DOTS
-            style["markerfacecolor"] = style["color"]
-            axes.plot(on_grid(degrees[inside], 360.0), on_grid(values[inside], span), **style)
+            dots = curve_style(run) | DOTS
+            axes.plot(on_grid(degrees[inside], 360.0), on_grid(values[inside], span), **dots)
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
     axes.set_ylim(*on_grid(np.array(seen), 100.0 * span))
-    axes.set_ylabel(f"{name} [{UNITS[name]}]")
+    axes.set_ylabel(f"{shown.quantity} [{unit}]")
     if leaving:
-        _name_leaving(axes, f"{numbers.measured(leaving)} {UNITS[name]}")
+        _name_leaving(axes, f"{numbers.measured(leaving)} {unit}")
 
 
 def _draw(axes: Axes, run: Result, degrees: Array, values: Array, span: float, phase: float) -> None:
@@ -102,11 +115,11 @@ def _draw(axes: Axes, run: Result, degrees: Array, values: Array, span: float, p
 
 def _name_leaving(axes: Axes, size: str) -> None:
     axes.annotate(
-        f"dots: samples of runs that leave this panel, up to {size}",
-        (0.5, 0.985),
+        f"small marks: samples of runs that leave this panel, up to {size}",
+        (0.995, 0.03),
         xycoords="axes fraction",
-        ha="center",
-        va="top",
+        ha="right",
+        va="bottom",
         fontsize=7.5,
         color="#444444",
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5, "alpha": 0.85},

@@ -150,29 +150,29 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     result = replace(result, refinement=refinement, order=_orders(refinement))
     if trajectory.outcome is not Outcome.COMPLETED:
         return replace(result, passed=False if judged else None)
-    return _compared(result, scene, engine, trajectory, judged)
+    result = _compared(result, scene, trajectory)
+    passed = _within(result, tolerance) if judged else None
+    if preset in JUDGED_PRESETS and printed_table.applies(scene):
+        printed = printed_table.compare_with_print(scene, engine, preset)
+        met = printed is not None and printed.engine_agrees == printed.exact_agrees
+        result = replace(result, printed=printed)
+        # Whoever gives tolerances is judged by these alone.
+        passed = passed and (met or plan.tolerance is not None)
+    return replace(result, passed=passed)
 
 
-def _compared(result: Result, scene: Scene, engine: Engine[Any], trajectory: Trajectory, judged: bool) -> Result:
+def _compared(result: Result, scene: Scene, trajectory: Trajectory) -> Result:
     comparison = compare(trajectory, scene)
-    printed = None
-    if judged and printed_table.applies(scene) and result.preset is not None:
-        printed = printed_table.compare_with_print(scene, engine, result.preset)
-    result = replace(
+    return replace(
         result,
         errors={p: {q: _size(getattr(e, q).error) for q in COMPARED} for p, e in comparison.points.items()},
         peak={p: {"velocity": k.velocity, "acceleration": k.acceleration} for p, k in comparison.peaks.items()},
         closure=vars(comparison.closure),
         phase={"max": comparison.phase_max, "final": comparison.phase_final},
         drive={"speed": comparison.drive_speed, "acceleration": comparison.drive_acceleration},
-        printed=printed,
         lift_error=_lift_error(scene, trajectory),
         curves=_curves(trajectory, comparison),
     )
-    if not judged:
-        return result
-    table_met = printed is None or printed.engine_agrees == printed.exact_agrees
-    return replace(result, passed=_within(result, result.tolerance) and table_met)
 
 
 def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any, plan: Plan) -> Tolerance:

@@ -1,0 +1,81 @@
+"""The report's first page, made from the summaries of all its scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from conrod.report import numbers, prose
+from conrod.report.styles import engine_title
+from conrod.report.tables import paragraphs, table
+from conrod.trajectory import Outcome
+
+PURPOSE = (
+    "conrod measures physics engines with mechanisms whose motion is known exactly. Each machine below is built once, "
+    "as one description, translated for each engine, driven at constant crank speed, sampled, and compared with its "
+    "exact kinematics. Each page holds the mechanism with its dimensions, the errors, the order in the step, the "
+    "tolerances with their reasons, the settings, and what such a comparison cannot see."
+)
+KINEMATIC = (
+    "*Kinematic mode* proves the model: the engine's own joints, solved at prescribed crank angles, against the exact "
+    "poses. The presets measure the engine: real time stepping."
+)
+
+
+def index_page(scenes: Mapping[str, Any], conrod: str, command: str) -> str:
+    """The index.
+
+    Args:
+        scenes: summaries as `summary.scene_summary` makes them, by name.
+        conrod: version of conrod.
+        command: what reproduces the report.
+    """
+    rows = [_row(name, entry) for name, scene in scenes.items() for entry in scene["results"]]
+    head = ["machine", "engine", "preset", "steps per revolution", "largest position error / L", "verdict"]
+    failed = [name for name, scene in scenes.items() if not scene["passed"]]
+    verdict = (
+        f"**Out of tolerance: {', '.join(failed)}.**" if failed else "**All judged results are within tolerance.**"
+    )
+    return (
+        paragraphs(
+            "# Validation reports",
+            PURPOSE,
+            verdict,
+            "\n".join(f"- [{name}]({name}.md): {scene['title']}" for name, scene in scenes.items()),
+            table(head, rows),
+            KINEMATIC,
+            prose.PRESETS,
+            prose.ERRORS,
+            "## Made with",
+            _versions(scenes, conrod),
+            f"Reproduced by `{command}`; each page names the command that reproduces it alone. "
+            "[results.json](results.json) holds the numbers of all tables.",
+        )
+        + "\n"
+    )
+
+
+def _row(name: str, entry: Mapping[str, Any]) -> list[str]:
+    preset = entry["preset"] or "kinematic mode"
+    steps = entry["steps_per_revolution"]
+    return [
+        f"[{name}]({name}.md)",
+        engine_title(entry["engine"]),
+        preset,
+        numbers.MISSING if steps is None else str(steps),
+        _error(entry),
+        entry["verdict"],
+    ]
+
+
+def _error(entry: Mapping[str, Any]) -> str:
+    found = entry["largest_position_error"]
+    if entry["outcome"] != Outcome.COMPLETED.slug or found is None:
+        return numbers.MISSING
+    return found if isinstance(found, str) else numbers.measured(found)
+
+
+def _versions(scenes: Mapping[str, Any], conrod: str) -> str:
+    engines = {(e["engine"], e["engine_version"]) for scene in scenes.values() for e in scene["results"]}
+    rows = [["conrod", conrod], *([engine_title(engine), version] for engine, version in sorted(engines))]
+    return table(["software", "version"], rows)

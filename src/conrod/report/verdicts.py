@@ -1,0 +1,50 @@
+"""What a result amounts to, in words."""
+
+from __future__ import annotations
+
+from conrod.report import numbers
+from conrod.studies.results import Result
+from conrod.trajectory import Outcome
+
+PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
+
+
+def verdict(result: Result) -> str:
+    """Within tolerance or not, and if not why; what ended the run, where it did not complete."""
+    if result.outcome == Outcome.UNSUPPORTED.slug:
+        return f"unsupported: {result.reason or Outcome.UNSUPPORTED.meaning}"
+    if result.outcome != Outcome.COMPLETED.slug:
+        failed = f"**failed**, {result.outcome}: {result.reason or Outcome.of(result.outcome).meaning}"
+        return failed if result.passed is False else failed.replace("**failed**", "did not complete")
+    if result.passed is None:
+        return "measured, not judged"
+    if result.passed:
+        return "within tolerance"
+    return "**out of tolerance**: " + "; ".join(exceeded(result) or ["see the tables"])
+
+
+def short_verdict(result: Result) -> str:
+    """The verdict without its reasons."""
+    return verdict(result).split(":")[0].split(",")[0] if result.passed is not None else verdict(result)
+
+
+def exceeded(result: Result) -> list[str]:
+    """The judged quantities that are out of tolerance, with what was found and allowed."""
+    reasons = []
+    for name, allowed in result.tolerance.judged().items():
+        found = found_for(result, name)
+        if found is None:
+            reasons.append(f"{PLAIN_NAMES.get(name, name)} has no error to judge")
+        elif not found <= allowed:
+            reasons.append(f"{PLAIN_NAMES.get(name, name)} {numbers.measured(found)} > {numbers.measured(allowed)}")
+    printed = result.printed
+    if printed is not None and printed.engine_agrees != printed.exact_agrees:
+        reasons.append(f"the printed table, {printed.engine_agrees} of {printed.exact_agrees} cells met")
+    return reasons
+
+
+def found_for(result: Result, tolerance: str) -> float | None:
+    """The error that a tolerance of this name is compared with."""
+    if tolerance.endswith("_rms"):
+        return result.largest(tolerance.removesuffix("_rms"), "rms")
+    return result.largest(tolerance)
