@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
 LINKAGES = {name: scene for name, scene in SCENES.items() if not scene.kinematics.mechanism.cam_contacts}
@@ -18,6 +23,15 @@ VARIATIONS: dict[str, Scene] = {
 }
 
 EVERY_SCENE = {**SCENES, **VARIATIONS}
+
+# One object each: to walk a mechanism around its turn takes most of a test's time, and is done once an object.
+PRESS, SAW, CAM = SCENES["shear-press"], SCENES["saw-40rpm"], SCENES["cam-follower"]
+
+# Where defects are planted in the mechanism: both machines, both senses of rotation.
+DEFECTIVE_LINKAGES: dict[str, Any] = {
+    name: EVERY_SCENE[name] for name in ("shear-press", "saw-40rpm", "press-reversed", "saw-slide-below")
+}
+DEFECTIVE_CAMS = {name: EVERY_SCENE[name] for name in ("cam-follower", "cam-reversed")}
 
 MM = 1e-3
 NOSE, DISTANCE = 29, 80  # R1, C of document 004 [mm]
@@ -40,3 +54,11 @@ def document_cams() -> dict[str, CamFollower]:
 
 CAMS = document_cams()
 CAMS_WITH_JOINTS = {name: cam for name, cam in CAMS.items() if not cam.is_one_circle}
+
+# For tests that need the generic solver of each cam: a few of all kinds at once, all 25 with `make test-all`.
+QUICK_CAMS = ("cam-36-72.5", "cam-36-118", "cam-66-88", "cam-76-98", "cam-76-128")
+
+
+def slow_but_for_a_few(names: Iterable[str]) -> list[Any]:
+    """Parameters, those of which that are not quick are marked slow."""
+    return [name if name in QUICK_CAMS else pytest.param(name, marks=pytest.mark.slow) for name in names]

@@ -1,4 +1,4 @@
-"""Trajectories made from the exact motion, in the shape that engines deliver: to be compared, and to plant defects in."""
+"""Trajectories made from the exact motion, in the shape that engines deliver, to plant defects in."""
 
 from __future__ import annotations
 

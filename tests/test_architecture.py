@@ -38,7 +38,17 @@ FORBIDDEN = [
     ("conrod.studies", "conrod.report", "studies <- report"),
     *(
         (low, high, "mechanism, trajectory <- scenes, engines, comparison <- studies <- report <- cli")
-        for low in ("scenes", "engines", "comparison", "mechanism", "trajectory", "kinematics", "outcome", "cam", "motion")
+        for low in (
+            "scenes",
+            "engines",
+            "comparison",
+            "mechanism",
+            "trajectory",
+            "kinematics",
+            "outcome",
+            "cam",
+            "motion",
+        )
         for high in ("studies", "report", "cli", "console")
         for low, high in [(f"conrod.{low}", f"conrod.{high}")]
     ),
@@ -82,7 +92,9 @@ def imports(path: Path, module: str, type_checking: bool = False) -> set[str]:
 GRAPH = {module: imports(path, module) for module, path in MODULES.items()}
 
 
-@pytest.mark.parametrize(("importer", "imported", "why"), FORBIDDEN, ids=lambda value: str(value).removeprefix("conrod."))
+@pytest.mark.parametrize(
+    ("importer", "imported", "why"), FORBIDDEN, ids=lambda value: str(value).removeprefix("conrod.")
+)
 def test_no_arrow_runs_the_wrong_way(importer: str, imported: str, why: str) -> None:
     wrong = {
         module: [name for name in names if within(name, imported)]
@@ -134,7 +146,8 @@ def test_the_walk_sees_every_kind_of_import(tmp_path: Path) -> None:
 
 def loaded_by(code: str) -> set[str]:
     """Top-level packages that are loaded in a fresh interpreter after some code."""
-    script = f"import sys\ntry:\n    {code}\nexcept SystemExit:\n    pass\nimport json; print('LOADED', json.dumps(sorted(sys.modules)))"
+    report = "import json; print('LOADED', json.dumps(sorted(sys.modules)))"
+    script = f"import sys\ntry:\n    {code}\nexcept SystemExit:\n    pass\n{report}"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     line = next(line for line in done.stdout.splitlines() if line.startswith("LOADED"))
     return set(json.loads(line.removeprefix("LOADED")))

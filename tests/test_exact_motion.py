@@ -11,11 +11,18 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from catalogue import CAMS, CAMS_WITH_JOINTS, EVERY_SCENE, SCENES
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 
+from catalogue import (
+    CAMS,
+    CAMS_WITH_JOINTS,
+    DEFECTIVE_CAMS,
+    DEFECTIVE_LINKAGES,
+    EVERY_SCENE,
+    SCENES,
+    slow_but_for_a_few,
+)
 from conrod.cam import symmetric_cam
 from conrod.errors import InvalidInput
 from conrod.joint_equations import joint_residual, pose_jets
@@ -24,6 +31,7 @@ from conrod.mechanism import Mechanism
 from conrod.motion import Array, Motion, PointMotion
 from conrod.outcome import joint_gaps
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
+from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 TURN = 2.0 * math.pi
@@ -137,7 +145,10 @@ def fifty_digits(scene: Scene, angles: Array, speed: float, acceleration: float)
             for name, rows in columns.items():
                 rows.append(
                     [
-                        [float(d) for d in mpmath.diffs(lambda t, at=at, name=name, k=k: at(t, mpmath.mp.prec)[name][k], 0, 3)]
+                        [
+                            float(d)
+                            for d in mpmath.diffs(lambda t, at=at, name=name, k=k: at(t, mpmath.mp.prec)[name][k], 0, 3)
+                        ]
                         for k in (0, 1)
                     ]
                 )
@@ -148,7 +159,7 @@ def fifty_digits(scene: Scene, angles: Array, speed: float, acceleration: float)
 @pytest.mark.parametrize("name", EVERY_SCENE)
 def test_closed_form_matches_fifty_digits_over_ten_revolutions(name: str, alpha: float) -> None:
     scene = EVERY_SCENE[name]
-    angles = away_from_breaks(scene, ten_turns(20), 1e-6)
+    angles = away_from_breaks(scene, ten_turns(12), 1e-6)
     acceleration = alpha * scene.speed**2
     exact = fifty_digits(scene, angles, scene.speed, acceleration)
     found = difference(scene.motion(angles, scene.speed, acceleration), exact, scene)
@@ -158,7 +169,7 @@ def test_closed_form_matches_fifty_digits_over_ten_revolutions(name: str, alpha:
 @pytest.mark.parametrize("name", CAMS)
 def test_every_cam_matches_fifty_digits(name: str) -> None:
     cam = CAMS[name]
-    angles = away_from_breaks(cam, ten_turns(15), 1e-6)
+    angles = away_from_breaks(cam, ten_turns(9), 1e-6)
     found = difference(cam.motion(angles, cam.speed), fifty_digits(cam, angles, cam.speed, 0.0), cam)
     assert max(found.values()) <= AGAINST_DIGITS, found
 
@@ -193,7 +204,7 @@ def test_fifty_digits_catch_a_swapped_sign_of_the_angular_acceleration() -> None
 
 
 def generic_difference(scene: Scene, kinematics: Kinematics, alpha: float = 0.0) -> dict[str, float]:
-    angles = away_from_breaks(scene, ten_turns(500), 1e-6)
+    angles = away_from_breaks(scene, ten_turns(400), 1e-6)
     acceleration = alpha * scene.speed**2
     return difference(
         scene.motion(angles, scene.speed, acceleration), kinematics.motion(angles, scene.speed, acceleration), scene
@@ -208,14 +219,14 @@ def test_closed_form_matches_the_generic_solver_over_ten_revolutions(name: str, 
     assert max(found.values()) <= AGAINST_EACH_OTHER, found
 
 
-@pytest.mark.parametrize("name", CAMS)
+@pytest.mark.parametrize("name", slow_but_for_a_few(CAMS))
 def test_every_cam_matches_the_generic_solver(name: str) -> None:
     cam = CAMS[name]
     found = generic_difference(cam, cam.kinematics)
     assert max(found.values()) <= AGAINST_EACH_OTHER, found
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(ratio=st.floats(0.05, 0.7), offset=st.floats(-0.2, 0.2), rod=st.floats(0.01, 10.0), speed=st.floats(-90.0, -0.1))
 def test_any_saw_matches_the_generic_solver(ratio: float, offset: float, rod: float, speed: float) -> None:
     scene = Saw(crank=ratio * rod, rod=rod, offset=offset * rod, speed=speed)
@@ -224,17 +235,16 @@ def test_any_saw_matches_the_generic_solver(ratio: float, offset: float, rod: fl
 
 
 LINKAGE_SCENES: dict[str, Any] = {name: s for name, s in EVERY_SCENE.items() if not isinstance(s, CamFollower)}
-CAM_SCENES = {name: s for name, s in EVERY_SCENE.items() if isinstance(s, CamFollower)}
 
 
-@pytest.mark.parametrize("name", LINKAGE_SCENES)
+@pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
 def test_the_generic_solver_catches_a_rod_that_is_a_ten_thousandth_too_long(name: str) -> None:
     scene = LINKAGE_SCENES[name]
     found = generic_difference(scene, longer_rod(scene))
     assert min(found.values()) > 1e5 * AGAINST_EACH_OTHER, found
 
 
-@pytest.mark.parametrize("name", LINKAGE_SCENES)
+@pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
 def test_the_generic_solver_stays_on_the_branch_it_is_started_on(name: str) -> None:
     scene = LINKAGE_SCENES[name]
     other = other_branch(scene)
@@ -243,14 +253,14 @@ def test_the_generic_solver_stays_on_the_branch_it_is_started_on(name: str) -> N
     assert other.assembled_branch == -scene.kinematics.assembled_branch
 
 
-@pytest.mark.parametrize("name", CAM_SCENES)
+@pytest.mark.parametrize("name", DEFECTIVE_CAMS)
 def test_the_generic_solver_catches_a_cam_turned_by_a_hundredth_degree(name: str) -> None:
-    scene = CAM_SCENES[name]
+    scene = DEFECTIVE_CAMS[name]
     found = generic_difference(scene, turned_crank(scene))
     assert min(found.values()) > 1e5 * AGAINST_EACH_OTHER, found
 
 
-@pytest.mark.parametrize("name", LINKAGE_SCENES)
+@pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
 def test_the_generic_solver_catches_a_swapped_sense_of_rotation(name: str) -> None:
     # (A symmetric cam moves its follower alike in both senses: nothing to catch there.)
     scene = LINKAGE_SCENES[name]
@@ -260,7 +270,7 @@ def test_the_generic_solver_catches_a_swapped_sense_of_rotation(name: str) -> No
     assert min(found.values()) > 1e5 * AGAINST_EACH_OTHER, found
 
 
-@pytest.mark.parametrize("name", CAMS_WITH_JOINTS)
+@pytest.mark.parametrize("name", slow_but_for_a_few(CAMS_WITH_JOINTS))
 def test_both_references_take_the_same_side_at_a_break(name: str) -> None:
     cam = CAMS_WITH_JOINTS[name]
     angles = np.array(cam.break_angles())
@@ -362,7 +372,7 @@ def test_gap_rates_and_gap_accelerations_of_the_exact_motion_vanish(name: str) -
 
 # -- derivatives of each other ---------------------------------------------------------------------------------------
 
-# Five-point difference: truncation dt^4 / 30 times the fifth derivative, rounding eps / dt; both below this, normalised.
+# Five-point difference: truncation dt^4 / 30 times the fifth derivative, rounding eps / dt; both below this.
 STENCIL_STEP, STENCIL_ERROR = 3e-4, 1e-8
 
 
@@ -376,8 +386,8 @@ def by_differences(scene: Scene, angles: Array, alpha: float, quantity: str) -> 
         there = scene.motion(
             angles + scene.speed * t + 0.5 * acceleration * t**2, scene.speed + acceleration * t, acceleration
         )
-        for name, sums in total.items():
-            sums += weight * getattr(there.point(name), quantity) / (12.0 * dt)
+        for name in total:
+            total[name] += weight * getattr(there.point(name), quantity) / (12.0 * dt)
     return total
 
 

@@ -35,7 +35,7 @@ class Order:
 def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
     """Order from errors at increasing numbers of steps per revolution."""
     pairs = tuple(_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1))
-    if len(steps) < 3 or min(errors) <= 0.0:
+    if len(steps) < 3 or not all(0.0 < e < math.inf for e in errors):
         return Order(None, pairs, None)
     floor = _fitted_floor(np.asarray(steps, float), np.asarray(errors, float))
     clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
@@ -51,7 +51,7 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
 
 
 def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
-    if min(errors) <= 0.0:
+    if not all(0.0 < e < math.inf for e in errors):
         return None
     return math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0])
 

@@ -71,6 +71,8 @@ class Kinematics:
     def poses(self, angle: Array) -> Array:
         """Stacked poses (T, 3 n) [m, m, rad] at crank angles (T,) [rad]."""
         nodes = self._nodes
+        if nodes is None:
+            return self._walk(angle)
         turns = np.floor(angle / (2.0 * np.pi))
         base = angle - 2.0 * np.pi * turns
         return self._newton(nodes.interpolate(base) + turns[:, None] * nodes.turn, angle)
@@ -109,10 +111,9 @@ class Kinematics:
     @cached_property
     def travel(self) -> float:
         """The largest distance [m] that an observed point moves in a turn; the size of a linkage that cannot turn."""
-        try:
-            points = self.point_derivatives([self._nodes.poses])
-        except InvalidInput:
+        if self._nodes is None:
             return self.size
+        points = self.point_derivatives([self._nodes.poses])
         return max(float(np.hypot(*np.ptp(p[0], axis=0))) for p in points.values())
 
     # -- observed points ---------------------------------------------------------------------------------------
@@ -210,18 +211,35 @@ class Kinematics:
         return f"{self.mechanism.name} cannot be assembled at every crank angle from {lowest:.6g} to {highest:.6g} deg"
 
     @cached_property
-    def _nodes(self) -> _Nodes:
-        """One full turn, walked in small steps so that the branch of the start poses is kept."""
+    def _nodes(self) -> _Nodes | None:
+        """One full turn, walked in small steps so that the branch of the start poses is kept; None if it ends early."""
         angles = np.linspace(0.0, 2.0 * np.pi, NODES_PER_TURN + 1)
-        poses = [self.start]
-        slopes = []
+        poses, slopes = [self.start], [self._slope(self.start, 0.0)]
         for previous, following in pairwise(angles):
-            slopes.append(self._slope(poses[-1], previous))
             guess = poses[-1] + slopes[-1] * (following - previous)
-            poses.append(self._newton(guess, np.array([following])))
-        slopes.append(self._slope(poses[-1], angles[-1]))
+            try:
+                poses.append(self._newton(guess, np.array([following])))
+            except InvalidInput:
+                return None
+            slopes.append(self._slope(poses[-1], following))
         stacked = np.concatenate(poses)
         return _Nodes(angles, stacked, np.concatenate(slopes), self._gain(stacked[0], stacked[-1]))
+
+    def _walk(self, angle: Array) -> Array:
+        """Poses (T, 3 n) of a linkage that cannot turn fully, each reached from angle 0 in small steps.
+
+        Raises:
+            InvalidInput: an angle is beyond what the linkage reaches.
+        """
+        found = []
+        for goal in angle:
+            way = np.linspace(0.0, goal, 2 + int(abs(goal) / (2.0 * np.pi) * NODES_PER_TURN))
+            here = self.start
+            for previous, following in pairwise(way):
+                guess = here + self._slope(here, previous) * (following - previous)
+                here = self._newton(guess, np.array([following]))
+            found.append(here)
+        return np.concatenate(found)
 
     def _gain(self, first: Array, last: Array) -> Array:
         """What one turn adds to the poses: whole turns of bodies, and nothing else."""

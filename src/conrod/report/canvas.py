@@ -47,6 +47,10 @@ PATH_DATA = re.compile(r'(?<=\sd=")[^"]*(?=")|(?<=\s[xy]=")-?[\d.]+(?=")')
 NUMBER = re.compile(r"-?\d+\.\d+")
 
 
+# Round numbers, such as angles in degrees, would lie just between two grid points if these were round as well.
+OFF_TIES = 0.137
+
+
 @contextmanager
 def drawing_style() -> Iterator[None]:
     """matplotlib's own defaults and ours, whatever the user's matplotlibrc says."""
@@ -70,7 +74,7 @@ def _two_decimals(match: re.Match[str]) -> str:
 def on_grid(values: Array, span: float) -> Array:
     """Values rounded to 1e-4 of the span of their axis, so that their last bits cannot be seen in the file."""
     step = 10.0 ** np.floor(np.log10(span * 1e-4)) if span > 0.0 else 1.0
-    return np.asarray(np.rint(values / step) * step)
+    return np.asarray(np.rint(values / step + OFF_TIES) * step)
 
 
 def on_log_grid(errors: Array) -> Array:

@@ -92,7 +92,7 @@ def _cam(scene: CamFollower, contact: CamContact, poses: Poses) -> tuple[Dimensi
             to_world(cam, (flank.centre[0], -flank.centre[1])),
             flank.radius,
             axis - 0.5 * (flank.start + flank.stop),
-            0.30,
+            0.6,
         ),
         Length(f"centre distance {_mm(scene.centre_distance)}", (cam[0], cam[1]), to_world(cam, nose.centre), -0.32),
         of_roller,

@@ -220,7 +220,7 @@ def _crank_angle(view: View, scene: Scene, angle: float) -> None:
 def _frame_axes(view: View) -> None:
     """The document's axes x and y, from its origin."""
     reach = 6.5 * view.size
-    for direction, name, aside in ((0.0, "x", -math.pi / 2.0), (math.pi / 2.0, "y", math.pi)):
+    for direction, name, aside in ((0.0, "x", math.pi / 2.0), (math.pi / 2.0, "y", math.pi)):
         tip = reach * parts.unit(direction)
         parts.arrow(view.axes, np.zeros(2), tip, "#888888")
         parts.note(view.axes, tip + 1.1 * view.size * parts.unit(aside), name, "#666666", ground=False)

@@ -29,7 +29,7 @@ def error_figure(study: SceneStudy) -> Figure:
             drawn.append(error)
             every = max(1, len(angle) // MARKERS_PER_RUN)
             start = 2 + (place * every) // max(1, len(runs))
-            axes.plot(angle, error, markevery=(start, every), label=label(run), **curve_style(run))
+            axes.plot(angle, error, markevery=slice(start, len(angle) - 4, every), label=label(run), **curve_style(run))
         whole_decades(axes, drawn)
         axes.set_ylabel(f"{name} error / {NORMS[name]}")
         if runs:

@@ -63,7 +63,9 @@ KINEMATIC_CONTACT = (
 ORDER = (
     "Error against step, on a declared path: what a preset states in steps or periods follows the step, nothing else "
     "changes. The order is fitted to e = c h^p + floor, and claimed only where two consecutive pairs of runs agree "
-    "within 0.1 and the error is 20 times the floor. The order printed for a pair is that of neighbouring columns."
+    "within 0.1 and the error is 20 times the floor. Where none is claimed, the orders of neighbouring "
+    "pairs of columns are printed; a plateau means that the two finest pairs show none, so that a smaller step does "
+    "not help."
 )
 
 TOLERANCE = (
@@ -75,8 +77,8 @@ PRINTED = (
     "The document prints the motion of G every 5 degrees, in {cells} cells. The exact motion rounds to "
     "{exact_agrees} of them; a judged engine must meet each of these within 0.55 of its last printed unit (half a unit "
     "is the rounding of the print itself). The other {others} cells differ from the exact motion by more than their "
-    "own rounding: misprints and slips of the document, or digits lost in scanning. They are what is audited, never "
-    "the ruler, and no engine is asked to reproduce them."
+    "own rounding. Why they do is the subject of an audit of the document, which is made elsewhere: the print is what "
+    "is audited, never the ruler, and no engine is asked to reproduce those cells."
 )
 PRINTED_STEPS = "The check runs at 7200 steps per revolution, so that the printed angles are sampled."
 
@@ -95,9 +97,14 @@ CAM = (
     "**Breaks.** The exact acceleration jumps where two arcs meet, at {breaks} deg; the follower's acceleration there "
     "is one of two values, and the order of any scheme in the max norm is limited.",
     "**Preload.** The follower is held down by a constant force of {preload} times (follower mass x largest downward "
-    "acceleration), {force} N, the same for both engines and all presets, in place of gravity. Above 1 the exact motion "
-    "never parts; the larger value keeps a contact that yields from parting at the corners, without which no order in "
-    "the step can be observed.",
+    "acceleration), {force} N, the same for both engines and all presets, in place of gravity. Above 1 the exact "
+    "motion never parts; the larger value keeps a contact that yields from parting at the corners, without which no "
+    "order in the step can be observed.",
+)
+
+ONE_CIRCLE = (
+    "The flank radius is the least one, (base + nose + centre distance) / 2: the centres of base, flank and nose are "
+    "in line, and the cam is one circle, without dwell or jumps."
 )
 
 BLIND_SPOTS_LINKAGE = (

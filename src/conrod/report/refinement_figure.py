@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +37,7 @@ def refinement_figure(study: SceneStudy) -> Figure:
     for axes, name in zip(panels, QUANTITIES, strict=True):
         drawn = [_curve(axes, run, name) for run in runs]
         whole_decades(axes, drawn)
-        _name_slopes(axes, [_guide(axes, run, name) for run in runs])
+        _name_slopes(axes, {guide for run in runs if (guide := _guide(axes, run, name)) is not None})
         axes.set_xscale("log")
         axes.set_ylabel(f"{name} error, max / {NORMS[name]}")
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), handlelength=4.2, labelspacing=0.9)
@@ -82,12 +81,12 @@ def _guide(axes: Axes, run: Result, name: str) -> Guide | None:
     return Guide(round(order), colour, float(steps[-1]), float(guide[-1]))
 
 
-def _name_slopes(axes: Axes, guides: Sequence[Guide | None]) -> None:
+def _name_slopes(axes: Axes, guides: set[Guide]) -> None:
     """The slope of each guide beside its end; names that would touch are moved apart."""
     low, high = np.log10(axes.get_ylim())
     least = LABEL_HEIGHT * (high - low)
     below = -np.inf
-    for guide in sorted((g for g in guides if g is not None), key=lambda g: (g.end, g.order)):
+    for guide in sorted(guides, key=lambda g: (g.end, g.order, g.colour)):
         height = max(float(np.log10(guide.end)), below + least)
         below = height
         axes.annotate(

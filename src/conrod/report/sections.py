@@ -13,6 +13,7 @@ from conrod.report.tables import paragraphs, table
 from conrod.report.verdicts import verdict
 from conrod.scenes import CamFollower
 from conrod.studies.results import QUANTITIES, Result, SceneStudy
+from conrod.trajectory import Outcome
 
 MEASURES = ("max", "rms", "final")
 
@@ -117,18 +118,21 @@ def _order(run: Result, quantity: str) -> str:
     if len(stable) < 2:
         return numbers.MISSING
     pairs = [p for p in observed_order([n for n, _ in stable], [e for _, e in stable]).pairs if p is not None]
-    if pairs and max(pairs) <= PAIRS_AGREE:
-        return f"none: plateau at {numbers.measured(stable[-1][1])}, a smaller step does not help"
-    return "none claimed: pairs " + ", ".join(f"{p:.1f}" for p in pairs)
+    if pairs and max(pairs[-2:]) <= PAIRS_AGREE:
+        return f"none: plateau at {numbers.measured(stable[-1][1])}"
+    return "none claimed: pairs " + ", ".join(f"{round(p, 1) + 0.0:.1f}" for p in pairs)
 
 
 def closure(study: SceneStudy) -> str:
     """Closure, phase and drive of every run."""
     head = ["engine", "preset", "gap, max / L", "gap rate, max / (ω L)", "gap acceleration, max / (ω² L)"]
     head += ["phase [rad], max", "final", "speed ripple", "angular acceleration / ω²"]
+
+    def drive(run: Result) -> list[str]:
+        return _values(run.drive, ("speed", "acceleration"))
+
     rows = [
-        [*name_of(r), *_values(r.closure, QUANTITIES), *_values(r.phase, ("max", "final"))]
-        + _values(r.drive, ("speed", "acceleration"))
+        [*name_of(r), *_values(r.closure, QUANTITIES), *_values(r.phase, ("max", "final")), *drive(r)]
         for r in dynamic(study)
         if r.closure is not None
     ]
@@ -169,11 +173,15 @@ def tolerances(study: SceneStudy) -> str:
     """What was allowed in dynamic mode, and why."""
     names = ("position", "velocity", "acceleration", "total", "velocity_rms")
     rows = [
-        [*name_of(r), *(numbers.measured(getattr(r.tolerance, n)) for n in names), r.tolerance.reason or "not judged"]
-        for r in dynamic(study)
+        [*name_of(r), *(numbers.measured(getattr(r.tolerance, n)) for n in names), _because(r)] for r in dynamic(study)
     ]
     head = ["engine", "preset", "position", "velocity", "acceleration", "total", "velocity, rms", "because"]
     return paragraphs(prose.TOLERANCE, table(head, rows))
+
+
+def _because(run: Result) -> str:
+    unsupported = run.outcome == Outcome.UNSUPPORTED.slug
+    return run.tolerance.reason or ("unsupported" if unsupported else "not judged")
 
 
 def printed_table(study: SceneStudy) -> str:
@@ -204,7 +212,7 @@ def cam(study: SceneStudy) -> str:
     ]
     head = ["engine", "preset", "lift error / lift", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]
     full = f"Full lift: {numbers.quantity(1e3 * scene.full_lift)} mm."
-    notes = [lift, rms, acceleration, jumps if breaks else "", preload]
+    notes = [lift, rms, acceleration, jumps if breaks else prose.ONE_CIRCLE, preload]
     return paragraphs("## Contact", full, table(head, rows), *notes)
 
 

@@ -17,6 +17,10 @@ FILE = "results.json"
 # Inputs, written as they are; everything else that is a fraction was measured.
 INPUTS = {"parameters", "settings", "revolutions"}
 INPUT_DIGITS = 12
+# What the index reads of an earlier report.
+SCENE_KEYS = {"title", "passed", "results"}
+ENTRY_KEYS = {"engine", "engine_version", "preset", "steps_per_revolution", "outcome", "verdict"}
+ENTRY_KEYS |= {"largest_position_error"}
 
 
 def scene_summary(study: SceneStudy, command: str) -> dict[str, Any]:
@@ -56,9 +60,13 @@ def earlier_scenes(directory: Path) -> dict[str, Any]:
     try:
         document = json.loads((directory / FILE).read_text(encoding="utf-8"))
         scenes = document["scenes"] if document["schema"] == SCHEMA else {}
-        return {name: scene for name, scene in scenes.items() if (directory / f"{name}.md").is_file()}
+        return {name: s for name, s in scenes.items() if _is_whole(s) and (directory / f"{name}.md").is_file()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
+
+
+def _is_whole(scene: Mapping[str, Any]) -> bool:
+    return scene.keys() >= SCENE_KEYS and all(entry.keys() >= ENTRY_KEYS for entry in scene["results"])
 
 
 def summary_text(scenes: Mapping[str, Any], conrod: str) -> str:

@@ -25,7 +25,7 @@ def verdict(result: Result) -> str:
 
 def short_verdict(result: Result) -> str:
     """The verdict without its reasons."""
-    return verdict(result).split(":")[0].split(",")[0] if result.passed is not None else verdict(result)
+    return verdict(result) if result.passed is None else verdict(result).split(":")[0]
 
 
 def exceeded(result: Result) -> list[str]:

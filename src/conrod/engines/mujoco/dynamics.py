@@ -22,7 +22,10 @@ def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_an
     steps = round(settings.steps_per_revolution * revolutions)
     times, states, sensors = _roll(made, machine, settings, steps, start_angle)
     bodies, points = _tracks(made, machine, settings, times, states, sensors)
-    verdict = _reset_by_engine(states, settings) or judge(machine.kinematics, bodies, machine.speed)
+    verdict = _ended_by_engine(states, settings)
+    if verdict is None or verdict.outcome is not Outcome.RESET:
+        seen = judge(machine.kinematics, bodies, machine.speed)
+        verdict = seen if verdict is None or seen.outcome is not Outcome.COMPLETED else verdict
     return Trajectory(
         engine="mujoco",
         engine_version=mujoco.__version__,
@@ -81,8 +84,8 @@ def _tracks(
     return BodyTracks(bodies, bodies, bodies), points
 
 
-def _reset_by_engine(states: Array, settings: MuJoCoSettings) -> Verdict | None:
-    """MuJoCo's own reset: a finite state at rest, whose clock started again."""
+def _ended_by_engine(states: Array, settings: MuJoCoSettings) -> Verdict | None:
+    """What MuJoCo did after a warning, told from its clock: its own reset starts it again, a stop lets it stand."""
     clock = states[:, 0]
     if not np.all(np.isfinite(clock)):
         return None
@@ -90,4 +93,7 @@ def _reset_by_engine(states: Array, settings: MuJoCoSettings) -> Verdict | None:
     off = np.abs(clock - expected) > 0.5 * settings.timestep
     if not off.any():
         return None
-    return Verdict(Outcome.RESET, f"the engine's clock jumped back at step {int(np.argmax(off))}")
+    first = int(np.argmax(off))
+    if clock[first] < clock[first - 1]:
+        return Verdict(Outcome.RESET, f"the engine reset its state at step {first}")
+    return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first}")

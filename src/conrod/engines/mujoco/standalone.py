@@ -55,6 +55,6 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> s
         f"Settings: preset 'tuned', {settings.steps_per_revolution} steps a revolution. The tolerance of 0 is needed:",
         "with this armature MuJoCo's default ends the solver before its first iteration, and the loop opens.",
         "Sensor values after mj_step belong to the instant before the step.",
-        f"Written by: conrod export {name} --format mjcf",
+        f"Written by `conrod export {name}`, format mjcf.",
     ]
     return "\n".join(f"  {line}".rstrip() for line in lines)

@@ -1,0 +1,359 @@
+"""The report: what it says of a result, and what it leaves alone."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conrod.report import numbers, writer
+from conrod.report.drawing import draw_mechanism, mechanism_svg
+from conrod.report.pages import scene_page
+from conrod.report.writer import figures, write_report
+from conrod.scenes import SCENES
+from conrod.studies.results import QUANTITIES, Curve, PrintedCells, RefinementPoint, Result, SceneStudy, Tolerance
+
+COMMAND = "conrod validate {scene} --out reports"
+ALL = sorted(SCENES)
+
+
+def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str | None = "tuned") -> Result:
+    """A run that is off by about `size`, without any engine."""
+    scene = SCENES[name]
+    angle = np.linspace(2.0 * np.pi, 4.0 * np.pi, 181)
+    exact = scene.motion(angle, scene.speed)
+    shape = size * (1.0 + 0.5 * np.sin(np.arange(60)))
+    norm = {"max": 1.5 * size, "rms": size, "final": 0.5 * size}
+    steps = (125, 250, 500, 1000)
+    return Result(
+        scene=name,
+        parameters=scene.parameters,
+        engine=engine,
+        engine_version="1.2.3",
+        preset=preset,
+        settings={"preset": preset, "steps_per_revolution": 1000, "timestep": 1e-3, "solref": [0.02, 1.0]},
+        mode="dynamic",
+        steps_per_revolution=1000,
+        revolutions=2.0,
+        outcome="completed",
+        reason="",
+        errors={p: dict.fromkeys((*QUANTITIES, "total"), norm) for p in scene.lengths},
+        peak={p: {"velocity": 1.0, "acceleration": 2.0} for p in scene.lengths},
+        closure=dict.fromkeys(QUANTITIES, size),
+        phase={"max": 1e-14, "final": 1e-14},
+        drive={"speed": 0.0, "acceleration": 1e-15},
+        order=dict.fromkeys(QUANTITIES, 2.0),
+        tolerance=Tolerance(position=1e-5, reason="a law of this test"),
+        passed=True,
+        refinement=tuple(RefinementPoint(n, "completed", *(3 * [size * (1000 / n) ** 2])) for n in steps),
+        curves={
+            p: {
+                q: Curve(angle, getattr(exact.point(p), q) * (1.0 + size), np.linspace(0.0, 4.0 * np.pi, 60), shape)
+                for q in QUANTITIES
+            }
+            for p in scene.lengths
+        },
+    )
+
+
+def ended(name: str, outcome: str, reason: str, passed: bool | None) -> Result:
+    """A run that did not complete: it has no figures."""
+    return replace(
+        a_result(name, preset="hardened"),
+        outcome=outcome,
+        reason=reason,
+        passed=passed,
+        errors=None,
+        peak=None,
+        closure=None,
+        phase=None,
+        drive=None,
+        order=None,
+        refinement=(),
+        curves=None,
+    )
+
+
+def a_study(name: str, *results: Result) -> SceneStudy:
+    return SceneStudy(name, SCENES[name], results or (a_result(name), a_result(name, 1e-4, "pymunk", "stock")))
+
+
+def last_bits_changed(result: Result) -> Result:
+    """The same run as another machine would compute it."""
+    assert result.curves is not None
+
+    def other(curve: Curve) -> Curve:
+        noise = 1.0 + 4e-16 * np.resize([1.0, -1.0, 0.0], len(curve.error))
+        values = np.nextafter(curve.values, np.inf)
+        return Curve(np.nextafter(curve.angle, 0.0), values, np.nextafter(curve.error_angle, 9.0), curve.error * noise)
+
+    curves = {p: {q: other(c) for q, c in quantities.items()} for p, quantities in result.curves.items()}
+    points = tuple(replace(p, **{q: getattr(p, q) * (1.0 + 4e-16) for q in QUANTITIES}) for p in result.refinement)
+    return replace(result, curves=curves, refinement=points)
+
+
+# -- numbers ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-16, -2e-13, 9.99e-13])
+def test_rounding_noise_has_no_digits(noise: float) -> None:
+    assert numbers.measured(noise) == "< 1e-12"
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (None, "n/a"),
+        (1e-12, "1.0e-12"),
+        (3.8014e-11, "3.8e-11"),
+        (9.96e-4, "1.0e-3"),
+        (0.0097430, "0.0097"),
+        (0.0399, "0.040"),
+        (0.999, "1.0"),
+        (137.25, "140"),
+        (math.nan, "not finite"),
+    ],
+)
+def test_measured_numbers_have_two_significant_digits(value: float | None, shown: str) -> None:
+    assert numbers.measured(value) == shown
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown"),
+    [
+        (0.0325, "m", ("32.5", "mm")),
+        (40.0 * 2.0 * math.pi / 60.0, "rad/s", ("40", "rpm")),
+        (math.pi, "rad", ("180", "deg")),
+        (0.01125, "kg*m^2", ("0.01125", "kg m²")),
+        (25.0, "", ("25", "-")),
+    ],
+)
+def test_parameters_are_shown_in_the_units_of_the_workshop(value: float, unit: str, shown: tuple[str, str]) -> None:
+    assert numbers.in_shown_unit(value, unit) == shown
+
+
+# -- figures ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
+def test_figures_are_the_same_when_results_differ_in_their_last_bit(name: str) -> None:
+    study = a_study(name)
+    other = a_study(name, *(last_bits_changed(r) for r in study.results))
+    assert figures(study) == figures(other)
+
+
+def test_figures_differ_when_results_do() -> None:
+    study = a_study("saw-40rpm")
+    first = figures(study)
+    other = figures(a_study("saw-40rpm", a_result("saw-40rpm", 2e-6), study.results[1]))
+    changed = {name for name, text in first.items() if text != other[name]}
+    assert changed >= {"error", "order"}
+
+
+def test_errors_of_rounding_size_leave_no_trace_of_their_digits() -> None:
+    first, second = (a_study("saw-40rpm", a_result("saw-40rpm", size)) for size in (1e-15, 3e-14))
+    assert figures(first)["error"] == figures(second)["error"]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_scene_has_a_drawing_that_is_the_same_every_time(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "machine.svg"
+    draw_mechanism(SCENES[name], path)
+    assert path.read_text(encoding="utf-8") == mechanism_svg(SCENES[name])
+    assert path.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_figures_do_not_depend_on_the_users_settings_of_matplotlib() -> None:
+    import matplotlib as mpl
+
+    before = mechanism_svg(SCENES["saw-40rpm"])
+    with mpl.rc_context({"font.size": 31.0, "svg.fonttype": "none", "axes.grid": False}):
+        assert mechanism_svg(SCENES["saw-40rpm"]) == before
+
+
+# -- pages -----------------------------------------------------------------------------------------------------------
+
+
+def test_an_unsupported_result_shows_its_reason() -> None:
+    study = a_study("cam-follower", ended("cam-follower", "unsupported", "hardening does not apply to contact", None))
+    assert "unsupported: hardening does not apply to contact" in scene_page(study, COMMAND)
+
+
+@pytest.mark.parametrize(("outcome", "passed"), [("opened", False), ("lost-contact", None), ("diverged", False)])
+def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome: str, passed: bool | None) -> None:
+    study = a_study("saw-40rpm", ended("saw-40rpm", outcome, "seen at 12.5 deg", passed))
+    page = scene_page(study, COMMAND)
+    assert f"{outcome}: seen at 12.5 deg" in page
+    assert "No run completed" in page
+    assert "saw-40rpm-error.svg" not in page
+    assert set(figures(study)) == {"mechanism"}
+
+
+def test_a_run_that_did_not_complete_is_in_no_table_of_errors() -> None:
+    lost = ended("saw-40rpm", "opened", "pin: gap up to 0.1 m", False)
+    page = scene_page(a_study("saw-40rpm", a_result("saw-40rpm"), lost), COMMAND)
+    errors = page[page.index("## Errors") : page.index("## Tolerances")]
+    assert "tuned" in errors
+    assert "hardened" not in errors
+
+
+def test_a_result_out_of_tolerance_names_what_was_found_and_allowed() -> None:
+    result = replace(a_result("saw-40rpm", 1e-4), passed=False)
+    assert "**out of tolerance**: position 1.5e-4 > 1.0e-5" in scene_page(a_study("saw-40rpm", result), COMMAND)
+
+
+def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_for_that() -> None:
+    result = replace(a_result("shear-press"), passed=False, printed=PrintedCells(584, 467, 464, 0.6))
+    page = scene_page(a_study("shear-press", result), COMMAND)
+    assert "the printed table, 464 of 467 cells met" in page
+    assert "The other 117 cells" in page
+
+
+def test_a_plateau_is_named_as_such() -> None:
+    flat = tuple(RefinementPoint(n, "completed", 0.1, 0.1, 0.1) for n in (125, 250, 500, 1000))
+    result = replace(a_result("saw-40rpm"), refinement=flat, order=dict.fromkeys(QUANTITIES))
+    assert "none: plateau at 0.10" in scene_page(a_study("saw-40rpm", result), COMMAND)
+
+
+def test_what_is_missing_is_not_printed_as_none_or_nan() -> None:
+    kinematic = replace(a_result("saw-40rpm", preset=None), mode="kinematic", order=None, settings=None, curves=None)
+    page = scene_page(a_study("saw-40rpm", a_result("saw-40rpm"), kinematic), COMMAND)
+    assert "None" not in page
+    assert "nan" not in page
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_page_says_what_cannot_be_seen_and_how_it_is_reproduced(name: str) -> None:
+    page = scene_page(a_study(name), f"conrod validate {name} --out reports")
+    assert "## What this comparison cannot see" in page
+    assert f"`conrod validate {name} --out reports`" in page
+    assert "{" not in page
+
+
+# -- writing ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures take a second or two; what is claimed here does not depend on what is in them."""
+    monkeypatch.setattr(writer, "figures", lambda study: dict.fromkeys(("mechanism", "motion", "error", "order"), "x"))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_every_file_that_a_page_refers_to_is_written(tmp_path: Path) -> None:
+    written = write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path / "reports", COMMAND)
+    assert written[-1].name == "README.md"
+    for page in (p for p in written if p.suffix == ".md"):
+        for target in page.read_text(encoding="utf-8").split("](")[1:]:
+            assert (page.parent / target.split(")")[0]).is_file()
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_a_report_written_twice_is_the_same(tmp_path: Path) -> None:
+    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
+    first = contents(tmp_path)
+    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
+    assert contents(tmp_path) == first
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_a_failed_write_leaves_an_existing_report_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reports = tmp_path / "reports"
+    write_report([a_study("saw-40rpm")], reports, COMMAND)
+    before = contents(tmp_path)
+
+    def fail(*_: object) -> str:
+        raise RuntimeError("no ink")
+
+    monkeypatch.setattr(writer, "index_page", fail)
+    with pytest.raises(RuntimeError, match="no ink"):
+        write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1e-3))], reports, COMMAND)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_a_disk_that_fills_up_leaves_an_existing_report_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reports = tmp_path / "reports"
+    write_report([a_study("saw-40rpm")], reports, COMMAND)
+    before = contents(tmp_path)
+    write_text: Callable[..., int] = Path.write_text
+
+    def full(path: Path, *args: object, **options: object) -> int:
+        if path.suffix == ".json":
+            raise OSError(28, "No space left on device")
+        return write_text(path, *args, **options)
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(OSError, match="No space"):
+        write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1e-3))], reports, COMMAND)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_files_that_are_not_the_reports_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "figures").mkdir()
+    for name in ("notes.md", "figures/photo.svg"):
+        (tmp_path / name).write_text("mine", encoding="utf-8")
+    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
+    assert contents(tmp_path)["notes.md"] == contents(tmp_path)["figures/photo.svg"] == b"mine"
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_a_report_of_one_scene_keeps_the_others_in_the_index(tmp_path: Path) -> None:
+    write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
+    before = contents(tmp_path)
+    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("text", ["", "[]", "not json", '{"schema": 1, "scenes": {"saw-40rpm": {}}}'])
+@pytest.mark.usefixtures("blank_figures")
+def test_a_damaged_summary_of_an_earlier_report_is_replaced(text: str, tmp_path: Path) -> None:
+    (tmp_path / "results.json").write_text(text, encoding="utf-8")
+    (tmp_path / "saw-40rpm.md").write_text("", encoding="utf-8")
+    write_report([a_study("cam-follower")], tmp_path, COMMAND)
+    assert list(json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["scenes"]) == ["cam-follower"]
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_the_summary_has_two_digits_and_null_for_what_is_missing(tmp_path: Path) -> None:
+    lost = ended("saw-40rpm", "opened", "pin", False)
+    write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1.23456e-6), lost)], tmp_path, COMMAND)
+    good, bad = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["scenes"]["saw-40rpm"]["results"]
+    assert good["errors"]["C"]["position"] == {"max": 1.9e-6, "rms": 1.2e-6, "final": 6.2e-7}
+    assert good["phase"]["max"] == "< 1e-12"
+    assert good["parameters"]["offset"] == 0.09
+    assert bad["errors"] is None
+
+
+def test_the_report_names_no_host_and_no_time(tmp_path: Path) -> None:
+    import platform
+
+    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
+    everything = b"".join(contents(tmp_path).values())
+    for word in (platform.node(), platform.python_version(), platform.platform()):
+        assert word.encode() not in everything
+
+
+def test_reporting_loads_no_engine_and_no_window_system() -> None:
+    code = (
+        "import sys, conrod.report.writer, conrod.report.drawing\n"
+        "loaded = [m for m in sys.modules if m.split('.')[0] in ('mujoco', 'pymunk') or m == 'matplotlib.pyplot'"
+        " or m.startswith('conrod.engines')]\n"
+        "sys.exit(repr(loaded) if loaded else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
