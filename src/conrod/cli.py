@@ -11,6 +11,7 @@ import click
 
 from conrod.errors import InvalidInput
 
+DEFAULT_REVOLUTIONS = 2
 EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
@@ -45,7 +46,7 @@ def show(scene: str | None, assignments: tuple[str, ...], drawing: Path | None) 
     chosen = select_scenes([scene], assignments)[scene]
     show_scene(scene, chosen)
     if drawing:
-        from conrod.report import draw_mechanism
+        from conrod.report.drawing import draw_mechanism
 
         draw_mechanism(chosen, drawing)
         click.echo(f"drawing: {drawing}")
@@ -56,7 +57,9 @@ def show(scene: str | None, assignments: tuple[str, ...], drawing: Path | None) 
 @click.option("--engine", metavar="ENGINE", help="One engine only: mujoco or pymunk.")
 @click.option("--preset", metavar="PRESET", help="One preset only: stock, tuned or hardened.")
 @click.option("--steps-per-rev", type=int, metavar="N", help="Time steps a revolution [1000; for contact 62832].")
-@click.option("--revolutions", type=int, default=2, show_default=True, metavar="K", help="Turns of the crank.")
+@click.option(
+    "--revolutions", type=int, default=DEFAULT_REVOLUTIONS, show_default=True, metavar="K", help="Turns of the crank."
+)
 @assignments
 @click.option("--tolerance", metavar="Q=T,...", help="Judge every preset by these, e.g. position=1e-4,velocity=1e-3.")
 @click.option("--out", "folder", type=Path, metavar="DIR", help="Write the report there.")
@@ -97,9 +100,11 @@ def validate(
 
         write_whole(document, json.dumps(results_document(studies), indent=1, allow_nan=False) + "\n")
     if folder:
-        from conrod.report import write_report
+        from conrod.report.writer import write_report
 
-        write_report(studies, folder, _command())
+        write_report(
+            studies, folder, _command(folder, engine, preset, steps_per_rev, revolutions, assignments, tolerance)
+        )
         click.echo(f"report: {folder / 'README.md'}")
     if not all(study.passed for study in studies):
         sys.exit(EXIT_FAILED)
@@ -138,9 +143,31 @@ def export(
         click.echo(content, nl=False)
 
 
-def _command() -> str:
-    """The command line as it was typed, without the program's path."""
-    return " ".join(["conrod", *sys.argv[1:]])
+def _command(
+    folder: Path,
+    engine: str | None,
+    preset: str | None,
+    steps_per_rev: int | None,
+    revolutions: int,
+    assignments: tuple[str, ...],
+    tolerance: str | None,
+) -> str:
+    """The command that makes a page again; {scene} stands for its scene."""
+    import shlex
+
+    options = {
+        "--engine": engine,
+        "--preset": preset,
+        "--steps-per-rev": steps_per_rev,
+        "--revolutions": None if revolutions == DEFAULT_REVOLUTIONS else revolutions,
+        "--tolerance": tolerance,
+    }
+    words = ["conrod", "validate", "{scene}"]
+    for name, value in options.items():
+        words += [] if value is None else [name, shlex.quote(str(value))]
+    for assignment in assignments:
+        words += ["--set", shlex.quote(assignment)]
+    return " ".join([*words, "--out", shlex.quote(str(folder))])
 
 
 def main() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -22,7 +21,7 @@ class Order:
     """Result of a refinement study.
 
     Attributes:
-        claimed: slope over the points clear of the floor, None where it cannot be claimed.
+        claimed: slope over the finest points, clear of the floor, whose pairs agree; None where there are not two.
         pairs: order between neighbouring points, None where an error is zero.
         floor: fitted floor, None where the fit is not determined.
     """
@@ -42,12 +41,15 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
     # The points clear of the floor are the coarse ones: a leading run.
     count = next((k for k, i in enumerate(clear) if i != k), len(clear))
     run = [p for p in pairs[: max(count - 1, 0)] if p is not None]
-    agree = len(run) >= 2 and all(abs(a - b) <= PAIRS_AGREE for a, b in pairwise(run))
-    if not agree:
+    first = len(run) - 1
+    while first > 0 and abs(run[first] - run[first - 1]) <= PAIRS_AGREE:
+        first -= 1
+    if len(run) - first < 2:
         return Order(None, pairs, floor)
-    slope = np.polyfit(np.log(steps[:count]), np.log(errors[:count]), 1)[0]
+    points = slice(first, count)
+    slope = -float(np.polyfit(np.log(steps[points]), np.log(errors[points]), 1)[0])
     # An error that does not fall with the step is a plateau, and a plateau is a floor.
-    return Order(float(-slope) if -slope > PAIRS_AGREE else None, pairs, floor)
+    return Order(slope if slope > PAIRS_AGREE else None, pairs, floor)
 
 
 def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:

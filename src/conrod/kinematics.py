@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.joint_equations import active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism
-from conrod.motion import BREAK_WIDTH, Array, Motion, Side, point_motion
+from conrod.motion import BREAK_WIDTH, Array, Motion, Side, diameter, point_motion
 
 MOTION_ORDER = 3  # position to jerk
 NEWTON_STEPS = 30
-NODES_PER_TURN = 256
+WALKED_PER_TURN, NODES_PER_TURN = 64, 256
 # Newton converges quadratically: after a step this small (lengths against the mechanism's size) its square is left.
 NEWTON_DONE = 1e-9
 
@@ -40,8 +40,9 @@ class _Nodes:
 
     def interpolate(self, angle: Array) -> Array:
         """Poses (T, 3 n) at angles in [0, 2 pi], by cubic Hermite interpolation."""
-        width = 2.0 * np.pi / NODES_PER_TURN
-        left = np.minimum((angle / width).astype(int), NODES_PER_TURN - 1)
+        spans = len(self.angles) - 1
+        width = 2.0 * np.pi / spans
+        left = np.minimum((angle / width).astype(int), spans - 1)
         t = ((angle - self.angles[left]) / width)[:, None]
         start, stop = self.poses[left], self.poses[left + 1]
         rise = stop - start
@@ -109,12 +110,19 @@ class Kinematics:
         return self._newton(self._approximate, np.zeros(1))
 
     @cached_property
+    def lengths(self) -> dict[str, float]:
+        """Largest distance [m] between two exact positions of each observed point, over the sampled poses of a turn.
+
+        The size of the mechanism stands in where the linkage cannot turn.
+        """
+        if self._nodes is None:
+            return {observed.name: self.size for observed in self.mechanism.observed}
+        return {name: diameter(p[0]) for name, p in self.point_derivatives([self._nodes.poses]).items()}
+
+    @property
     def travel(self) -> float:
         """The largest distance [m] that an observed point moves in a turn; the size of a linkage that cannot turn."""
-        if self._nodes is None:
-            return self.size
-        points = self.point_derivatives([self._nodes.poses])
-        return max(float(np.hypot(*np.ptp(p[0], axis=0))) for p in points.values())
+        return max(self.lengths.values())
 
     # -- observed points ---------------------------------------------------------------------------------------
 
@@ -212,18 +220,24 @@ class Kinematics:
 
     @cached_property
     def _nodes(self) -> _Nodes | None:
-        """One full turn, walked in small steps so that the branch of the start poses is kept; None if it ends early."""
-        angles = np.linspace(0.0, 2.0 * np.pi, NODES_PER_TURN + 1)
-        poses, slopes = [self.start], [self._slope(self.start, 0.0)]
+        """One full turn; None if the linkage does not reach all of it.
+
+        Walked in small steps, so that the branch of the start poses is kept, and then refined at once.
+        """
+        angles = np.linspace(0.0, 2.0 * np.pi, WALKED_PER_TURN + 1)
+        poses, slopes = [self.start], [self._slope(self.start, np.zeros(1))]
         for previous, following in pairwise(angles):
             guess = poses[-1] + slopes[-1] * (following - previous)
             try:
                 poses.append(self._newton(guess, np.array([following])))
             except InvalidInput:
                 return None
-            slopes.append(self._slope(poses[-1], following))
+            slopes.append(self._slope(poses[-1], np.array([following])))
         stacked = np.concatenate(poses)
-        return _Nodes(angles, stacked, np.concatenate(slopes), self._gain(stacked[0], stacked[-1]))
+        walked = _Nodes(angles, stacked, np.concatenate(slopes), self._gain(stacked[0], stacked[-1]))
+        fine = np.linspace(0.0, 2.0 * np.pi, NODES_PER_TURN + 1)
+        refined = self._newton(walked.interpolate(fine), fine)
+        return _Nodes(fine, refined, self._slope(refined, fine), walked.turn)
 
     def _walk(self, angle: Array) -> Array:
         """Poses (T, 3 n) of a linkage that cannot turn fully, each reached from angle 0 in small steps.
@@ -236,7 +250,7 @@ class Kinematics:
             way = np.linspace(0.0, goal, 2 + int(abs(goal) / (2.0 * np.pi) * NODES_PER_TURN))
             here = self.start
             for previous, following in pairwise(way):
-                guess = here + self._slope(here, previous) * (following - previous)
+                guess = here + self._slope(here, np.array([previous])) * (following - previous)
                 here = self._newton(guess, np.array([following]))
             found.append(here)
         return np.concatenate(found)
@@ -249,8 +263,9 @@ class Kinematics:
             raise InvalidInput(f"{self.mechanism.name} does not return to its start pose after one turn of the crank")
         return np.column_stack([np.zeros((len(gain), 2)), whole]).ravel()
 
-    def _slope(self, poses: Array, angle: float) -> Array:
-        residual = self._residual([poses, np.zeros_like(poses)], np.array([angle]))[1]
+    def _slope(self, poses: Array, angle: Array) -> Array:
+        """Derivative of the poses by the crank angle."""
+        residual = self._residual([poses, np.zeros_like(poses)], angle)[1]
         return -_solve(self.jacobian(poses), residual)
 
     def _scaled(self, jacobian: Array) -> Array:

@@ -62,3 +62,14 @@ def point_motion(derivatives: tuple[Array, Array, Array, Array], speed: Array, a
     x, x1, x2, x3 = derivatives
     w, a = speed[:, None], acceleration[:, None]
     return PointMotion(x, x1 * w, x2 * w**2 + x1 * a, x3 * w**3 + 3.0 * x2 * w * a)
+
+
+def diameter(points: Array) -> float:
+    """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
+
+    The largest width over directions equals the diameter of a set; 1440 directions miss it by at most
+    1 - cos(pi / 2880) = 6e-7.
+    """
+    directions = np.linspace(0.0, np.pi, 1440, endpoint=False)
+    along = points @ np.vstack([np.cos(directions), np.sin(directions)])
+    return float(np.ptp(along, axis=0).max())

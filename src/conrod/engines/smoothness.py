@@ -14,8 +14,8 @@ def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:
     angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
     points = kinematics.point_derivatives(kinematics.derivatives(angles, order))
     sizes = [0.0] * (order + 1)
-    for derivatives in points.values():
-        length = float(np.hypot(*np.ptp(derivatives[0], axis=0)))
+    for name, derivatives in points.items():
+        length = kinematics.lengths[name]
         for k, values in enumerate(derivatives):
             sizes[k] = max(sizes[k], float(np.linalg.norm(values, axis=1).max()) / length)
     return sizes

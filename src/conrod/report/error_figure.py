@@ -34,9 +34,10 @@ def error_figure(study: SceneStudy) -> Figure:
         axes.set_ylabel(f"{name} error / {NORMS[name]}")
         if runs:
             turns = np.degrees(2.0 * np.pi * max(run.revolutions for run in runs))
-            backward = study.scene.speed < 0.0
-            axes.set_xlim((-turns, 0.0) if backward else (0.0, turns))
-            _mark_tolerances(axes, runs, name, at=-turns if backward else turns)
+            # The end of the run is on the right, also where the angle falls.
+            end = np.copysign(turns, study.scene.speed)
+            axes.set_xlim(0.0, end)
+            _mark_tolerances(axes, runs, name, at=end)
     panels[-1].xaxis.set_major_locator(MultipleLocator(90.0))
     panels[-1].set_xlabel("crank angle [deg]")
     handles, labels = panels[0].get_legend_handles_labels()

@@ -33,9 +33,7 @@ def index_page(scenes: Mapping[str, Any], conrod: str, command: str) -> str:
     rows = [_row(name, entry) for name, scene in scenes.items() for entry in scene["results"]]
     head = ["machine", "engine", "preset", "steps per revolution", "largest position error / L", "verdict"]
     failed = [name for name, scene in scenes.items() if not scene["passed"]]
-    verdict = (
-        f"**Out of tolerance: {', '.join(failed)}.**" if failed else "**All judged results are within tolerance.**"
-    )
+    verdict = f"**Not passed: {', '.join(failed)}.**" if failed else "**All judged results are within tolerance.**"
     return (
         paragraphs(
             "# Validation reports",

@@ -24,7 +24,7 @@ EXACT_SAMPLES = 361
 BESIDE_BREAK = 1e-6  # [rad]
 # A run whose values leave the panel is no curve; its samples are drawn as dots.
 DOTS = {"linestyle": "none", "markersize": 2.0, "markeredgewidth": 0.6}
-THINNED = 2
+ENOUGH_SAMPLES = 90
 # A component that stays this close to a constant, against the point's L, has nothing to show.
 FLAT = 1e-9
 # How far beyond the exact curve, in its span, a panel follows the engines; what lies further is named, not shown.
@@ -92,7 +92,8 @@ def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list
         inside = (values > low - FOLLOW * span) & (values < high + FOLLOW * span)
         if inside.all():
             seen = [min(seen[0], values.min() - 0.03 * span), max(seen[1], values.max() + 0.03 * span)]
-            _draw(axes, run, degrees[::THINNED], values[::THINNED], span, place / len(runs))
+            every = max(1, len(degrees) // ENOUGH_SAMPLES)
+            _draw(axes, run, degrees[::every], values[::every], span, place / len(runs))
         else:
             seen = [low - FOLLOW * span, high + FOLLOW * span]
             leaving = max(leaving, float(np.abs(values).max()))

@@ -84,7 +84,7 @@ def summary(study: SceneStudy) -> str:
     if not failed:
         return f"**All {len(judged)} judged results are within tolerance.**"
     names = ", ".join(" ".join(sections.name_of(r)) for r in failed)
-    return f"**{len(failed)} of {len(judged)} judged results are out of tolerance: {names}.**"
+    return f"**{len(failed)} of {len(judged)} judged results did not pass: {names}.**"
 
 
 def versions(study: SceneStudy) -> str:

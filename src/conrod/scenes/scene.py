@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
-from conrod.motion import Array, Break, Motion, PointMotion, Side, point_motion
+from conrod.motion import Array, Break, Motion, PointMotion, Side, diameter, point_motion
 from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
@@ -37,6 +37,10 @@ class Scene(ABC):
     def __post_init__(self) -> None:
         check_ranges(self)
         self._check_geometry()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # A pickle carries the parameters alone: what was computed from them belongs to the code that computed it.
+        return _rebuilt, (type(self), self.parameters)
 
     @abstractmethod
     def _check_geometry(self) -> None:
@@ -125,16 +129,9 @@ class Scene(ABC):
         return {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
 
 
+def _rebuilt(scene_class: type[Scene], parameters: dict[str, float]) -> Scene:
+    return scene_class(**parameters)
+
+
 def _break(angle: float, name: str, i: int, left: PointMotion, right: PointMotion) -> Break:
     return Break(float(angle), name, left.acceleration[i], right.acceleration[i], left.jerk[i], right.jerk[i])
-
-
-def diameter(points: Array) -> float:
-    """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
-
-    The largest width over directions equals the diameter of a set; 1440 directions miss it by at most
-    1 - cos(pi / 2880) = 6e-7.
-    """
-    directions = np.linspace(0.0, np.pi, 1440, endpoint=False)
-    along = points @ np.vstack([np.cos(directions), np.sin(directions)])
-    return float(np.ptp(along, axis=0).max())

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import mujoco
 import numpy as np
 from mujoco import rollout
@@ -49,11 +52,23 @@ def _roll(
     mujoco.mj_getState(model, data, start, STATE)
     # After a step, sensor data belongs to the instant before it: one step more than needed gives the last sample its
     # sensors, and pairs sensors[k] with the state before step k.
-    following, sensors = rollout.rollout(model, [data], start[None], nstep=steps + 1)
+    with warnings_kept_quiet():
+        following, sensors = rollout.rollout(model, [data], start[None], nstep=steps + 1)
     states = np.vstack([start, following[0][:-1]])
     # Time from the step index: a clock that sums its steps drifts.
     times = start_angle / machine.speed + settings.timestep * np.arange(steps + 1)
     return np.asarray(times, dtype=float), np.asarray(states, dtype=float), np.asarray(sensors[0], dtype=float)
+
+
+@contextmanager
+def warnings_kept_quiet() -> Iterator[None]:
+    """MuJoCo writes a log file into the working folder at a warning; a run's outcome says more, and litters nothing."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _tracks(

@@ -91,7 +91,7 @@ def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
     kinematics = machine.kinematics
     made = build(machine, settings)
     angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
-    # A critically damped gap answers 1 / (1 + s tc)^2 = 1 - 2 s tc + 3 (s tc)^2 ...: it lags by twice its time constant.
+    # A critically damped gap answers 1 / (1 + s tc)^2 = 1 - 2 s tc + 3 (s tc)^2 ...: it lags by twice its constant.
     constant = machine.speed * settings.solref[0]
     forces = reactions(kinematics, angles - 2.0 * constant, machine.speed).joints
     gaps = np.zeros((len(angles), 3 * len(kinematics.mechanism.bodies)))
@@ -116,12 +116,8 @@ def _largest_point_error(kinematics: Kinematics, angles: Array, gaps: Array) -> 
     """Gaps carried through the Jacobian of the joint equations to the observed points."""
     poses = kinematics.poses(angles)
     shifts = np.asarray(np.linalg.solve(kinematics.jacobian(poses), gaps[:, :, None])[:, :, 0], dtype=float)
-    exact = kinematics.point_derivatives([poses])
     moved = kinematics.point_derivatives([poses, shifts])
-    return max(
-        float(np.linalg.norm(moved[name][1], axis=1).max()) / float(np.hypot(*np.ptp(exact[name][0], axis=0)))
-        for name in exact
-    )
+    return max(float(np.linalg.norm(way, axis=1).max()) / kinematics.lengths[name] for name, (_, way) in moved.items())
 
 
 def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:

@@ -84,9 +84,10 @@ class MuJoCoSettings:
         """The best that MJCF can express.
 
         Loops: RK4, stiffest impedance, time constant of eight steps: fewer close tighter (the gap follows its square),
-        but the stiffer closure takes order from RK4, seen as an acceleration error that no step removes. Contact is not smooth, so it gains nothing from
-        RK4: Euler, time constant of two steps (the least that MuJoCo admits) and an impedance of 0.9, because a
-        stiffer contact (0.99) chatters.
+        but the stiffer closure takes order from RK4, seen as an acceleration error that no step removes.
+
+        Contact is not smooth, so it gains nothing from RK4: Euler, time constant of two steps (the least that MuJoCo
+        admits) and an impedance of 0.9, because a stiffer contact (0.99) chatters.
         """
         h = timestep(machine, steps_per_revolution)
         stock = cls.stock(machine, steps_per_revolution)

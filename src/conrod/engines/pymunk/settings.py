@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine
-from conrod.mechanism import Mechanism
+from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
 from conrod.ranges import check_count, check_number
 
 # Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
 STOCK_BIAS = (1.0 - 0.1) ** 60
+ITERATIONS, MOST_ITERATIONS = 16, 100_000
 
 
 @dataclass(frozen=True)
@@ -59,12 +60,42 @@ class PymunkSettings:
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
         """Full correction of joints and contacts at every step, and enough iterations for order 2.
 
+        The iteration passes impulses from link to link, so what it needs grows with the ratio of their masses.
         A contact may keep half the overlap that the follower, released, would fall into in one step: without any
         it is thrown out at every step and bounces; with more it is not the fall that limits it.
         """
         stock = cls.stock(machine, steps_per_revolution)
         slop = 0.5 * follower_fall(machine.kinematics.mechanism) * stock.timestep**2
-        return replace(stock, preset="tuned", iterations=200, error_bias=0.0, collision_bias=0.0, collision_slop=slop)
+        return replace(
+            stock,
+            preset="tuned",
+            iterations=min(MOST_ITERATIONS, round(ITERATIONS * (1.0 + mass_ratio(machine.kinematics.mechanism)))),
+            error_bias=0.0,
+            collision_bias=0.0,
+            collision_slop=slop,
+        )
+
+
+def mass_ratio(mechanism: Mechanism) -> float:
+    """Heaviest link over the lightest that a joint feels, the driven link apart."""
+    masses = [body.mass for body in mechanism.bodies if body.name != mechanism.crank]
+    felt = [
+        _felt_mass(mechanism, body, point)
+        for joint in mechanism.joints
+        if isinstance(joint, Revolute)
+        for body, point in ((joint.a, joint.point_a), (joint.b, joint.point_b))
+        if body not in (GROUND, mechanism.crank)
+    ]
+    return max(masses) / min([*masses, *felt])
+
+
+def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:
+    """Mass [kg] of a link as felt at a point: 1 / (1/m + d^2/I), d from its centre of gravity."""
+    body = mechanism.body(name)
+    if any(isinstance(j, Prismatic) and name in (j.a, j.b) for j in mechanism.joints):
+        return body.mass  # cannot turn
+    distance = math.hypot(point[0] - body.centre_of_gravity[0], point[1] - body.centre_of_gravity[1])
+    return 1.0 / (1.0 / body.mass + distance**2 / body.inertia)
 
 
 def follower_fall(mechanism: Mechanism) -> float:

@@ -1,1 +1,0 @@
-from conrod.comparison import *  # temporary
