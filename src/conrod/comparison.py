@@ -139,18 +139,22 @@ def _point_errors(name: str, tracks: PointTracks, ruler: Ruler, trajectory: Traj
         position=_error(name, "position", tracks.position, ruler, length),
         velocity=_error(name, "velocity", tracks.velocity, ruler, length * speed),
         acceleration=_error(name, "acceleration", tracks.acceleration, ruler, length * speed**2),
-        total=_series(tracks.position, nominal, length),
+        total=ErrorSeries(
+            tracks.position.instants.angle, np.linalg.norm(tracks.position.values - nominal, axis=1) / length
+        ),
     )
 
 
-def _error(name: str, quantity: str, track: Track, ruler: Ruler, norm: float) -> ErrorSeries:
+def signed_error(track: Track, ruler: Ruler, name: str, quantity: str) -> Array:
+    """Measured minus exact (T, 2) [m, m/s or m/s^2], at the angle, rate and angular acceleration reached."""
     at = track.instants
-    exact = getattr(ruler.motion(at.angle, at.rate, at.acceleration).point(name), quantity)
-    return _series(track, exact, norm)
+    exact: Array = getattr(ruler.motion(at.angle, at.rate, at.acceleration).point(name), quantity)
+    return track.values - exact
 
 
-def _series(track: Track, exact: Array, norm: float) -> ErrorSeries:
-    return ErrorSeries(track.instants.angle, np.linalg.norm(track.values - exact, axis=1) / norm)
+def _error(name: str, quantity: str, track: Track, ruler: Ruler, norm: float) -> ErrorSeries:
+    error = signed_error(track, ruler, name, quantity)
+    return ErrorSeries(track.instants.angle, np.linalg.norm(error, axis=1) / norm)
 
 
 def _peak(name: str, tracks: PointTracks, ruler: Ruler) -> Peak:

@@ -170,8 +170,24 @@ class Kinematics:
         """Number of equations of a joint: two for a lower pair, one for a higher one."""
         return 1 if isinstance(joint, CamContact) else 2
 
+    def residual(self, derivatives: list[Array], crank: Array) -> Array:
+        """What a measured state leaves of all equations, (T, 3 n): of their highest derivative in time given.
+
+        Args:
+            derivatives: stacked poses, their rates, their accelerations (T, 3 n), as many as are wanted.
+            crank: the crank's angle, rate or angular acceleration (T,), the one of the highest derivative.
+        """
+        order = len(derivatives) - 1
+        coefficients = [d / math.factorial(k) for k, d in enumerate(derivatives)]
+        # Any angle does for the joints: the driver's row, the last, is made here.
+        result = math.factorial(order) * self._residual(coefficients, np.zeros(len(crank)))[order]
+        driver = self.mechanism.driver
+        turn = derivatives[order][:, 3 * self._crank + 2]
+        result[:, -1] = turn - driver.sense * crank - (driver.start if order == 0 else 0.0)
+        return result
+
     def _residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Array]:
-        """Taylor coefficients of all equations, each (T, 3 n)."""
+        """Taylor coefficients by the crank angle of all equations, each (T, 3 n)."""
         bodies = pose_jets(self.mechanism, coefficients)
         equations = []
         for joint in self.mechanism.joints:

@@ -67,7 +67,8 @@ def _measured(study: SceneStudy) -> list[str]:
     ]
     if any(run.refinement for run in runs):
         blocks += ["## Order of convergence", figure(study, "order", "Error against step size"), sections.orders(study)]
-    return [*blocks, "## Closure, phase and drive", sections.closure(study)]
+    blocks += ["## Closure, phase and drive", sections.closure(study)]
+    return [*blocks, "## Whose errors these are", sections.prediction(study)]
 
 
 def figure(study: SceneStudy, name: str, text: str) -> str:

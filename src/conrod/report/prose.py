@@ -68,6 +68,14 @@ ORDER = (
     "not help."
 )
 
+PREDICTION = (
+    "A state whose joints do not close must be off by what its own gaps say: the joint equations, solved once at the "
+    "engine's own state, tell its error without any reference motion. Where that is the error measured against the "
+    "exact motion, the difference is the engine's and not the ruler's. Each entry gives the largest measured error, "
+    "the largest error told from the gaps, and the largest difference of the two over the run (a second-order "
+    "remainder: about the square of the error). Largest over the observed points, divided as above."
+)
+
 TOLERANCE = (
     "Tolerances are derived before the run, from the engine's own laws, the step, the collision shape or the printed "
     "digits; none is fitted to a result."

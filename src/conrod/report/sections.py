@@ -144,6 +144,18 @@ def closure(study: SceneStudy) -> str:
     return paragraphs(text, table(head, rows))
 
 
+def prediction(study: SceneStudy) -> str:
+    """Errors told from the joints alone, beside the measured ones."""
+
+    def entry(run: Result, quantity: str) -> str:
+        told = None if run.prediction is None else run.prediction[quantity]
+        return ", ".join([numbers.measured(run.largest(quantity)), *_values(told, ("predicted", "difference"))])
+
+    rows = [[*name_of(r), *(entry(r, q) for q in QUANTITIES)] for r in dynamic(study) if r.prediction is not None]
+    head = ["engine", "preset", *(f"{q}: measured, told, difference" for q in QUANTITIES)]
+    return paragraphs(prose.PREDICTION, table(head, rows))
+
+
 def _values(values: Mapping[str, float | None] | None, names: tuple[str, ...]) -> list[str]:
     return [numbers.measured(None if values is None else values.get(name)) for name in names]
 

@@ -98,6 +98,8 @@ class Result:
     tolerance: Tolerance
     passed: bool | None
     refinement: tuple[RefinementPoint, ...] = ()
+    # Largest error told from the joints' gaps alone, and its largest difference from the measured one, by quantity.
+    prediction: Mapping[str, Mapping[str, float]] | None = None
     printed: PrintedCells | None = None
     lift_error: float | None = None  # of a cam: |largest lift reached - full lift| / full lift
     curves: Mapping[str, Mapping[str, Curve]] | None = None  # point -> quantity, for figures

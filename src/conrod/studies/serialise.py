@@ -56,6 +56,7 @@ def result_entry(result: Result) -> dict[str, Any]:
         "order": _plain(result.order),
         "refinement": [asdict(point) for point in result.refinement] or None,
         "tolerance": asdict(result.tolerance) if result.tolerance.judged() else None,
+        "prediction": _nested(result.prediction),
         "printed_table": None if result.printed is None else asdict(result.printed),
         "lift_error": result.lift_error,
         "passed": result.passed,
