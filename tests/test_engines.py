@@ -23,6 +23,8 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.mujoco.law import regularisation_error
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.engines.pymunk import stepping
+from conrod.engines.pymunk.space import build as build_space
 from conrod.motion import Array
 from conrod.outcome import joint_gaps
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
@@ -469,3 +471,18 @@ def test_a_run_is_the_same_every_time() -> None:
         first, second = run(scene, settings), run(scene, settings)
         for point in scene.lengths:
             np.testing.assert_array_equal(first.points[point].position.values, second.points[point].position.values)
+
+
+@pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
+def test_pymunks_private_reader_and_its_public_properties_give_the_same_bits(name: str) -> None:
+    scene = SCENES[name]
+    settings = PymunkSettings.tuned(scene, 400)
+    turns = scene.kinematics.mechanism.driver.start + 2.0 * np.pi / 400 * np.arange(401)
+    poses, slopes = scene.kinematics.derivatives(np.zeros(1), 1)
+    recorded = []
+    for way in (stepping._by_batch, stepping._by_properties):
+        made = build_space(scene, settings)
+        made.place(poses[0], slopes[0] * scene.speed)
+        recorded.append(way(made, settings, turns))
+    for private, public in zip(*recorded, strict=True):
+        assert np.array_equal(private, public)

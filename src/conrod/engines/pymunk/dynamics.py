@@ -7,7 +7,8 @@ import pymunk
 
 from conrod.engines.engine import Machine
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import Build, build
+from conrod.engines.pymunk.space import build
+from conrod.engines.pymunk.stepping import advance
 from conrod.joint_equations import pose_jets
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
@@ -22,7 +23,10 @@ def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_an
     made.place(poses[0], slopes[0] * machine.speed)
     steps = round(settings.steps_per_revolution * revolutions)
     times = np.asarray(start_angle / machine.speed + settings.timestep * np.arange(steps + 1), dtype=float)
-    centres, rates = _step(made, settings, machine.speed, times)
+    # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift of a
+    # whole turn, put right at once, would be seen in the acceleration.
+    driver = made.mechanism.driver
+    centres, rates = advance(made, settings, driver.start + driver.sense * machine.speed * times)
     bodies, points = _tracks(made.mechanism, settings.timestep, times, centres, rates)
     verdict = judge(machine.kinematics, bodies, machine.speed)
     return Trajectory(
@@ -36,29 +40,6 @@ def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_an
         points=points,
         bodies=bodies,
     )
-
-
-def _step(made: Build, settings: PymunkSettings, speed: float, times: Array) -> tuple[Array, Array]:
-    """Centres of gravity with turns, and their rates, before the first and after every step; each (T, 3 n)."""
-    space, bodies, crank, pushed = made.space, made.bodies, made.crank, made.pushed
-    turn = made.mechanism.crank_turn
-    centres, rates = np.empty((len(times), 3 * len(bodies))), np.empty((len(times), 3 * len(bodies)))
-    _record(bodies, centres[0], rates[0])
-    for n in range(1, len(times)):
-        # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the
-        # drift of a whole turn, put right at once, would be seen in the acceleration.
-        crank.angle = turn(speed * float(times[n - 1]))
-        for body, force in pushed:
-            body.force = force
-        space.step(settings.timestep)
-        _record(bodies, centres[n], rates[n])
-    return centres, rates
-
-
-def _record(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) -> None:
-    for i, body in enumerate(bodies):
-        centres[3 * i : 3 * i + 3] = (*body.position, body.angle)
-        rates[3 * i : 3 * i + 3] = (*body.velocity, body.angular_velocity)
 
 
 def _tracks(
