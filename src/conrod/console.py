@@ -130,7 +130,8 @@ def show_scene(name: str, scene: Scene) -> None:
     out = console()
     mechanism = scene.kinematics.mechanism
     out.print(f"{name}: {scene.title}")
-    out.print(f"source: {scene.source}\n")
+    out.print(f"source: {scene.source}")
+    out.print(f"frame: {scene.frame}\n")
     table = Table(box=None, pad_edge=False)
     for heading in ("parameter", "value", "unit", "meaning"):
         table.add_column(heading, justify="right" if heading == "value" else "left")

@@ -1,4 +1,4 @@
-"""The dimensions that a drawing carries: a scene's length parameters, placed on its mechanism."""
+"""The dimensions that a drawing carries, read off the mechanism itself."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from conrod.mechanism import CamContact, Mechanism, Point, Pose, Revolute, to_world
+from conrod.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Prismatic, Revolute, to_world
 from conrod.report import numbers
-from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 
 Poses = Mapping[str, Pose]
 
@@ -41,44 +40,61 @@ class Radius:
 Dimension = Length | Radius
 
 
-def dimensions(scene: Scene, mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
-    """What is to be dimensioned; nothing for a scene that is not known here."""
-    match scene:
-        case ShearPress():
-            return _crank_and_rod(scene.crank, scene.rod, mechanism, poses)
-        case Saw():
-            shaft = _pin(mechanism, "shaft", poses)
-            x, y, _ = poses["slider"]
-            offset = Length(f"offset {_mm(scene.offset)}", (x, y), (x, shaft[1]), -0.08, stop_from=shaft)
-            return (*_crank_and_rod(scene.crank, scene.rod, mechanism, poses), offset)
-        case CamFollower():
-            return _cam(scene, mechanism.cam_contacts[0], poses)
-        case _:
-            return ()
+def dimensions(mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
+    """Lengths of the links between their pins, offsets of the slides from the shaft, radii of the cams."""
+    lines: list[Dimension] = []
+    for body in mechanism.bodies:
+        lines += _link(body.name, mechanism, poses)
+    for joint in mechanism.joints:
+        match joint:
+            case Prismatic() if joint.a == GROUND and not mechanism.cam_contacts:
+                lines += _offset(joint, mechanism, poses)
+            case CamContact():
+                lines += _cam(joint, poses)
+            case _:
+                pass
+    return tuple(lines)
 
 
-def _crank_and_rod(crank: float, rod: float, mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
-    shaft, pin, end = (_pin(mechanism, name, poses) for name in ("shaft", "crank-pin", "slider-pin"))
-    # The rod on the outer side of its bend with the crank; the crank on the side that the crank angle leaves free.
-    bend = (pin[0] - shaft[0]) * (end[1] - pin[1]) - (pin[1] - shaft[1]) * (end[0] - pin[0])
-    outer = -1.0 if bend > 0.0 else 1.0
-    return (
-        Length(f"crank {_mm(crank)}", shaft, pin, 0.07 * mechanism.driver.sense),
-        Length(f"rod {_mm(rod)}", pin, end, 0.07 * outer),
-    )
+def _link(name: str, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
+    """The length of a link with two pins."""
+    pins = [to_world(poses[name], point) for point in _pins(name, mechanism)]
+    if len(pins) != 2 or math.dist(*pins) == 0.0:
+        return []
+    text = f"{name} {_mm(math.dist(*pins))}"
+    if name == mechanism.crank:
+        # On the side that the crank angle leaves free.
+        return [Length(text, pins[0], pins[1], 0.07 * mechanism.driver.sense)]
+    # On the outer side of the link's bend with the line to the shaft.
+    shaft = to_world(poses[mechanism.crank], mechanism.driven_joint.point_b)
+    bend = (pins[0][0] - shaft[0]) * (pins[1][1] - pins[0][1]) - (pins[0][1] - shaft[1]) * (pins[1][0] - pins[0][0])
+    return [Length(text, pins[0], pins[1], -0.07 if bend > 0.0 else 0.07)]
 
 
-def _pin(mechanism: Mechanism, name: str, poses: Poses) -> Point:
-    joint = next(j for j in mechanism.joints if j.name == name)
-    assert isinstance(joint, Revolute)
-    return to_world(poses[joint.b], joint.point_b)
+def _pins(name: str, mechanism: Mechanism) -> list[Point]:
+    """Places of the pins on a body, in its own frame."""
+    sides = [(side, joint) for joint in mechanism.joints if isinstance(joint, Revolute) for side in "ab"]
+    return [getattr(joint, f"point_{side}") for side, joint in sides if getattr(joint, side) == name]
 
 
-def _cam(scene: CamFollower, contact: CamContact, poses: Poses) -> tuple[Dimension, ...]:
+def _offset(slide: Prismatic, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
+    """The distance of a slide's line from the shaft, drawn at the slider; nothing where the line passes through it."""
+    shaft = to_world(poses[mechanism.crank], mechanism.driven_joint.point_b)
+    slider = to_world(poses[slide.b], slide.point_b)
+    nx, ny = -math.sin(slide.direction), math.cos(slide.direction)
+    away = (slider[0] - shaft[0]) * nx + (slider[1] - shaft[1]) * ny
+    if abs(away) < 1e-9 * math.dist(slider, shaft):
+        return []
+    foot = (slider[0] - away * nx, slider[1] - away * ny)
+    return [Length(f"offset {_mm(away)}", slider, foot, -0.08, stop_from=shaft)]
+
+
+def _cam(contact: CamContact, poses: Poses) -> tuple[Dimension, ...]:
+    """Radii of a profile of one arc, or of nose, flank, base and flank; and the roller's."""
     cam = poses[contact.a]
     roller = to_world(poses[contact.b], contact.roller_centre)
     of_roller = Radius(f"roller {_mm(contact.roller_radius)}", roller, contact.roller_radius, math.radians(30.0), 1.9)
-    if scene.is_one_circle:
+    if len(contact.profile.arcs) == 1:
         arc = contact.profile.arcs[0]
         return (Radius(f"one circle {_mm(arc.radius)}", to_world(cam, arc.centre), arc.radius, cam[2]), of_roller)
     nose, flank, base, _ = contact.profile.arcs
@@ -94,7 +110,7 @@ def _cam(scene: CamFollower, contact: CamContact, poses: Poses) -> tuple[Dimensi
             axis - 0.5 * (flank.start + flank.stop),
             0.6,
         ),
-        Length(f"centre distance {_mm(scene.centre_distance)}", (cam[0], cam[1]), to_world(cam, nose.centre), -0.32),
+        Length(f"centre distance {_mm(math.hypot(*nose.centre))}", (cam[0], cam[1]), to_world(cam, nose.centre), -0.32),
         of_roller,
     )
 

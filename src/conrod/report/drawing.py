@@ -60,7 +60,7 @@ def mechanism_figure(scene: Scene) -> Figure:
     _observed(view)
     _crank_angle(view, scene, angle)
     _frame_axes(view)
-    for dimension in dimensions(scene, view.mechanism, _in_metres(view.poses)):
+    for dimension in dimensions(view.mechanism, _in_metres(view.poses)):
         if isinstance(dimension, Length):
             start, stop = MM * np.array(dimension.start), MM * np.array(dimension.stop)
             if np.linalg.norm(stop - start) > 1e-6 * view.extent:

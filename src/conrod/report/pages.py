@@ -19,10 +19,9 @@ def scene_page(study: SceneStudy, command: str) -> str:
         command: what reproduces the page.
     """
     scene = study.scene
-    machine, frame = prose.MACHINES.get(scene.kind, (scene.title + ".", ""))
     blocks = [
         f"# {study.name}: {scene.title}",
-        machine.format(**_in_words(scene)),
+        scene.description.format(**_in_words(scene)),
         f"Source: {scene.source}.",
         f"Reproduced by `{command}`, with {versions(study)}. See the [index](README.md) for the other machines.",
         "## Verdict",
@@ -31,7 +30,7 @@ def scene_page(study: SceneStudy, command: str) -> str:
         prose.PRESETS,
         "## Mechanism",
         figure(study, "mechanism", f"The mechanism of {study.name} with its dimensions"),
-        frame,
+        f"Frame: {scene.frame}",
         sections.parameters(study),
         prose.MASSES,
         "## Proof of the model: kinematic mode",

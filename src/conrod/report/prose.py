@@ -2,33 +2,6 @@
 
 from __future__ import annotations
 
-MACHINES = {
-    "shear-press": (
-        "A steel-plate shear press: a crank of {crank} turns at {speed} and moves the slider with the upper blade, A, "
-        "through a connecting rod of {rod}. The slide's line passes through the shaft. G is the rod's centre of "
-        "gravity, a third of the rod from the crank pin.",
-        "Frame: shaft at the origin, x right, y up. The crank angle t counts clockwise from the upward vertical, so "
-        "that the crank pin is at (r sin t, r cos t). The slider A moves on x = 0 above the shaft.",
-    ),
-    "saw": (
-        "A power hacksaw: a crank disc of radius {crank} turns at {speed} and moves the slider with the saw blade, C, "
-        "through a connecting rod of {rod}. The slide runs {offset} above the shaft (an offset slider-crank, so that "
-        "the two strokes take different times). M is the middle of the rod and its centre of gravity.",
-        "Frame: the slider C is at (0, 0) for crank angle 0 and moves along x; y is up. The shaft is at "
-        "(sqrt(l² - e²) - r, -e), the crank pin at the shaft + r (cos t, sin t).",
-    ),
-    "cam-follower": (
-        "A symmetric disc cam with a translating radial roller follower: base circle {base_radius}, two flanks of "
-        "{flank_radius} and a nose of {nose_radius} at {centre_distance} from the shaft, all tangent to each other; "
-        "roller {roller_radius}; {speed}. In both engines the cam drives the follower **by contact**: cam and roller "
-        "really collide. The exact motion is the geometry, with the roller's centre at a known distance from the "
-        "centre of the active arc, and not the document's truncated series.",
-        "Frame: shaft at the origin, x right, y up; the roller's centre moves on x = 0 at (0, base + roller + lift). "
-        "The crank angle t is the document's theta: 0 in the middle of the dwell, 180 deg with the nose up; the cam "
-        "turns counter-clockwise.",
-    ),
-}
-
 MASSES = (
     "The document gives no masses; these are conrod's. They do not change the exact motion, but they do change the "
     "error of an engine whose joints give way under load."

@@ -52,6 +52,19 @@ class CamFollower(Scene):
     title: ClassVar[str] = "Cam with roller follower (by contact)"
     source: ClassVar[str] = "document 004 (flank radius and base radius of a symmetric cam), Figure 5"
     output: ClassVar[str] = "roller"
+    description: ClassVar[str] = (
+        "A symmetric disc cam with a translating radial roller follower: base circle {base_radius}, two "
+        "flanks of {flank_radius} and a nose of {nose_radius} at {centre_distance} from the shaft, all "
+        "tangent to each other; roller {roller_radius}; {speed}. In both engines the cam drives the follower "
+        "**by contact**: cam and roller really collide. The exact motion is the geometry, with the roller's "
+        "centre at a known distance from the centre of the active arc, and not the document's truncated "
+        "series."
+    )
+    frame: ClassVar[str] = (
+        "shaft at the origin, x right, y up; the roller's centre moves on x = 0 at (0, base + roller + lift)."
+        " The crank angle t is the document's theta: 0 in the middle of the dwell, 180 deg with the nose up; "
+        "the cam turns counter-clockwise."
+    )
 
     base_radius: float = parameters.length(0.036, "base circle")
     flank_radius: float = parameters.length(0.118, "flanks")

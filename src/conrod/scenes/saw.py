@@ -32,6 +32,16 @@ class Saw(Scene):
     title: ClassVar[str] = "Power hacksaw (offset slider-crank)"
     source: ClassVar[str] = "document 002 (kinematic simulation of a power hacksaw by complex numbers), section 3"
     output: ClassVar[str] = "C"
+    description: ClassVar[str] = (
+        "A power hacksaw: a crank disc of radius {crank} turns at {speed} and moves the slider with the saw "
+        "blade, C, through a connecting rod of {rod}. The slide runs {offset} above the shaft (an offset "
+        "slider-crank, so that the two strokes take different times). M is the middle of the rod and its "
+        "centre of gravity."
+    )
+    frame: ClassVar[str] = (
+        "the slider C is at (0, 0) for crank angle 0 and moves along x; y is up. The shaft is at (sqrt(l² - "
+        "e²) - r, -e), the crank pin at the shaft + r (cos t, sin t)."
+    )
 
     crank: float = parameters.length(0.1, "crank, shaft to crank pin")
     rod: float = parameters.length(0.3, "connecting rod, crank pin to slider")

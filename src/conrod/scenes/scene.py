@@ -31,6 +31,8 @@ class Scene(ABC):
     title: ClassVar[str]
     source: ClassVar[str]  # document and what was taken from it
     output: ClassVar[str]  # the observed point that does the machine's work
+    description: ClassVar[str]  # for the report; {parameter} stands for a parameter's value with its unit
+    frame: ClassVar[str]  # origin, axes and the crank angle's sense, for the report
 
     speed: float
 

@@ -31,6 +31,15 @@ class ShearPress(Scene):
     title: ClassVar[str] = "Shear press (in-line slider-crank)"
     source: ClassVar[str] = "document 000 (analysis of a steel-plate shear press), sections IV.1 and IV.2"
     output: ClassVar[str] = "A"
+    description: ClassVar[str] = (
+        "A steel-plate shear press: a crank of {crank} turns at {speed} and moves the slider with the upper "
+        "blade, A, through a connecting rod of {rod}. The slide's line passes through the shaft. G is the "
+        "rod's centre of gravity, a third of the rod from the crank pin."
+    )
+    frame: ClassVar[str] = (
+        "shaft at the origin, x right, y up. The crank angle t counts clockwise from the upward vertical, so "
+        "that the crank pin is at (r sin t, r cos t). The slider A moves on x = 0 above the shaft."
+    )
 
     crank: float = parameters.length(0.0325, "crank, shaft to crank pin")
     rod: float = parameters.length(0.390, "connecting rod, crank pin to slider")
