@@ -1,4 +1,4 @@
-"""Imports go one way (architecture.md), and what is light stays light."""
+"""Imports go one way (docs/design.md), and what is light stays light."""
 
 from __future__ import annotations
 
@@ -204,4 +204,4 @@ def test_modules_have_docstrings_and_stay_readable() -> None:
     for module, path in MODULES.items():
         tree = ast.parse(path.read_text(encoding="utf-8"))
         assert not tree.body or ast.get_docstring(tree), f"{module} does not say what it is"
-        assert len(path.read_text(encoding="utf-8").splitlines()) <= 400, f"{module}: one noun a file (style.md)"
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= 400, f"{module}: one noun a file"

@@ -30,7 +30,7 @@ from synthetic import (
 
 ROUNDING = 1e-14
 QUANTITIES = ("position", "velocity", "acceleration")
-# The reference's own agreement (issue 2): velocities and accelerations of a cam carry the conditioning of its joints.
+# The reference's own agreement: velocities and accelerations of a cam carry the conditioning of its joints.
 REFERENCES_AGREE = 1e-12
 STEP = 2.0 * math.pi / STEPS  # [rad]
 

@@ -1,4 +1,4 @@
-"""What the engines must reach (issue 2, 'It must reach'), and that their errors are the ones their laws predict.
+"""What the engines must reach, and that their errors are the ones their laws predict.
 
 N is steps per revolution, two revolutions, h = 2 pi / N.
 """

@@ -25,6 +25,7 @@ from catalogue import (
 )
 from conrod.cam import symmetric_cam
 from conrod.errors import InvalidInput
+from conrod.generic_reference import GenericReference
 from conrod.joint_equations import joint_residual, pose_jets
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
@@ -691,3 +692,35 @@ def test_a_flank_near_the_least_radius_keeps_its_digits() -> None:
             end = _at_normal(arc.centre, arc.radius, arc.stop)
             start = _at_normal(following.centre, following.radius, following.start)
             np.testing.assert_allclose(end, start, rtol=0.0, atol=1e-15)
+
+
+NEAR_CHANGE_POINTS = [
+    *(ShearPress(rod=0.0325 * (1.0 + margin)) for margin in (1e-3, 1e-6, 1e-9)),
+    *(Saw(rod=0.19 * (1.0 + margin)) for margin in (1e-3, 1e-6, 1e-9)),
+]
+
+
+@pytest.mark.parametrize("scene", NEAR_CHANGE_POINTS, ids=lambda s: f"{s.kind}-{s.rod:.12g}")
+def test_the_generic_reference_keeps_its_branch_next_to_a_change_point(scene: Scene) -> None:
+    angle = np.linspace(0.0, 4.0 * np.pi, 4001)
+    kinematics = scene.kinematics
+    assert (kinematics.branch(kinematics.poses(angle)) == kinematics.assembled_branch).all()
+    closed, generic = scene.motion(angle, scene.speed), kinematics.motion(angle, scene.speed)
+    # The pose is as good as the square root of the margin leaves it; off the branch it would be wrong by the stroke.
+    for name, length in scene.lengths.items():
+        assert np.abs(closed.point(name).position - generic.point(name).position).max() <= 1e-11 * length
+
+
+@pytest.mark.parametrize("scene", [CamFollower(), CamFollower(speed=-2.0), Saw()], ids=["cam", "cam-back", "saw"])
+def test_a_generic_reference_has_the_interface_of_a_scene(scene: Scene) -> None:
+    generic = GenericReference(scene.mechanism(), scene.speed)
+    times = np.linspace(0.0, scene.period, 101)
+    for name, length in scene.lengths.items():
+        off = scene.reference(times).point(name).acceleration - generic.reference(times).point(name).acceleration
+        assert np.abs(off).max() <= 1e-12 * length * scene.speed**2
+        assert abs(generic.lengths[name] / length - 1.0) < 1e-3
+    for mine, theirs in zip(scene.breaks(), generic.breaks(), strict=True):
+        assert abs(mine.angle - theirs.angle) < 1e-9
+        # Just beside a break, where the jerk changes fast, its angle's own error is seen.
+        assert np.allclose(mine.left_acceleration, theirs.left_acceleration, atol=1e-9 * scene.speed**2)
+        assert np.allclose(mine.right_jerk, theirs.right_jerk, atol=1e-8 * abs(scene.speed) ** 3)

@@ -63,6 +63,11 @@ def test_a_fault_ends_as_its_outcome_and_has_no_errors(task, limits, outcome, re
         compare(trajectory, SAW)
 
 
+def test_bad_usage_is_no_outcome_in_isolation_either() -> None:
+    with pytest.raises(InvalidInput, match="timestep"):
+        run_isolated(SAW.with_parameters(speed=1.0), SETTINGS, 1.0, timeout=60.0)
+
+
 @pytest.mark.parametrize("change", [{"iterations": 0}, {"error_bias": -0.1}, {"collision_bias": float("nan")}])
 def test_settings_that_abort_pymunk_are_refused(change: dict[str, float]) -> None:
     with pytest.raises(InvalidInput, match=next(iter(change))):

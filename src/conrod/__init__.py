@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from conrod.engines.mujoco.settings import MuJoCoSettings as MuJoCoSettings
     from conrod.engines.pymunk.settings import PymunkSettings as PymunkSettings
     from conrod.errors import InvalidInput as InvalidInput
+    from conrod.generic_reference import GenericReference as GenericReference
     from conrod.kinematics import Kinematics as Kinematics
     from conrod.mechanism import Mechanism as Mechanism
     from conrod.running import run as run
@@ -41,6 +42,7 @@ _HOMES = {
     "MuJoCoSettings": "conrod.engines.mujoco.settings",
     "PymunkSettings": "conrod.engines.pymunk.settings",
     "InvalidInput": "conrod.errors",
+    "GenericReference": "conrod.generic_reference",
     "Kinematics": "conrod.kinematics",
     "Mechanism": "conrod.mechanism",
     "run": "conrod.running",
@@ -52,6 +54,28 @@ _HOMES = {
     "Outcome": "conrod.trajectory",
     "Trajectory": "conrod.trajectory",
 }
+
+
+__all__ = [  # noqa: RUF022 - as in _HOMES, by where they live
+    "__version__",
+    "Comparison",
+    "compare",
+    "harden",
+    "MuJoCoSettings",
+    "PymunkSettings",
+    "InvalidInput",
+    "GenericReference",
+    "Kinematics",
+    "Mechanism",
+    "run",
+    "SCENES",
+    "CamFollower",
+    "Saw",
+    "Scene",
+    "ShearPress",
+    "Outcome",
+    "Trajectory",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -3,7 +3,7 @@
 A state that violates the joint equations by a residual r is off, at the crank angle actually reached, by J^-1 r to
 first order; the same holds for rates and accelerations with the equations differentiated. No reference motion enters.
 If these errors are the ones measured against the exact motion, the difference is the engine's and not the ruler's
-(architecture.md, guard 6).
+(docs/design.md, guard 6).
 """
 
 from __future__ import annotations

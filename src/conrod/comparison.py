@@ -1,4 +1,4 @@
-"""A trajectory against the exact motion: errors as architecture.md names them, at the angle actually reached.
+"""A trajectory against the exact motion: errors as docs/design.md names them, at the angle actually reached.
 
 Compares with any ruler that offers `motion(angle, speed, acceleration)`; it knows neither scenes nor engines.
 """

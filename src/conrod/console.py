@@ -97,12 +97,7 @@ def _verdict(result: Result) -> str:
 
 
 def _missed(result: Result) -> str:
-    parts = []
-    for name, allowed in result.tolerance.judged().items():
-        quantity, measure = (name.removesuffix("_rms"), "rms") if name.endswith("_rms") else (name, "max")
-        found = result.largest(quantity, measure)
-        if found is None or not found <= allowed:
-            parts.append(f"{name} {_error(found)} > {allowed:.1e}")
+    parts = [f"{name} {_error(found)} > {allowed:.1e}" for name, (found, allowed) in result.exceeded().items()]
     if result.printed is not None and result.printed.engine_agrees < result.printed.exact_agrees:
         parts.append(f"{result.printed.exact_agrees - result.printed.engine_agrees} cells of the printed table missed")
     return ", ".join(parts)

@@ -1,4 +1,4 @@
-"""Observed order of convergence: e = c h^p + floor (architecture.md, 'Convergence order')."""
+"""Observed order of convergence: e = c h^p + floor (docs/design.md, 'Convergence order')."""
 
 from __future__ import annotations
 

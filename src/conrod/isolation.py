@@ -9,10 +9,12 @@ from multiprocessing.connection import Connection
 
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
+from conrod.errors import InvalidInput
 from conrod.running import run
 from conrod.trajectory import Outcome, Settings, Trajectory
 
 Task = Callable[[Machine, Settings, float], Trajectory]
+Answer = Trajectory | InvalidInput | Outcome
 
 
 def run_isolated(
@@ -31,6 +33,9 @@ def run_isolated(
         memory: largest address space that it may have [bytes], None for no limit.
         task: what to do there; a function that can be pickled.
 
+    Raises:
+        InvalidInput: as `run`.
+
     Returns:
         The trajectory, or one without samples that ended as crashed, timed-out or out-of-memory.
     """
@@ -40,6 +45,9 @@ def run_isolated(
     process.start()
     sender.close()
     answer = _answer(receiver, timeout)
+    if isinstance(answer, InvalidInput):
+        process.join()
+        raise answer
     if isinstance(answer, Trajectory):
         process.join()
         return answer
@@ -53,12 +61,12 @@ def run_isolated(
     return _ended(machine, settings, revolutions, Outcome.CRASHED, _how(process.exitcode))
 
 
-def _answer(receiver: Connection, timeout: float) -> Trajectory | Outcome | None:
+def _answer(receiver: Connection, timeout: float) -> Answer | None:
     """What the process sent; crashed where it ended without a word, None where it is still silent."""
     if not receiver.poll(timeout):
         return None
     try:
-        answer: Trajectory | Outcome = receiver.recv()
+        answer: Answer = receiver.recv()
     except EOFError:
         return Outcome.CRASHED
     return answer
@@ -72,7 +80,9 @@ def _work(
 
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     try:
-        answer: Trajectory | Outcome = task(machine, settings, revolutions)
+        answer: Answer = task(machine, settings, revolutions)
+    except InvalidInput as error:
+        answer = error
     except MemoryError:
         answer = Outcome.OUT_OF_MEMORY
     sender.send(answer)

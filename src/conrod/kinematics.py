@@ -8,9 +8,8 @@ k-th Taylor coefficient of the joint equations is J q_k + (a term in q_0 .. q_(k
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,35 +18,21 @@ from conrod.errors import InvalidInput
 from conrod.joint_equations import active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism
 from conrod.motion import BREAK_WIDTH, Array, Motion, Side, diameter, point_motion
+from conrod.pose_table import PoseTable
 
 MOTION_ORDER = 3  # position to jerk
 NEWTON_STEPS = 30
-WALKED_PER_TURN, NODES_PER_TURN = 64, 256
 # Newton converges quadratically: after a step this small (lengths against the mechanism's size) its square is left.
 NEWTON_DONE = 1e-9
+STEPS_PER_TURN, LEAST_STEP = 64, 1e-12  # of the walk around the turn; the least one [rad]
+# A step of the walk is halved until its straight prediction is this good (scaled as above), and keeps the branch.
+WALK_MISS = 0.02
+# The table is refined until it predicts every pose this well, and no pose may lie further from its prediction: a
+# Newton iteration that moves more has left for another branch.
+TABLE_MISS, REFINEMENTS = 1e-5, 16
+STRAYED = 1e-3
 
 Arcs = dict[str, NDArray[np.intp]]
-
-
-@dataclass(frozen=True)
-class _Nodes:
-    """Poses at equidistant crank angles, from which Newton starts nearby."""
-
-    angles: Array  # (K,) [rad]
-    poses: Array  # (K, 3 n)
-    slopes: Array  # (K, 3 n), by the crank angle
-    turn: Array  # (3 n,) gained over one revolution of the crank; zero but for bodies that turn
-
-    def interpolate(self, angle: Array) -> Array:
-        """Poses (T, 3 n) at angles in [0, 2 pi], by cubic Hermite interpolation."""
-        spans = len(self.angles) - 1
-        width = 2.0 * np.pi / spans
-        left = np.minimum((angle / width).astype(int), spans - 1)
-        t = ((angle - self.angles[left]) / width)[:, None]
-        start, stop = self.poses[left], self.poses[left + 1]
-        rise = stop - start
-        a, b = width * self.slopes[left] - rise, rise - width * self.slopes[left + 1]
-        return np.asarray(start + t * rise + t * (1.0 - t) * ((1.0 - t) * a + t * b))
 
 
 class Kinematics:
@@ -65,18 +50,25 @@ class Kinematics:
         start = np.array([mechanism.poses[body.name] for body in mechanism.bodies], dtype=float)
         # Newton works on lengths in units of the mechanism's size, so that its tolerance fits mm and km alike.
         self.size = float(np.abs(start[:, :2]).max()) or 1.0
+        self._scale = np.tile([self.size, self.size, 1.0], len(mechanism.bodies))
         self._approximate = start.reshape(1, -1)
 
     # -- poses -------------------------------------------------------------------------------------------------
 
     def poses(self, angle: Array) -> Array:
-        """Stacked poses (T, 3 n) [m, m, rad] at crank angles (T,) [rad]."""
-        nodes = self._nodes
-        if nodes is None:
-            return self._walk(angle)
-        turns = np.floor(angle / (2.0 * np.pi))
-        base = angle - 2.0 * np.pi * turns
-        return self._newton(nodes.interpolate(base) + turns[:, None] * nodes.turn, angle)
+        """Stacked poses (T, 3 n) [m, m, rad] at crank angles (T,) [rad]; all on the branch of the start poses.
+
+        Raises:
+            InvalidInput: the linkage does not reach an angle.
+        """
+        if self._table is None:
+            return np.concatenate([self._walk(0.0, self.start, float(goal)) for goal in angle])
+        guess = self._table.interpolate(angle)
+        poses = self._newton(guess, angle)
+        for k in np.flatnonzero(self._scaled_distance(poses, guess) > STRAYED):
+            near, here = self._table.nearest(float(angle[k]))
+            poses[k] = self._walk(near, here, float(angle[k]))[0]
+        return poses
 
     def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
         """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
@@ -115,9 +107,9 @@ class Kinematics:
 
         The size of the mechanism stands in where the linkage cannot turn.
         """
-        if self._nodes is None:
+        if self._table is None:
             return {observed.name: self.size for observed in self.mechanism.observed}
-        return {name: diameter(p[0]) for name, p in self.point_derivatives([self._nodes.poses]).items()}
+        return {name: diameter(p[0]) for name, p in self.point_derivatives([self._table.poses]).items()}
 
     @property
     def travel(self) -> float:
@@ -220,13 +212,12 @@ class Kinematics:
 
     def _newton(self, guess: Array, angle: Array) -> Array:
         poses = guess.copy()
-        scale = np.tile([self.size, self.size, 1.0], len(self.mechanism.bodies))
         for _ in range(NEWTON_STEPS):
             step = _solve(self.jacobian(poses), self._residual([poses], angle)[0])
             poses -= step
             if not np.all(np.isfinite(step)):
                 break
-            if np.abs(step / scale).max() <= NEWTON_DONE:
+            if np.abs(step / self._scale).max() <= NEWTON_DONE:
                 return poses
         raise InvalidInput(self._cannot_turn(angle))
 
@@ -235,41 +226,72 @@ class Kinematics:
         return f"{self.mechanism.name} cannot be assembled at every crank angle from {lowest:.6g} to {highest:.6g} deg"
 
     @cached_property
-    def _nodes(self) -> _Nodes | None:
-        """One full turn; None if the linkage does not reach all of it.
+    def _table(self) -> PoseTable | None:
+        """Poses over one full turn; None if the linkage does not reach all of it."""
+        angles, poses = [0.0], [self.start]
+        try:
+            for goal in np.linspace(0.0, 2.0 * np.pi, STEPS_PER_TURN + 1)[1:]:
+                for angle, here in self._steps(angles[-1], poses[-1], float(goal)):
+                    angles.append(angle)
+                    poses.append(here)
+        except InvalidInput:
+            return None
+        rows, stacked = np.array(angles), np.concatenate(poses)
+        table = PoseTable(rows, stacked, self._slope(stacked, rows), self._gain(stacked[0], stacked[-1]))
+        return self._refined(table)
 
-        Walked in small steps, so that the branch of the start poses is kept, and then refined at once.
-        """
-        angles = np.linspace(0.0, 2.0 * np.pi, WALKED_PER_TURN + 1)
-        poses, slopes = [self.start], [self._slope(self.start, np.zeros(1))]
-        for previous, following in pairwise(angles):
-            guess = poses[-1] + slopes[-1] * (following - previous)
-            try:
-                poses.append(self._newton(guess, np.array([following])))
-            except InvalidInput:
-                return None
-            slopes.append(self._slope(poses[-1], np.array([following])))
-        stacked = np.concatenate(poses)
-        walked = _Nodes(angles, stacked, np.concatenate(slopes), self._gain(stacked[0], stacked[-1]))
-        fine = np.linspace(0.0, 2.0 * np.pi, NODES_PER_TURN + 1)
-        refined = self._newton(walked.interpolate(fine), fine)
-        return _Nodes(fine, refined, self._slope(refined, fine), walked.turn)
+    def _refined(self, table: PoseTable) -> PoseTable:
+        """The table with a row more in every interval that it does not predict well in its middle."""
+        for _ in range(REFINEMENTS):
+            middle = 0.5 * (table.angles[:-1] + table.angles[1:])
+            guess = table.interpolate(middle)
+            poses = self._newton(guess, middle)
+            miss = self._scaled_distance(poses, guess)
+            for k in np.flatnonzero(miss > STRAYED):
+                poses[k] = self._walk(float(table.angles[k]), table.poses[k : k + 1], float(middle[k]))[0]
+            coarse = miss > TABLE_MISS
+            if not coarse.any():
+                break
+            rows = middle[coarse]
+            table = table.with_rows(rows, poses[coarse], self._slope(poses[coarse], rows))
+        return table
 
-    def _walk(self, angle: Array) -> Array:
-        """Poses (T, 3 n) of a linkage that cannot turn fully, each reached from angle 0 in small steps.
+    def _walk(self, angle: float, poses: Array, goal: float) -> Array:
+        """Poses (1, 3 n) at a goal angle, reached from those at another without leaving the branch."""
+        return [poses, *(reached for _, reached in self._steps(angle, poses, goal))][-1]
+
+    def _steps(self, angle: float, poses: Array, goal: float) -> Iterator[tuple[float, Array]]:
+        """Angles and poses on the way to a goal, in steps as small as the motion asks for.
 
         Raises:
-            InvalidInput: an angle is beyond what the linkage reaches.
+            InvalidInput: the linkage goes no further.
         """
-        found = []
-        for goal in angle:
-            way = np.linspace(0.0, goal, 2 + int(abs(goal) / (2.0 * np.pi) * NODES_PER_TURN))
-            here = self.start
-            for previous, following in pairwise(way):
-                guess = here + self._slope(here, np.array([previous])) * (following - previous)
-                here = self._newton(guess, np.array([following]))
-            found.append(here)
-        return np.concatenate(found)
+        step = math.copysign(min(abs(goal - angle), 2.0 * math.pi / STEPS_PER_TURN), goal - angle)
+        while angle != goal:
+            following = goal if abs(goal - angle) <= abs(step) else angle + step
+            reached = self._try_step(angle, poses, following)
+            if reached is not None:
+                angle, poses, step = following, reached, 2.0 * step
+                yield angle, poses
+            elif abs(step) > LEAST_STEP:
+                step *= 0.5
+            else:
+                raise InvalidInput(self._cannot_turn(np.array([following])))
+
+    def _try_step(self, angle: float, poses: Array, following: float) -> Array | None:
+        """Poses after a step along the tangent; None if they strayed from it or changed branch."""
+        guess = poses + self._slope(poses, np.array([angle])) * (following - angle)
+        try:
+            reached = self._newton(guess, np.array([following]))
+        except InvalidInput:
+            return None
+        if self._scaled_distance(reached, guess)[0] > WALK_MISS:
+            return None
+        return reached if self.branch(reached)[0] == self.assembled_branch else None
+
+    def _scaled_distance(self, first: Array, second: Array) -> Array:
+        """Largest difference of poses (T,), lengths against the mechanism's size."""
+        return np.asarray(np.abs((first - second) / self._scale).max(axis=1))
 
     def _gain(self, first: Array, last: Array) -> Array:
         """What one turn adds to the poses: whole turns of bodies, and nothing else."""

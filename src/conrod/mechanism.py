@@ -160,6 +160,15 @@ class Mechanism:
         return 3 * len(self.bodies) - 2 * lower_pairs - higher_pairs
 
 
+def pins_of(mechanism: Mechanism, body: str) -> list[Point]:
+    """Places of the pins on a body, in its own frame [m]."""
+    pins = []
+    for joint in mechanism.joints:
+        if isinstance(joint, Revolute):
+            pins += [point for name, point in ((joint.a, joint.point_a), (joint.b, joint.point_b)) if name == body]
+    return pins
+
+
 def to_world(pose: Pose, point: Point) -> Point:
     """A point of a body in the document's frame [m]."""
     x, y, phi = pose

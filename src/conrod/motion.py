@@ -64,6 +64,22 @@ def point_motion(derivatives: tuple[Array, Array, Array, Array], speed: Array, a
     return PointMotion(x, x1 * w, x2 * w**2 + x1 * a, x3 * w**3 + 3.0 * x2 * w * a)
 
 
+def breaks_between(left: Motion, right: Motion) -> tuple[Break, ...]:
+    """Breaks from the motion on both sides of the same angles."""
+    return tuple(
+        Break(
+            float(angle),
+            name,
+            left.point(name).acceleration[i],
+            right.point(name).acceleration[i],
+            left.point(name).jerk[i],
+            right.point(name).jerk[i],
+        )
+        for i, angle in enumerate(right.angle)
+        for name in right.points
+    )
+
+
 def diameter(points: Array) -> float:
     """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
 

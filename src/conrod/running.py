@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from conrod.engines import engine_named
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, step_length
 from conrod.errors import InvalidInput
 from conrod.ranges import check_number
 from conrod.trajectory import Settings, Trajectory
@@ -31,7 +29,7 @@ def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_an
     """
     check_number("revolutions", revolutions, 1e-3, 1e6)
     check_number("start_angle", start_angle, -1e6, 1e6, "rad")
-    step = 2.0 * math.pi / abs(machine.speed) / settings.steps_per_revolution
+    step = step_length(machine, settings.steps_per_revolution)
     if abs(settings.timestep / step - 1.0) > SAME_STEP:
         raise InvalidInput(
             f"timestep = {settings.timestep:g} s does not fit: {settings.steps_per_revolution} steps a revolution at "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -29,6 +30,11 @@ class Machine(Protocol):
 
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
+
+
+def step_length(machine: Machine, steps_per_revolution: int) -> float:
+    """Time step [s] that divides a revolution into so many."""
+    return 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
 
 
 def default_steps(machine: Machine) -> int:

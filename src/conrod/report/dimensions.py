@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from conrod.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Prismatic, Revolute, to_world
+from conrod.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Prismatic, pins_of, to_world
 from conrod.report import numbers
 
 Poses = Mapping[str, Pose]
@@ -58,7 +58,7 @@ def dimensions(mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
 
 def _link(name: str, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
     """The length of a link with two pins."""
-    pins = [to_world(poses[name], point) for point in _pins(name, mechanism)]
+    pins = [to_world(poses[name], point) for point in pins_of(mechanism, name)]
     if len(pins) != 2 or math.dist(*pins) == 0.0:
         return []
     text = f"{name} {_mm(math.dist(*pins))}"
@@ -69,12 +69,6 @@ def _link(name: str, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
     shaft = to_world(poses[mechanism.crank], mechanism.driven_joint.point_b)
     bend = (pins[0][0] - shaft[0]) * (pins[1][1] - pins[0][1]) - (pins[0][1] - shaft[1]) * (pins[1][0] - pins[0][0])
     return [Length(text, pins[0], pins[1], -0.07 if bend > 0.0 else 0.07)]
-
-
-def _pins(name: str, mechanism: Mechanism) -> list[Point]:
-    """Places of the pins on a body, in its own frame."""
-    sides = [(side, joint) for joint in mechanism.joints if isinstance(joint, Revolute) for side in "ab"]
-    return [getattr(joint, f"point_{side}") for side, joint in sides if getattr(joint, side) == name]
 
 
 def _offset(slide: Prismatic, mechanism: Mechanism, poses: Poses) -> list[Dimension]:

@@ -31,20 +31,13 @@ def short_verdict(result: Result) -> str:
 def exceeded(result: Result) -> list[str]:
     """The judged quantities that are out of tolerance, with what was found and allowed."""
     reasons = []
-    for name, allowed in result.tolerance.judged().items():
-        found = found_for(result, name)
+    for name, (found, allowed) in result.exceeded().items():
+        plain = PLAIN_NAMES.get(name, name)
         if found is None:
-            reasons.append(f"{PLAIN_NAMES.get(name, name)} has no error to judge")
-        elif not found <= allowed:
-            reasons.append(f"{PLAIN_NAMES.get(name, name)} {numbers.measured(found)} > {numbers.measured(allowed)}")
+            reasons.append(f"{plain} has no error to judge")
+        else:
+            reasons.append(f"{plain} {numbers.measured(found)} > {numbers.measured(allowed)}")
     printed = result.printed
     if printed is not None and printed.engine_agrees != printed.exact_agrees:
         reasons.append(f"the printed table, {printed.engine_agrees} of {printed.exact_agrees} cells met")
     return reasons
-
-
-def found_for(result: Result, tolerance: str) -> float | None:
-    """The error that a tolerance of this name is compared with."""
-    if tolerance.endswith("_rms"):
-        return result.largest(tolerance.removesuffix("_rms"), "rms")
-    return result.largest(tolerance)

@@ -193,7 +193,7 @@ class CamFollower(Scene):
             name=self.kind,
             bodies=(
                 Body("cam", self.cam_mass, self.cam_inertia),
-                Body("follower", self.follower_mass, self.follower_mass * r**2),
+                Body("follower", self.follower_mass, 1e-4 * self.follower_mass),  # any inertia: it cannot turn
             ),
             joints=(
                 Revolute("shaft", GROUND, "cam", (0.0, 0.0), (0.0, 0.0)),

@@ -9,6 +9,8 @@ from typing import Any
 from conrod.errors import InvalidInput
 from conrod.ranges import check_number
 
+LARGEST_PROPORTION = 1e4
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -67,6 +69,19 @@ def _parameter(
 def parameters_of(scene_class: type) -> dict[str, Parameter]:
     """The parameters of a scene class, in order of declaration."""
     return {f.name: Parameter(f.name, **f.metadata) for f in dataclasses.fields(scene_class) if f.metadata}
+
+
+def check_proportion(long_name: str, long: float, short_name: str, short: float) -> None:
+    """Refuse lengths so unequal that the motion has few digits left of the machine's own rounding.
+
+    Raises:
+        InvalidInput: names both, and the largest proportion.
+    """
+    if long > LARGEST_PROPORTION * short:
+        raise InvalidInput(
+            f"{long_name} = {long:g} m is out of proportion: at most {LARGEST_PROPORTION:g} x {short_name} "
+            f"= {LARGEST_PROPORTION * short:g} m"
+        )
 
 
 def check_ranges(scene: Any) -> None:

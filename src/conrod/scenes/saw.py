@@ -55,6 +55,7 @@ class Saw(Scene):
     gravity: float = parameters.gravity("acceleration of free fall, across the slide (-y)")
 
     def _check_geometry(self) -> None:
+        parameters.check_proportion("rod", self.rod, "crank", self.crank)
         if not self.crank + abs(self.offset) < self.rod:
             raise InvalidInput(
                 f"crank + |offset| = {self.crank + abs(self.offset):g} m is too long for the crank to turn fully: "
@@ -87,7 +88,7 @@ class Saw(Scene):
             bodies=(
                 Body("crank", self.crank_mass, self.crank_inertia),
                 Body("rod", self.rod_mass, self.rod_inertia, middle),
-                Body("slider", self.slider_mass, self.slider_mass * self.crank**2),
+                Body("slider", self.slider_mass, 0.01 * self.slider_mass),  # any inertia: it cannot turn
             ),
             joints=(
                 Revolute("shaft", GROUND, "crank", self.shaft, (0.0, 0.0)),

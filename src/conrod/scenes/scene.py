@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
-from conrod.motion import Array, Break, Motion, PointMotion, Side, diameter, point_motion
+from conrod.motion import Array, Break, Motion, Side, breaks_between, diameter, point_motion
 from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
@@ -87,13 +87,7 @@ class Scene(ABC):
         if not self.break_angles():
             return ()
         angles = np.array(self.break_angles())
-        left = self.motion(angles, self.speed, side="left")
-        right = self.motion(angles, self.speed, side="right")
-        return tuple(
-            _break(angle, name, i, left.point(name), right.point(name))
-            for i, angle in enumerate(angles)
-            for name in right.points
-        )
+        return breaks_between(self.motion(angles, self.speed, side="left"), self.motion(angles, self.speed))
 
     # -- facts -------------------------------------------------------------------------------------------------
 
@@ -125,7 +119,7 @@ class Scene(ABC):
     def lengths(self) -> dict[str, float]:
         """L [m] of each observed point: the largest distance between two of its exact positions.
 
-        The normalising length of the errors (architecture.md, 'Errors have names').
+        The normalising length of the errors (docs/design.md, 'Errors have names').
         """
         turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES_PER_TURN, endpoint=False)
         return {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
@@ -133,7 +127,3 @@ class Scene(ABC):
 
 def _rebuilt(scene_class: type[Scene], parameters: dict[str, float]) -> Scene:
     return scene_class(**parameters)
-
-
-def _break(angle: float, name: str, i: int, left: PointMotion, right: PointMotion) -> Break:
-    return Break(float(angle), name, left.acceleration[i], right.acceleration[i], left.jerk[i], right.jerk[i])

@@ -112,6 +112,17 @@ class Result:
         values = [size[measure] for size in sizes if size is not None]
         return max(values) if values else None
 
+    def exceeded(self) -> dict[str, tuple[float | None, float]]:
+        """Judged quantities that are out of tolerance: what was found (None: nothing) and what is allowed."""
+        pairs = {name: (self._found(name), allowed) for name, allowed in self.tolerance.judged().items()}
+        return {name: pair for name, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
+
+    def _found(self, tolerance: str) -> float | None:
+        """The error that a tolerance of this name is compared with."""
+        if tolerance.endswith("_rms"):
+            return self.largest(tolerance.removesuffix("_rms"), "rms")
+        return self.largest(tolerance)
+
 
 @dataclass(frozen=True)
 class SceneStudy:

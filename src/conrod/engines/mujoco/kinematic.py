@@ -11,6 +11,7 @@ from conrod.engines.engine import KinematicResult, Machine
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.secant import close_gap
 from conrod.mechanism import CamContact
 from conrod.motion import Array
 
@@ -86,11 +87,5 @@ def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> No
         mujoco.mj_kinematics(made.model, data)
         return float(mujoco.mj_geomDistance(made.model, data, cam, roller, 1.0, None))
 
-    here = float(data.qpos[slide])
-    there = here + 1e-4 * contact.roller_radius
-    gap_here, gap_there = gap(here), gap(there)
-    for _ in range(NEWTON_STEPS):
-        if abs(gap_there) < 1e-13 or gap_there == gap_here:
-            break
-        here, there = there, there - gap_there * (there - here) / (gap_there - gap_here)
-        gap_here, gap_there = gap_there, gap(there)
+    # Single-precision vertices make the distance rough below this.
+    close_gap(gap, float(data.qpos[slide]), 1e-4 * contact.roller_radius, 1e-13)

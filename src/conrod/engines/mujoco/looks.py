@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco.xml import add, numbers, short
 from conrod.engines.tree import Tree
-from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism import GROUND, Prismatic, Revolute, pins_of
 
 SEEN_ONLY = {"contype": "0", "conaffinity": "0", "mass": "0", "group": "1"}
 
@@ -48,7 +48,7 @@ def add_camera(world: ET.Element, tree: Tree) -> None:
 def add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
     """A bar between the joints of a link, a disc at every pin, a block for a slider. None of them can collide."""
     width = 0.03 * _extent(tree)[2]
-    pins = _pins(body, tree.mechanism)
+    pins = pins_of(tree.mechanism, body)
     if body == GROUND:
         pins = []
     for first, second in pairwise(pins):
@@ -73,12 +73,3 @@ def _add_slider_geom(element: ET.Element, joint: Prismatic, width: float, tree: 
     direction, reach = joint.direction - joint.angle, 10.0 * width
     tip = f"{short(reach * math.cos(direction))} {short(reach * math.sin(direction))} 0"
     add(element, "geom", type="capsule", fromto=f"0 0 0 {tip}", size=short(width), rgba=grey, **SEEN_ONLY)
-
-
-def _pins(body: str, mechanism: Mechanism) -> list[Point]:
-    """Places of the pins on a body, in its own frame."""
-    pins = []
-    for joint in mechanism.joints:
-        if isinstance(joint, Revolute):
-            pins += [p for holder, p in ((joint.a, joint.point_a), (joint.b, joint.point_b)) if holder == body]
-    return pins

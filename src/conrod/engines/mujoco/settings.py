@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, step_length
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.errors import unknown_choice
 from conrod.ranges import check_count, check_number
@@ -58,7 +58,7 @@ class MuJoCoSettings:
         check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 0, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
-        check_number("timestep", self.timestep, 1e-12, 1e6, "s")
+        check_number("timestep", self.timestep, 1e-14, 1e8, "s")
         check_number("tolerance", self.tolerance, 0.0, 1.0)
         check_number("armature", self.armature, 0.0, 1e30, "kg m^2")
         if self.hardening is not None:
@@ -77,7 +77,9 @@ class MuJoCoSettings:
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
         """MuJoCo's defaults plus the drive (and the solver tolerance of 0 that the drive forces)."""
-        return cls("stock", steps_per_revolution, timestep(machine, steps_per_revolution), armature=flywheel(machine))
+        return cls(
+            "stock", steps_per_revolution, step_length(machine, steps_per_revolution), armature=flywheel(machine)
+        )
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
@@ -89,7 +91,7 @@ class MuJoCoSettings:
         Contact is not smooth, so it gains nothing from RK4: Euler, time constant of two steps (the least that MuJoCo
         admits) and an impedance of 0.9, because a stiffer contact (0.99) chatters.
         """
-        h = timestep(machine, steps_per_revolution)
+        h = step_length(machine, steps_per_revolution)
         stock = cls.stock(machine, steps_per_revolution)
         contact = bool(machine.kinematics.mechanism.cam_contacts)
         return replace(
@@ -105,14 +107,9 @@ class MuJoCoSettings:
     @classmethod
     def hardened(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
         """Regularisation removed after compiling; stabilisation slow, a tenth of the period, whatever the step."""
-        slow = 0.1 * timestep(machine, 1)
+        slow = 0.1 * step_length(machine, 1)
         tuned = cls.tuned(machine, steps_per_revolution)
         return replace(tuned, preset="hardened", solref=(slow, 1.0), hardening=HARDENING)
-
-
-def timestep(machine: Machine, steps_per_revolution: int) -> float:
-    """Time step [s] that divides a revolution into so many."""
-    return 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
 
 
 def flywheel(machine: Machine) -> float:

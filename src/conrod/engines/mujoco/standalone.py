@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import math
+import textwrap
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +27,16 @@ class DescribedMachine(Machine, Protocol):
         """Where its dimensions come from."""
         ...
 
+    @property
+    def frame(self) -> str:
+        """Origin, axes and the crank angle's sense."""
+        ...
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values of all parameters, SI."""
+        ...
+
 
 def standalone_mjcf(name: str, machine: DescribedMachine, steps_per_revolution: int | None = None) -> str:
     """MJCF text of a machine with the tuned settings, geoms to look at and a keyframe to start from."""
@@ -39,22 +50,22 @@ def standalone_mjcf(name: str, machine: DescribedMachine, steps_per_revolution: 
 
 
 def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
-    rpm = machine.speed * 60.0 / (2.0 * math.pi)
-    points = ", ".join(point.name for point in machine.kinematics.mechanism.observed)
-    lines = [
-        f"{machine.title}, scene {name} of conrod.",
-        f"Source: {machine.source}.",
-        "",
-        f"Frame: x-y is the document's, z points to the viewer. Joint 'crank' is driven at {rpm:.6g} rpm by its",
-        f"armature, a flywheel that nothing can slow down; sites {points} are the observed points, with sensors",
-        "for position, velocity and acceleration (an accelerometer's: gravity included).",
-        "",
-        "LOAD THE KEYFRAME 'start' FIRST: it sets the machine in motion (mj_resetDataKeyframe(model, data, 0)).",
+    mechanism = machine.kinematics.mechanism
+    points = " and ".join(point.name for point in mechanism.observed)
+    values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
+    paragraphs = [
+        f"{machine.title}, scene {name} of conrod. Source: {machine.source}.",
+        f"Parameters (SI): {values}.",
+        f"Frame (z points to the viewer): {machine.frame}",
+        "Joint 'crank' is driven at constant speed by its armature, a flywheel that nothing in the model can slow down."
+        f" Observed: {points}, as sites with sensors for position, velocity and acceleration (an accelerometer's: the "
+        "reaction to gravity is in it, where there is gravity). Sensor values after mj_step belong to the instant "
+        "before the step.",
+        "LOAD THE KEYFRAME 'start' FIRST: it sets the machine in motion (mj_resetDataKeyframe(model, data, 0)). "
         "Without it the machine stands still.",
-        "",
-        f"Settings: preset 'tuned', {settings.steps_per_revolution} steps a revolution. The tolerance of 0 is needed:",
-        "with this armature MuJoCo's default ends the solver before its first iteration, and the loop opens.",
-        "Sensor values after mj_step belong to the instant before the step.",
-        f"Written by `conrod export {name}`, format mjcf.",
+        f"Settings: conrod's preset 'tuned' at {settings.steps_per_revolution} steps a revolution. The solver "
+        "tolerance of 0 is needed: with this armature MuJoCo's default ends the solver before its first iteration, and "
+        "what closes the joints does not act.",
+        "Written by the export command of conrod, format mjcf.",
     ]
-    return "\n".join(f"  {line}".rstrip() for line in lines)
+    return "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)

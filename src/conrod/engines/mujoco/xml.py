@@ -18,8 +18,8 @@ def clean(value: float) -> float:
 def number(value: float) -> str:
     """The shortest text that reads back as the same number."""
     value = clean(float(value))
-    short = f"{value:.15g}"
-    return short if float(short) == value else repr(value)
+    texts = (f"{value:.6g}", f"{value:.15g}", repr(value))
+    return next(text for text in texts if float(text) == value)
 
 
 def numbers(values: list[float] | tuple[float, ...]) -> str:

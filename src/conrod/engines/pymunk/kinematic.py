@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,14 +13,14 @@ from conrod.engines.pymunk.dynamics import body_states, observed_points
 from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import Build, build
-from conrod.mechanism import CamContact
+from conrod.engines.secant import close_gap
+from conrod.mechanism import CamContact, pins_of
 from conrod.motion import Array
 
 # With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
 STEP = 1e-6  # [s]
 NEWTON_STEPS = 12
 ITERATIONS = 2000
-SECANT_STEPS = 20
 # A Newton step this small [m, rad] is rounding.
 DONE = 1e-16
 
@@ -28,6 +29,7 @@ def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> Kinematic
     """The crank held at each angle, the rest placed by the engine's own joints (or its distance query)."""
     still = replace(settings, iterations=ITERATIONS, gravity=False, error_bias=0.0)
     made = build(machine, still)
+    _make_equal(made)
     contacts = made.mechanism.cam_contacts
     rows = []
     for theta in angle:
@@ -42,6 +44,18 @@ def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> Kinematic
     points = {name: (positions[name], None if contacts else velocities[name]) for name in positions}
     error = shape_error(machine, settings) if contacts else None
     return KinematicResult(angle, poses, points, error)
+
+
+def _make_equal(made: Build) -> None:
+    """Unit masses, felt about alike at every joint: the pose depends on no mass, the engine's iteration does."""
+    for link, body in zip(made.mechanism.bodies, made.bodies, strict=True):
+        if body.body_type != pymunk.Body.DYNAMIC:
+            continue
+        body.mass = 1.0
+        if math.isfinite(body.moment):
+            body.moment = (
+                max(math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)) ** 2
+            )
 
 
 def _close_joints(made: Build, turn: float, spin: float) -> tuple[Array, Array]:
@@ -95,12 +109,6 @@ def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Arra
         centre = start + along * way
         return min(shape.point_query(centre).distance for shape in made.crank.shapes) - contact.roller_radius
 
-    here, there = 0.0, 1e-4 * contact.roller_radius
-    gap_here, gap_there = gap(here), gap(there)
-    for _ in range(SECANT_STEPS):
-        if abs(gap_there) < 1e-15 or gap_there == gap_here:
-            break
-        here, there = there, there - gap_there * (there - here) / (gap_there - gap_here)
-        gap_here, gap_there = gap_there, gap(there)
-    follower.position = start + along * there
+    way = close_gap(gap, 0.0, 1e-4 * contact.roller_radius, 1e-15)
+    follower.position = start + along * way
     return _centres(made), np.zeros(3 * len(made.bodies))

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, step_length
 from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
 from conrod.ranges import check_count, check_number
 
@@ -41,7 +41,7 @@ class PymunkSettings:
         check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
-        check_number("timestep", self.timestep, 1e-12, 1e6, "s")
+        check_number("timestep", self.timestep, 1e-14, 1e8, "s")
         check_number("error_bias", self.error_bias, 0.0, 1.0)
         check_number("collision_bias", self.collision_bias, 0.0, 1.0)
         check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
@@ -53,8 +53,7 @@ class PymunkSettings:
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
         """pymunk's defaults."""
-        step = 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
-        return cls("stock", steps_per_revolution, step)
+        return cls("stock", steps_per_revolution, step_length(machine, steps_per_revolution))
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
