@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -102,6 +103,13 @@ def test_values_take_units() -> None:
     assert lines["speed"] == ["-500", "rpm"]
 
 
+@pytest.mark.parametrize("speed", ["500 rev/min", "500rpm", "500 revolution/minute"])
+def test_a_speed_is_written_as_machinists_write_it(speed: str) -> None:
+    done = conrod("show", "saw-40rpm", "--set", f"speed={speed}")
+    assert done.returncode == 0, done.stderr
+    assert next(line.split()[1:3] for line in done.stdout.splitlines() if line.startswith("speed")) == ["500", "rpm"]
+
+
 def test_exported_csv_is_the_exact_trajectory_with_units() -> None:
     done = conrod("export", "shear-press", "--format", "csv", "--steps-per-rev", "36")
     rows = list(csv.reader(io.StringIO(done.stdout)))
@@ -151,8 +159,28 @@ BAD = {
     "negative tolerance": (("validate", "--tolerance", "position=-1"), ("position = -1",)),
     "unknown quantity": (("validate", "--tolerance", "jerk=1"), ("'jerk'", "acceleration")),
     "too few steps": (("validate", "--steps-per-rev", "1"), ("--steps-per-rev = 1", "2 <=")),
+    "steps of a table": (
+        ("export", "saw-40rpm", "--format", "csv", "--revolutions", "1389"),
+        ("360 steps x 1389 revolutions", "500000"),
+    ),
+    "revolutions of a model": (
+        ("export", "saw-40rpm", "--format", "mjcf", "--revolutions", "1"),
+        ("a model has no revolutions",),
+    ),
+    "parameter twice": (
+        ("validate", "saw-40rpm", "--set", "crank=80mm", "--set", "crank=70mm"),
+        ("crank", "twice", "'80mm'", "'70mm'"),
+    ),
+    "tolerance twice": (("validate", "--tolerance", "position=1,position=2"), ("position", "twice")),
+    "no engine": (("validate", "--engine", ""), ("unknown engine ''", "mujoco")),
+    "no preset": (("validate", "--preset", ""), ("unknown preset ''", "tuned")),
+    "no tolerance": (("validate", "--tolerance", ""), ("--tolerance ''", "name=value")),
+    "drawing that is no SVG": (("show", "saw-40rpm", "--svg", "a.png"), ("a.png", ".svg")),
+    "drawing without a name": (("show", "saw-40rpm", "--svg", ""), ("--svg ''", "name of a file")),
+    "export without a name": (("export", "saw-40rpm", "--format", "csv", "-o", ""), ("-o ''", "name of a file")),
+    "export to a dash": (("export", "saw-40rpm", "--format", "csv", "-o", "-"), ("-o '-'", "name of a file")),
     "no revolutions": (("validate", "--revolutions", "0"), ("--revolutions = 0", "1 <=")),
-    "too many samples": (("validate", "--steps-per-rev", "5000000"), ("samples", "2000000")),
+    "too many samples": (("validate", "--steps-per-rev", "5000000"), ("samples", "500000")),
     "not a number of steps": (("validate", "--steps-per-rev", "ten"), ("'ten'",)),
     "unknown option": (("validate", "--presets", "tuned"), ("--presets", "--preset")),
     "unknown command": (("valdate",), ("'valdate'", "validate")),
@@ -184,6 +212,173 @@ def test_an_output_that_cannot_be_written_is_refused_before_any_work(option: str
     assert target.split("/", maxsplit=1)[0] in done.stderr
     assert (tmp_path / "file").read_text() == "mine"
     assert files_in(tmp_path) == ["file"]
+
+
+# -- what is written, and what is left alone -------------------------------------------------------------------------
+
+QUICK = ("validate", "saw-40rpm", "--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "100")
+
+
+def refused(done: subprocess.CompletedProcess[str], *words: str) -> None:
+    """One clear line, before anything was run."""
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1, done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+def after(preparation: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """The command line, in an interpreter in which something was changed first."""
+    code = f"import sys\n{preparation}\nfrom conrod.cli import main\nsys.argv = {['conrod', *arguments]!r}\nmain()"
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
+
+
+@pytest.mark.parametrize(("option", "text"), [("--json", ""), ("--json", "-"), ("--json", "new/"), ("--out", "")])
+def test_an_output_without_a_name_is_refused(option: str, text: str, tmp_path: Path) -> None:
+    refused(conrod("validate", option, text, cwd=tmp_path), f"{option} {text!r}: give the name of a")
+    assert files_in(tmp_path) == []
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe", "device", "link to a pipe", "link to itself"])
+@pytest.mark.parametrize("command", [("validate", "--json"), ("export", "saw-40rpm", "--format", "csv", "-o")])
+def test_what_is_not_a_regular_file_is_refused(command: tuple[str, ...], kind: str, tmp_path: Path) -> None:
+    target = tmp_path / "target"
+    match kind:
+        case "folder":
+            target.mkdir()
+        case "pipe":
+            os.mkfifo(target)
+        case "device":
+            target = Path(os.devnull)
+        case "link to a pipe":
+            os.mkfifo(tmp_path / "pipe")
+            target.symlink_to("pipe")
+        case "link to itself":
+            target.symlink_to("target")
+    before, mode = files_in(tmp_path), target.lstat().st_mode
+    refused(conrod(*command, str(target), cwd=tmp_path), str(target), "folder" if kind == "folder" else "regular file")
+    assert files_in(tmp_path) == before
+    assert target.lstat().st_mode == mode
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_link_stays_a_link_and_the_file_behind_it_is_written(there: bool, tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    if there:
+        (tmp_path / "data" / "real.csv").write_text("old")
+    (tmp_path / "link.csv").symlink_to("data/real.csv")
+    done = conrod("export", "saw-40rpm", "--format", "csv", "-o", "link.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "link.csv").is_symlink()
+    assert (tmp_path / "data" / "real.csv").read_text().startswith("time [s]")
+    assert files_in(tmp_path) == ["data", "data/real.csv", "link.csv"]
+
+
+@pytest.mark.parametrize(
+    "name", ["README.md", "results.json", "saw-40rpm.md", "cam-follower.md", "figures/saw-40rpm-error.svg"]
+)
+def test_results_may_not_take_the_place_of_a_file_of_the_report(name: str, tmp_path: Path) -> None:
+    (tmp_path / "report" / "figures").mkdir(parents=True)
+    (tmp_path / "link").symlink_to("report")
+    before = files_in(tmp_path)
+    refused(conrod(*QUICK, "--out", "report", "--json", f"link/{name}", cwd=tmp_path), f"link/{name}", "report")
+    assert files_in(tmp_path) == before
+
+
+def test_results_may_not_take_the_place_of_the_reports_folder(tmp_path: Path) -> None:
+    refused(conrod(*QUICK, "--out", "new/report", "--json", "new", cwd=tmp_path), "new", "folder")
+    assert files_in(tmp_path) == []
+
+
+@pytest.mark.parametrize("beside", [None, "{}", '{"schema": 1, "results": []}', "not json"])
+@pytest.mark.parametrize("name", ["README.md", "saw-40rpm.md"])
+def test_a_folder_with_files_of_somebody_else_is_not_made_a_report(
+    name: str, beside: str | None, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_text("mine")
+    if beside is not None:
+        (tmp_path / "results.json").write_text(beside)
+    before = files_in(tmp_path)
+    refused(conrod(*QUICK, "--out", ".", cwd=tmp_path), "that is not a conrod report")
+    assert (tmp_path / name).read_text() == "mine"
+    assert files_in(tmp_path) == before
+
+
+def test_results_of_an_earlier_run_are_not_taken_for_a_report(tmp_path: Path) -> None:
+    (tmp_path / "results.json").write_text('{"schema": 1, "results": []}')
+    refused(conrod(*QUICK, "--out", ".", cwd=tmp_path), "results.json that is not a conrod report")
+
+
+@pytest.mark.parametrize("name", ["README.md", "figures", "figures/saw-40rpm-error.svg"])
+def test_a_report_with_a_link_in_it_is_refused(name: str, tmp_path: Path) -> None:
+    if "/" in name:
+        (tmp_path / "figures").mkdir()
+    (tmp_path / name).symlink_to("elsewhere")
+    refused(conrod(*QUICK, "--out", ".", cwd=tmp_path), name)
+    assert (tmp_path / name).is_symlink()
+
+
+def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_path: Path) -> None:
+    # Negative control of the refusals above; also of a report behind a link.
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    for _ in range(2):
+        done = conrod(*QUICK, "--out", "link", "--json", "link/all.json", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / "link").is_symlink()
+        assert {"README.md", "all.json", "figures", "results.json", "saw-40rpm.md"} == {
+            path.name for path in (tmp_path / "real").iterdir()
+        }
+
+
+@pytest.mark.parametrize("where", ["writer.index_page", "canvas.svg_text"])
+def test_an_interrupt_while_the_report_is_made_leaves_nothing_and_says_no_more_than_that(
+    where: str, tmp_path: Path
+) -> None:
+    module, name = where.split(".")
+    stop = (
+        f"import conrod.report.{module} as module, conrod.report.writer as writer\n"
+        f"def stop(*_): raise KeyboardInterrupt\nmodule.{name} = writer.{name} = stop"
+    )
+    done = after(stop, *QUICK, "--out", "new/report", "--json", "all.json", cwd=tmp_path)
+    assert done.returncode == 130
+    assert done.stderr.strip() == "conrod: interrupted"
+    assert files_in(tmp_path) == []
+
+
+def test_running_out_of_memory_is_one_line(tmp_path: Path) -> None:
+    full = "import conrod.console\ndef full(*_): raise MemoryError\nconrod.console.run_with_progress = full"
+    done = after(full, *QUICK, "--out", "report", "--json", "all.json", cwd=tmp_path)
+    refused(done, "out of memory: fewer --steps-per-rev or --revolutions")
+    assert files_in(tmp_path) == []
+
+
+def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
+    full = (
+        "from pathlib import Path\ndef full(*_): raise OSError(28, 'No space left on device')\nPath.write_bytes = full"
+    )
+    done = after(full, "export", "saw-40rpm", "--format", "csv", "-o", "table.csv", cwd=tmp_path)
+    refused(done, "No space left on device", "table.csv")
+    assert files_in(tmp_path) == []
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_a_full_standard_output_is_named_too() -> None:
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "conrod", "export", "saw-40rpm", "--format", "csv"]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=300, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "conrod: No space left on device: standard output\n"
+
+
+def test_a_table_is_measured_by_its_own_samples_not_by_the_models_steps(tmp_path: Path) -> None:
+    # The 62832 steps of the cam's model would have been far too many.
+    done = conrod("export", "cam-follower", "--format", "npz", "--revolutions", "20", "-o", "cam.npz", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with np.load(tmp_path / "cam.npz") as archive:
+        assert len(archive["time"]) == 20 * 360 + 1
 
 
 def test_help_loads_neither_engine_nor_plotting_nor_numerics() -> None:

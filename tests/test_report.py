@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from conrod.files import check_writable_folder
 from conrod.report import numbers, writer
 from conrod.report.drawing import draw_mechanism, mechanism_svg
 from conrod.report.pages import scene_page
@@ -289,15 +293,15 @@ def test_a_disk_that_fills_up_leaves_an_existing_report_as_it_was(
     reports = tmp_path / "reports"
     write_report([a_study("saw-40rpm")], reports, COMMAND)
     before = contents(tmp_path)
-    write_text: Callable[..., int] = Path.write_text
+    write_bytes: Callable[..., int] = Path.write_bytes
 
-    def full(path: Path, *args: object, **options: object) -> int:
-        if path.suffix == ".json":
+    def full(path: Path, data: bytes) -> int:
+        if b'"schema"' in data:
             raise OSError(28, "No space left on device")
-        return write_text(path, *args, **options)
+        return write_bytes(path, data)
 
-    monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(OSError, match="No space"):
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match=r"No space.*results\.json"):
         write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1e-3))], reports, COMMAND)
     assert contents(tmp_path) == before
 
@@ -312,11 +316,124 @@ def test_files_that_are_not_the_reports_are_left_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("blank_figures")
+@pytest.mark.parametrize("count", range(1, 8))
+def test_an_interrupt_between_two_files_restores_the_report(
+    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reports = tmp_path / "reports"
+    write_report([a_study("saw-40rpm")], reports, COMMAND)
+    before = contents(tmp_path)
+    replace_file, calls = os.replace, []
+
+    def interrupted(source: Path, target: Path) -> None:
+        replace_file(source, target)
+        calls.append(target)
+        if len(calls) == count:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1e-3)), a_study("cam-follower")], reports, COMMAND)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.usefixtures("blank_figures")
+@pytest.mark.parametrize("step", ["write_bytes", "replace"])
+def test_a_failed_first_write_leaves_no_folder_behind(
+    step: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(*((Path, "write_bytes", fail) if step == "write_bytes" else (os, "replace", fail)))
+    (tmp_path / "kept").mkdir()
+    with pytest.raises(OSError, match="No space"):
+        write_report([a_study("saw-40rpm")], tmp_path / "kept" / "new" / "report", COMMAND)
+    assert list(tmp_path.rglob("*")) == [tmp_path / "kept"]
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_a_report_needs_no_right_to_write_beside_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Its folder may be a mount point, or its parent be read-only.
+    reports = tmp_path / "reports"
+    reports.mkdir()
+    make, used = tempfile.mkdtemp, []
+
+    def noted(suffix: str | None = None, prefix: str | None = None, dir: str | None = None) -> str:
+        used.append(Path(str(dir)))
+        return make(suffix, prefix, dir)
+
+    monkeypatch.setattr(tempfile, "mkdtemp", noted)
+    check_writable_folder(reports)
+    write_report([a_study("saw-40rpm")], reports, COMMAND)
+    assert used == [reports, reports]
+    assert [path.name for path in tmp_path.iterdir()] == ["reports"]
+    assert not [path for path in reports.iterdir() if path.name.startswith(".")]
+
+
+def test_checking_a_folder_makes_nothing(tmp_path: Path) -> None:
+    check_writable_folder(tmp_path / "a" / "b")
+    assert list(tmp_path.iterdir()) == []
+
+
+ERROR_FIGURE = "figures/saw-40rpm-error.svg"
+
+
+def test_figures_of_a_scene_whose_runs_no_longer_complete_are_removed(tmp_path: Path) -> None:
+    write_report([a_study("saw-40rpm"), a_study("saw-500rpm")], tmp_path, COMMAND)
+    for name in ("figures/saw-40rpm-photo.svg", "figures/error.svg"):
+        (tmp_path / name).write_text("mine", encoding="utf-8")
+    before = set(contents(tmp_path))
+    write_report([a_study("saw-40rpm", ended("saw-40rpm", "opened", "pin", False))], tmp_path, COMMAND)
+    gone = before - set(contents(tmp_path))
+    assert gone == {f"figures/saw-40rpm-{name}.svg" for name in ("motion", "error", "order")}
+
+
+def test_a_figure_that_no_report_names_is_not_removed(tmp_path: Path) -> None:
+    (tmp_path / "figures").mkdir()
+    (tmp_path / ERROR_FIGURE).write_text("mine", encoding="utf-8")
+    write_report([a_study("saw-40rpm", ended("saw-40rpm", "opened", "pin", False))], tmp_path, COMMAND)
+    assert contents(tmp_path)[ERROR_FIGURE] == b"mine"
+
+
+def index_of(folder: Path) -> str:
+    return (folder / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("blank_figures")
 def test_a_report_of_one_scene_keeps_the_others_in_the_index(tmp_path: Path) -> None:
     write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
-    before = contents(tmp_path)
+    before, index = contents(tmp_path), index_of(tmp_path)
     write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
-    assert contents(tmp_path) == before
+    now = contents(tmp_path)
+    assert {name for name in now if now[name] != before.get(name)} == {"README.md"}
+    assert [r for r in index_of(tmp_path).splitlines() if "](" in r][:-1] == [
+        r for r in index.splitlines() if "](" in r
+    ][:-1]
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_the_index_names_a_command_only_if_that_makes_all_of_it(tmp_path: Path) -> None:
+    write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
+    assert "`conrod validate saw-40rpm cam-follower --out reports`" in index_of(tmp_path)
+    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
+    assert "`conrod validate" not in index_of(tmp_path)
+    assert "each page names its own" in index_of(tmp_path)
+    write_report([a_study(name) for name in ALL], tmp_path, COMMAND)
+    assert "`conrod validate --out reports`" in index_of(tmp_path)
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_the_index_lists_every_version_that_its_scenes_were_measured_with(tmp_path: Path) -> None:
+    write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
+    document = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    document["conrod"] = "0.0.7"
+    # An older report names its version once, for all scenes.
+    del document["scenes"]["cam-follower"]["conrod"]
+    (tmp_path / "results.json").write_text(json.dumps(document), encoding="utf-8")
+    write_report([a_study("saw-40rpm", replace(a_result("saw-40rpm"), engine_version="9.9"))], tmp_path, COMMAND)
+    rows = [line for line in index_of(tmp_path).splitlines() if line.startswith(("| conrod", "| MuJoCo |"))]
+    assert rows == [f"| conrod | 0.0.7, {version('conrod')} |", "| MuJoCo | 1.2.3, 9.9 |"]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "not json", '{"schema": 1, "scenes": {"saw-40rpm": {}}}'])

@@ -31,7 +31,10 @@ def _registry() -> pint.UnitRegistry[float]:
     # Imported here because it takes a good part of a second, which `conrod --help` need not spend.
     import pint
 
-    return pint.UnitRegistry()
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry()
+    # pint knows a revolution only by its full name, machinists know it as rev.
+    registry.define("@alias revolution = rev")
+    return registry
 
 
 def parse_quantity(name: str, text: str, unit: str) -> float:

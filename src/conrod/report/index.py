@@ -22,13 +22,12 @@ KINEMATIC = (
 )
 
 
-def index_page(scenes: Mapping[str, Any], conrod: str, command: str) -> str:
+def index_page(scenes: Mapping[str, Any], command: str | None) -> str:
     """The index.
 
     Args:
         scenes: summaries as `summary.scene_summary` makes them, by name.
-        conrod: version of conrod.
-        command: what reproduces the report.
+        command: what reproduces the report; None where no single command does.
     """
     rows = [_row(name, entry) for name, scene in scenes.items() for entry in scene["results"]]
     head = ["machine", "engine", "preset", "steps per revolution", "largest position error / L", "verdict"]
@@ -45,9 +44,8 @@ def index_page(scenes: Mapping[str, Any], conrod: str, command: str) -> str:
             prose.PRESETS,
             prose.ERRORS,
             "## Made with",
-            _versions(scenes, conrod),
-            f"Reproduced by `{command}`; each page names the command that reproduces it alone. "
-            "[results.json](results.json) holds the numbers of all tables.",
+            _versions(scenes),
+            f"{_origin(command)} [results.json](results.json) holds the numbers of all tables.",
         )
         + "\n"
     )
@@ -73,7 +71,16 @@ def _error(entry: Mapping[str, Any]) -> str:
     return found if isinstance(found, str) else numbers.measured(found)
 
 
-def _versions(scenes: Mapping[str, Any], conrod: str) -> str:
-    engines = {(e["engine"], e["engine_version"]) for scene in scenes.values() for e in scene["results"]}
-    rows = [["conrod", conrod], *([engine_title(engine), version] for engine, version in sorted(engines))]
-    return table(["software", "version"], rows)
+def _origin(command: str | None) -> str:
+    if command is None:
+        return "The machines were not all measured by one command: each page names its own."
+    return f"Reproduced by `{command}`; each page names the command that reproduces it alone."
+
+
+def _versions(scenes: Mapping[str, Any]) -> str:
+    """All versions that occur: scenes that were measured earlier stay as they were."""
+    engines = sorted({(e["engine"], e["engine_version"]) for scene in scenes.values() for e in scene["results"]})
+    found: dict[str, list[str]] = {"conrod": sorted({scene["conrod"] for scene in scenes.values()})}
+    for engine, version in engines:
+        found.setdefault(engine_title(engine), []).append(version)
+    return table(["software", "version"], [[name, ", ".join(versions)] for name, versions in found.items()])

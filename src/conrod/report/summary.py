@@ -1,19 +1,25 @@
-"""The report's numbers for machines: `results.json`, from which the index is made too."""
+"""The report's numbers for machines: `results.json`, from which the index is made too, and a report is known by."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from conrod.errors import InvalidInput
+from conrod.files import is_folder, is_no_file, real_path
 from conrod.report import numbers
+from conrod.report.pages import FIGURES
 from conrod.report.verdicts import short_verdict
 from conrod.studies.results import Result, SceneStudy
 from conrod.studies.serialise import result_entry
 
 SCHEMA = 1
 FILE = "results.json"
+INDEX = "README.md"
+ALWAYS_DRAWN, DRAWN_OF_RUNS = ("mechanism",), ("motion", "error", "order")
 # Inputs, written as they are; everything else that is a fraction was measured.
 INPUTS = {"parameters", "settings", "revolutions"}
 INPUT_DIGITS = 12
@@ -28,6 +34,7 @@ def scene_summary(study: SceneStudy, command: str) -> dict[str, Any]:
     return {
         "title": study.scene.title,
         "command": command,
+        "conrod": version("conrod"),
         "passed": study.passed,
         "results": [_entry(result) for result in study.results],
     }
@@ -55,18 +62,87 @@ def _rounded(value: Any, given: bool = False) -> Any:
             return value
 
 
+# -- the report that a folder holds ----------------------------------------------------------------------------------
+
+
 def earlier_scenes(directory: Path) -> dict[str, Any]:
     """Scenes of the report that a folder already holds; none where it holds no report of this kind."""
     try:
-        document = json.loads((directory / FILE).read_text(encoding="utf-8"))
+        document = _document(directory)
         scenes = document["scenes"] if document["schema"] == SCHEMA else {}
-        return {name: s for name, s in scenes.items() if _is_whole(s) and (directory / f"{name}.md").is_file()}
+        # Before scenes named the version that they were measured with, the document alone did.
+        default = document.get("conrod", "unknown")
+        whole = {n: {**s, "conrod": s.get("conrod", default)} for n, s in scenes.items() if _is_whole(s)}
+        return {name: s for name, s in whole.items() if (directory / page_file(name)).is_file()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
 
 
 def _is_whole(scene: Mapping[str, Any]) -> bool:
     return scene.keys() >= SCENE_KEYS and all(entry.keys() >= ENTRY_KEYS for entry in scene["results"])
+
+
+def _document(directory: Path) -> Any:
+    return json.loads((directory / FILE).read_text(encoding="utf-8"))
+
+
+def page_file(scene: str) -> str:
+    """Name of a scene's page in the report's folder."""
+    return f"{scene}.md"
+
+
+def figure_file(scene: str, figure: str) -> str:
+    """Name of a scene's figure in the report's folder."""
+    return f"{FIGURES}/{scene}-{figure}.svg"
+
+
+def check_report_folder(directory: Path, scenes: Collection[str]) -> None:
+    """Refuse a folder in which a report of some scenes would replace what is not a report's.
+
+    Raises:
+        InvalidInput: names the file that is in the way.
+    """
+    pages = [INDEX, FILE, *(page_file(scene) for scene in scenes)]
+    figures = directory / FIGURES
+    if figures.is_symlink() or (figures.exists() and not is_folder(figures)):
+        raise InvalidInput(f"cannot write into {directory}: {FIGURES} in it is not a folder")
+    for name in (*pages, *_figures(scenes)):
+        if is_no_file(directory / name):
+            raise InvalidInput(f"cannot write into {directory}: {name} in it is not a regular file")
+    if _is_report(directory):
+        return
+    for name in pages:
+        if (directory / name).exists():
+            raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not a conrod report")
+
+
+def check_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
+    """Refuse a file that is one of those that a report of some scenes consists of, or stands in its folder's way.
+
+    Raises:
+        InvalidInput: names the file.
+    """
+    scenes = {*scenes, *earlier_scenes(directory)}
+    pages = [INDEX, FILE, *(page_file(scene) for scene in scenes)]
+    folder, wanted = real_path(directory), real_path(document)
+    # Compared without case: on some systems readme.md is README.md.
+    taken = {str(folder / name).casefold() for name in (*pages, *_figures(scenes))}
+    if str(wanted).casefold() in taken:
+        raise InvalidInput(f"cannot write {document}: the report in {directory} has a file of that name")
+    if wanted in (folder, *folder.parents):
+        raise InvalidInput(f"cannot write {document}: it is where the folder {directory} has to be")
+
+
+def _figures(scenes: Iterable[str]) -> list[str]:
+    return [figure_file(scene, figure) for scene in scenes for figure in (*ALWAYS_DRAWN, *DRAWN_OF_RUNS)]
+
+
+def _is_report(directory: Path) -> bool:
+    try:
+        document = _document(directory)
+    except (OSError, ValueError):
+        return False
+    return isinstance(document, dict) and {"schema", "scenes"} <= document.keys()
 
 
 def summary_text(scenes: Mapping[str, Any], conrod: str) -> str:

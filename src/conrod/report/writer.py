@@ -1,73 +1,84 @@
-"""Writes a report: all of it made first, then put in place file by file, the index last."""
+"""Writes a report: all of it made first, then put in place together, the index last."""
 
 from __future__ import annotations
 
-import os
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from conrod.files import Batch, write_together
 from conrod.report.canvas import drawing_style, svg_text
 from conrod.report.drawing import mechanism_svg
 from conrod.report.error_figure import error_figure
 from conrod.report.index import index_page
 from conrod.report.motion_figure import motion_figure
-from conrod.report.pages import FIGURES, scene_page
+from conrod.report.pages import scene_page
 from conrod.report.refinement_figure import refinement_figure
 from conrod.report.styles import completed
-from conrod.report.summary import FILE, earlier_scenes, scene_summary, summary_text
+from conrod.report.summary import (
+    DRAWN_OF_RUNS,
+    FILE,
+    INDEX,
+    earlier_scenes,
+    figure_file,
+    page_file,
+    scene_summary,
+    summary_text,
+)
 from conrod.scenes import SCENES
 from conrod.studies.results import SceneStudy
 
-INDEX = "README.md"
 SCENE = "{scene}"
 
 
 def write_report(studies: Sequence[SceneStudy], directory: Path, command: str) -> list[Path]:
     """Write the report of some studies into a folder, which is made if there is none.
 
-    Everything is rendered into a neighbouring temporary folder before the first file is replaced, so that an error
-    leaves an existing report as it was. Scenes that a report in the folder already holds, and that are not among
-    the studies, stay in its index. Other files are not touched.
-
-    Args:
-        command: what reproduces the report; `{scene}` in it stands for the scene's name on a scene's page, and for
-            nothing in the index.
-
     Returns:
         The files written, the index last.
     """
-    files = _rendered(studies, directory, command)
-    directory.parent.mkdir(parents=True, exist_ok=True)
-    waiting = Path(tempfile.mkdtemp(dir=directory.parent, prefix=f".{directory.name}."))
-    try:
-        for name, text in files.items():
-            (waiting / name).parent.mkdir(exist_ok=True)
-            (waiting / name).write_text(text, encoding="utf-8", newline="\n")
-        for name in files:
-            (directory / name).parent.mkdir(parents=True, exist_ok=True)
-            os.replace(waiting / name, directory / name)
-    finally:
-        shutil.rmtree(waiting, ignore_errors=True)
-    return [directory / name for name in files]
+    batch = report_batch(studies, directory, command)
+    write_together([batch])
+    return [directory / name for name in batch.files]
 
 
-def _rendered(studies: Sequence[SceneStudy], directory: Path, command: str) -> dict[str, str]:
-    """All files of the report by their name in its folder, the index last."""
+def report_batch(studies: Sequence[SceneStudy], directory: Path, command: str) -> Batch:
+    """All files of a report, rendered; nothing is written yet, so that an error leaves an existing report as it was.
+
+    Scenes that a report in the folder already holds, and that are not among the studies, stay in its index. Other
+    files are not touched.
+
+    Args:
+        command: what reproduces the report; the first `{scene}` in it stands for the scenes' names.
+    """
     files: dict[str, str] = {}
-    scenes = earlier_scenes(directory)
+    earlier = earlier_scenes(directory)
+    scenes = dict(earlier)
     for study in studies:
-        alone = command.replace(SCENE, study.name)
-        files |= {f"{FIGURES}/{study.name}-{name}.svg": text for name, text in figures(study).items()}
-        files[f"{study.name}.md"] = scene_page(study, alone)
+        alone = command.replace(SCENE, study.name, 1)
+        files |= {figure_file(study.name, name): text for name, text in figures(study).items()}
+        files[page_file(study.name)] = scene_page(study, alone)
         scenes[study.name] = scene_summary(study, alone)
     scenes = _in_order(scenes)
     files[FILE] = summary_text(scenes, version("conrod"))
-    files[INDEX] = index_page(scenes, version("conrod"), " ".join(command.replace(SCENE, "").split()))
-    return files
+    files[INDEX] = index_page(scenes, _command_for_all(scenes, studies, command))
+    return Batch(directory, files, _stale(directory, [s.name for s in studies if s.name in earlier], files))
+
+
+def _command_for_all(scenes: Mapping[str, Any], studies: Sequence[SceneStudy], command: str) -> str | None:
+    """The command that makes all scenes of the index; None where some are of an earlier run."""
+    names = [study.name for study in studies]
+    if set(names) != set(scenes):
+        return None
+    # Without a name the command runs all scenes that ship.
+    return command.replace(f"{SCENE} ", "" if set(names) == set(SCENES) else f"{' '.join(names)} ", 1)
+
+
+def _stale(directory: Path, names: Sequence[str], files: Mapping[str, str]) -> tuple[str, ...]:
+    """Figures that an earlier page of a scene showed and the new one does not, because no run completed."""
+    candidates = [figure_file(name, figure) for name in names for figure in DRAWN_OF_RUNS]
+    return tuple(c for c in candidates if c not in files and (directory / c).is_file())
 
 
 def figures(study: SceneStudy) -> dict[str, str]:
