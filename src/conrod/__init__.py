@@ -56,7 +56,7 @@ _HOMES = {
 }
 
 
-__all__ = [  # noqa: RUF022 - as in _HOMES, by where they live
+__all__ = [  # noqa: RUF022  # in the order of _HOMES
     "__version__",
     "Comparison",
     "compare",

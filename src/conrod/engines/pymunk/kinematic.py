@@ -14,7 +14,7 @@ from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import Build, build
 from conrod.engines.secant import close_gap
-from conrod.mechanism import CamContact, pins_of
+from conrod.mechanism import CamContact, Prismatic, pins_of
 from conrod.motion import Array
 
 # With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
@@ -102,8 +102,8 @@ def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Arra
     made.space.reindex_shapes_for_body(made.crank)
     follower = made.bodies[made.mechanism.body_index[contact.b]]
     start = follower.position
-    slide = next(j for j in made.mechanism.joints if j.b == contact.b and j is not contact)
-    along = pymunk.Vec2d(1.0, 0.0).rotated(slide.direction)  # type: ignore[union-attr]
+    slide = next(j for j in made.mechanism.joints if isinstance(j, Prismatic) and j.b == contact.b)
+    along = pymunk.Vec2d(1.0, 0.0).rotated(slide.direction)
 
     def gap(way: float) -> float:
         centre = start + along * way
