@@ -146,8 +146,8 @@ def test_hardened_mujoco_is_of_order_four(name: str, quantity: str) -> None:
 
 def test_hardening_does_not_apply_to_contact() -> None:
     engine = engine_named("mujoco")
-    assert "contact" in (engine.supports(CAM, "hardened") or "")
-    assert all(engine.supports(scene, "hardened") is None for scene in LINKAGES.values())
+    assert "contact" in (engine.refusal(CAM, engine.presets["hardened"](CAM, 1000)) or "")
+    assert all(engine.refusal(s, engine.presets["hardened"](s, 1000)) is None for s in LINKAGES.values())
 
 
 def test_harden_works_on_any_compiled_model() -> None:

@@ -88,8 +88,8 @@ class Engine(ABC, Generic[AnySettings]):
         """Version of the installed engine."""
 
     @abstractmethod
-    def supports(self, machine: Machine, preset: str) -> str | None:
-        """None, or the reason why this preset cannot be used on this machine."""
+    def refusal(self, machine: Machine, settings: AnySettings) -> str | None:
+        """None, or the reason why these settings cannot be used on this machine."""
 
     @abstractmethod
     def run(self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0) -> Trajectory:

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from conrod.closure_prediction import predicted_errors
 from conrod.comparison import QUANTITIES as COMPARED
-from conrod.comparison import Comparison, ErrorSeries, compare, signed_error, size_of
+from conrod.comparison import Comparison, ErrorSeries, compare, size_of
 from conrod.convergence import observed_order
 from conrod.engines import Engine
 from conrod.engines.engine import KinematicResult, default_steps
@@ -19,6 +18,7 @@ from conrod.motion import Array
 from conrod.outcome import joint_gaps
 from conrod.scenes import CamFollower, Scene
 from conrod.studies import printed_table
+from conrod.studies.measurement import prediction_sizes
 from conrod.studies.results import QUANTITIES, Curve, Mode, RefinementPoint, Result, Tolerance
 from conrod.trajectory import Outcome, Track, Trajectory
 
@@ -119,7 +119,9 @@ def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
 
 def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> Result:
     """Measure the engine: one run, its refinement path, and the verdict."""
-    refusal = engine.supports(scene, preset)
+    steps = plan.steps(scene)
+    settings = engine.presets[preset](scene, steps)
+    refusal = engine.refusal(scene, settings)
     if refusal:
         return _result(
             name,
@@ -129,11 +131,9 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
             preset=preset,
             outcome=Outcome.UNSUPPORTED,
             reason=refusal,
-            steps=plan.steps(scene),
+            steps=steps,
             revolutions=plan.revolutions,
         )
-    steps = plan.steps(scene)
-    settings = engine.presets[preset](scene, steps)
     trajectory = engine.run(scene, settings, plan.revolutions)
     tolerance = _tolerance(scene, engine, preset, settings, plan)
     result = _result(
@@ -174,7 +174,7 @@ def _compared(result: Result, scene: Scene, trajectory: Trajectory) -> Result:
         closure=vars(comparison.closure),
         phase={"max": comparison.phase_max, "final": comparison.phase_final},
         drive={"speed": comparison.drive_speed, "acceleration": comparison.drive_acceleration},
-        prediction=_prediction(scene, trajectory),
+        prediction=prediction_sizes(scene, trajectory),
         lift_error=_lift_error(scene, trajectory),
         curves=_curves(trajectory, comparison),
     )
@@ -209,22 +209,6 @@ def _orders(refinement: tuple[RefinementPoint, ...]) -> dict[str, float | None]:
         stable = [(n, e) for n, e in pairs if e is not None]
         orders[quantity] = observed_order([n for n, _ in stable], [e for _, e in stable]).claimed if stable else None
     return orders
-
-
-def _prediction(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str, float]]:
-    """Errors told from the joints' gaps alone beside the measured ones (guard 6); the worst observed point counts."""
-    assert trajectory.bodies is not None
-    predicted = predicted_errors(scene.kinematics, trajectory.points, trajectory.bodies)
-    sizes = {q: {"predicted": 0.0, "difference": 0.0} for q in QUANTITIES}
-    for name, tracks in trajectory.points.items():
-        for k, quantity in enumerate(QUANTITIES):
-            norm = scene.lengths[name] * abs(scene.speed) ** k
-            told = getattr(predicted[name], quantity)
-            off = told - signed_error(getattr(tracks, quantity), scene, name, quantity)
-            for key, values in (("predicted", told), ("difference", off)):
-                largest = float(np.linalg.norm(values, axis=1).max()) / norm
-                sizes[quantity][key] = max(sizes[quantity][key], largest)
-    return sizes
 
 
 def _lift_error(scene: Scene, trajectory: Trajectory) -> float | None:

@@ -21,8 +21,8 @@ class MuJoCo(Engine[MuJoCoSettings]):
     def version(self) -> str:
         return str(mujoco.__version__)
 
-    def supports(self, machine: Machine, preset: str) -> str | None:
-        if preset == "hardened" and machine.kinematics.mechanism.cam_contacts:
+    def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
+        if settings.hardening is not None and machine.kinematics.mechanism.cam_contacts:
             return "hardening does not apply to contact"
         return None
 

@@ -21,7 +21,7 @@ class Pymunk(Engine[PymunkSettings]):
     def version(self) -> str:
         return str(pymunk.version)
 
-    def supports(self, machine: Machine, preset: str) -> str | None:
+    def refusal(self, machine: Machine, settings: PymunkSettings) -> str | None:
         return None
 
     def run(
