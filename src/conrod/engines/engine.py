@@ -102,3 +102,11 @@ class Engine(ABC, Generic[AnySettings]):
     @abstractmethod
     def expected_error(self, machine: Machine, settings: AnySettings) -> ExpectedError:
         """Bounds on the errors of a run, derived from the engine's documented laws and the exact motion."""
+
+    @abstractmethod
+    def stepper(self, machine: Machine, settings: AnySettings) -> Callable[[int], None]:
+        """A machine in the exact state of crank angle 0; each call advances it by so many steps, recording nothing."""
+
+    @abstractmethod
+    def reference_loop(self) -> Callable[[int], None]:
+        """A fixed slider-crank of this engine; each call advances it by so many steps. Timings are told against it."""

@@ -6,6 +6,8 @@ import mujoco
 
 from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
 from conrod.engines.mujoco import dynamics, kinematic, law
+from conrod.engines.mujoco.bare import BareRun, started
+from conrod.engines.mujoco.reference_loop import reference_loop
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.motion import Array
 from conrod.trajectory import Trajectory
@@ -36,6 +38,12 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def expected_error(self, machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
         return law.expected_error(machine, settings)
+
+    def stepper(self, machine: Machine, settings: MuJoCoSettings) -> BareRun:
+        return started(machine, settings)
+
+    def reference_loop(self) -> BareRun:
+        return reference_loop()
 
 
 ENGINE = MuJoCo()

@@ -26,11 +26,14 @@ class Dress:
     start_rates: tuple[float, ...]  # joint rates at crank angle 0, one for each branch of the tree
 
 
-def mjcf(tree: Tree, settings: MuJoCoSettings, model_name: str, dress: Dress | None = None) -> str:
+def mjcf(
+    tree: Tree, settings: MuJoCoSettings, model_name: str, dress: Dress | None = None, sensors: bool = True
+) -> str:
     """MJCF text of a mechanism.
 
     Args:
         dress: None for the minimal model that is run; else the model to reuse and to look at.
+        sensors: False for a model that is only timed.
     """
     root = ET.Element("mujoco", model=model_name)
     if dress:
@@ -49,7 +52,8 @@ def mjcf(tree: Tree, settings: MuJoCoSettings, model_name: str, dress: Dress | N
     for contact in tree.mechanism.cam_contacts:
         _add_contact(root, contact, settings)
     _add_forces(root, tree.mechanism)
-    _add_sensors(root, tree.mechanism, bodies=dress is None)
+    if sensors:
+        _add_sensors(root, tree.mechanism, bodies=dress is None)
     if dress:
         keyframe = add(root, "keyframe")
         zero = numbers([0.0] * len(tree.branches))

@@ -62,11 +62,12 @@ class Build:
         return data[:, sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
 
 
-def build(machine: Machine, settings: MuJoCoSettings) -> Build:
+def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> Build:
     """Translate and compile; hardened where the settings say so."""
     kinematics = machine.kinematics
     tree = spanning_tree(kinematics.mechanism, kinematics.start[0])
-    model = mujoco.MjModel.from_xml_string(mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}"))
+    text = mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}", sensors=sensors)
+    model = mujoco.MjModel.from_xml_string(text)
     if settings.hardening is not None:
         harden(model, settings.hardening)
     return Build(tree, model)

@@ -6,6 +6,8 @@ import pymunk
 
 from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
 from conrod.engines.pymunk import dynamics, kinematic, law
+from conrod.engines.pymunk.bare import BareRun, started
+from conrod.engines.pymunk.reference_loop import reference_loop
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
 from conrod.motion import Array
 from conrod.trajectory import Trajectory
@@ -34,6 +36,12 @@ class Pymunk(Engine[PymunkSettings]):
 
     def expected_error(self, machine: Machine, settings: PymunkSettings) -> ExpectedError:
         return law.expected_error(machine, settings)
+
+    def stepper(self, machine: Machine, settings: PymunkSettings) -> BareRun:
+        return started(machine, settings)
+
+    def reference_loop(self) -> BareRun:
+        return reference_loop()
 
 
 ENGINE = Pymunk()

@@ -19,6 +19,8 @@ from conrod.motion import Array
 ROUNDING = 0.9
 WEDGE_FACETS = 240
 
+Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
+
 
 @dataclass(frozen=True)
 class Build:
@@ -28,7 +30,7 @@ class Build:
     space: pymunk.Space
     bodies: tuple[pymunk.Body, ...]
     # Constant forces have to be given again before every step, which clears them.
-    pushed: tuple[tuple[pymunk.Body, tuple[float, float]], ...]
+    pushed: Pushed
 
     @property
     def crank(self) -> pymunk.Body:

@@ -12,7 +12,7 @@ import numpy as np
 import pymunk
 
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import Build
+from conrod.engines.pymunk.space import Build, Pushed
 from conrod.motion import Array
 
 try:
@@ -37,6 +37,30 @@ def advance(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array,
     """
     way = _by_properties if BATCHED_READER is None else _by_batch
     return way(made, settings, turns)
+
+
+def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: float, turns: list[float]) -> None:
+    """As `advance`, one step for each turn, with nothing recorded."""
+    # A new space takes its first step by the public call: it checks the bodies' masses, which the private one does not.
+    public = len(turns) if BATCHED_READER is None else int(space.current_time_step == 0.0)
+    for turn in turns[:public]:
+        crank.angle = turn
+        for body, force in pushed:
+            body.force = force
+        space.step(timestep)
+    if public < len(turns):
+        _repeat_private(space._space, crank._body, [(b._body, f) for b, f in pushed], timestep, turns[public:])
+
+
+def _repeat_private(
+    space: Any, crank: Any, pushed: list[tuple[Any, tuple[float, float]]], timestep: float, turns: list[float]
+) -> None:
+    set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
+    for turn in turns:
+        set_angle(crank, turn)
+        for body, force in pushed:
+            set_force(body, force)
+        take_step(space, timestep)
 
 
 def _by_properties(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array, Array]:

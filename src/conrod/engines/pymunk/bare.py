@@ -1,0 +1,49 @@
+"""Steps with nothing recorded: what pymunk itself costs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pymunk
+
+from conrod.engines.engine import Machine
+from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.space import Pushed, build
+from conrod.engines.pymunk.stepping import repeat
+
+
+class BareRun:
+    """A space with a driven crank; calling it advances it by so many steps.
+
+    Attributes:
+        turn: of the crank body at the start [rad].
+        spin: its speed [rad/s].
+        steps: taken so far; the crank's turn is counted from it, as in a recorded run.
+    """
+
+    def __init__(
+        self, space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, *, timestep: float, turn: float, spin: float
+    ) -> None:
+        self.space, self.crank, self.pushed = space, crank, pushed
+        self.timestep, self.turn, self.spin = timestep, turn, spin
+        self.steps = 0
+
+    def __call__(self, steps: int) -> None:
+        times = self.timestep * np.arange(self.steps, self.steps + steps)
+        repeat(self.space, self.crank, self.pushed, self.timestep, (self.turn + self.spin * times).tolist())
+        self.steps += steps
+
+
+def started(machine: Machine, settings: PymunkSettings) -> BareRun:
+    """A machine in the exact state of crank angle 0."""
+    made = build(machine, settings)
+    poses, slopes = machine.kinematics.derivatives(np.zeros(1), 1)
+    made.place(poses[0], slopes[0] * machine.speed)
+    driver = made.mechanism.driver
+    return BareRun(
+        made.space,
+        made.crank,
+        made.pushed,
+        timestep=settings.timestep,
+        turn=driver.start,
+        spin=driver.sense * machine.speed,
+    )
