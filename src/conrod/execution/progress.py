@@ -1,4 +1,4 @@
-"""Progress of a run of cells on standard error: a bar where that is a terminal, otherwise a line at either end."""
+"""Progress of cells on standard error: a bar where that is a terminal, otherwise a line at either end."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from rich.text import Text
 
 from conrod.studies.cell import Cell
 from conrod.studies.measurement import Measurement
+from conrod.studies.timing import Timing
 from conrod.trajectory import Outcome
 
 # Rates are taken over this many seconds: cells of one sweep differ a thousandfold.
@@ -28,24 +29,29 @@ SPEED_PERIOD = 120.0
 
 
 class RateColumn(ProgressColumn):
-    """Runs finished in a second."""
+    """How many finish in a second."""
+
+    def __init__(self, unit: str) -> None:
+        super().__init__()
+        self._unit = unit
 
     def render(self, task: Task) -> Text:
         speed = task.finished_speed or task.speed
-        return Text("" if speed is None else f"{speed:.3g} runs/s")
+        return Text("" if speed is None else f"{speed:.3g} {self._unit}")
 
 
-class ProgressBar:
-    """A watcher of `run_cells`; a context manager, because a bar has to be taken down again."""
+class _Bar:
+    """A bar that counts, by how each ended; a context manager, because it has to be taken down again."""
 
-    def __init__(self, description: str = "runs", console: Console | None = None) -> None:
+    def __init__(self, description: str, unit: str, usual: str, console: Console | None) -> None:
         self._description = description
+        self._usual = usual  # not counted apart at the end
         self._console = Console(stderr=True, highlight=False) if console is None else console
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
             MofNCompleteColumn(),
-            RateColumn(),
+            RateColumn(unit),
             TimeRemainingColumn(),
             console=self._console,
             transient=True,
@@ -54,7 +60,7 @@ class ProgressBar:
         )
         self._task = self._bar.add_task(description, total=None)
         self._ended: Counter[str] = Counter()
-        self._begun = 0.0
+        self._begun: float | None = None
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -62,26 +68,46 @@ class ProgressBar:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._bar.stop()
-        if self._begun:
-            self._console.print(self._summary(), markup=False, soft_wrap=True)
+        if self._begun is not None:
+            self._say(self._summary(time.monotonic() - self._begun))
 
     def started(self, total: int, already_finished: int) -> None:
-        """There are so many different cells, of which so many need not run."""
+        """There are so many different cells, of which so many are in the ledger."""
         self._begun, self._ended = time.monotonic(), Counter()
-        to_do = total - already_finished
-        if self._console.is_terminal:
-            self._bar.reset(self._task, total=to_do, description=self._description)
-        else:
-            text = f"{self._description}: {to_do} to do, {already_finished} of {total} in the ledger"
-            self._console.print(text, markup=False, soft_wrap=True)
+        self._bar.reset(self._task, total=total - already_finished, description=self._description)
+        if not self._console.is_terminal:
+            self._say(f"{self._description}: {total - already_finished} to do, {already_finished} in the ledger")
+
+    def _count(self, how: str) -> None:
+        self._ended[how] += 1
+        self._bar.advance(self._task)
+
+    def _summary(self, seconds: float) -> str:
+        text = f"{self._description}: {self._ended.total()} done in {seconds:.1f} s"
+        others = [f"{n} {how}" for how, n in sorted(self._ended.items()) if how != self._usual]
+        return f"{text}, of which {', '.join(others)}" if others else text
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, markup=False, soft_wrap=True)
+
+
+class ProgressBar(_Bar):
+    """A watcher of `run_cells`."""
+
+    def __init__(self, description: str = "runs", console: Console | None = None) -> None:
+        super().__init__(description, "runs/s", Outcome.COMPLETED.slug, console)
 
     def advanced(self, cell: Cell, measurement: Measurement) -> None:
         """A cell has run and its result is kept."""
-        self._ended[measurement.outcome] += 1
-        self._bar.advance(self._task)
+        self._count(measurement.outcome)
 
-    def _summary(self) -> str:
-        seconds = time.monotonic() - self._begun
-        text = f"{self._description}: {self._ended.total()} done in {seconds:.1f} s"
-        others = [f"{n} {slug}" for slug, n in sorted(self._ended.items()) if slug != Outcome.COMPLETED.slug]
-        return f"{text}, of which {', '.join(others)}" if others else text
+
+class CostBar(_Bar):
+    """A watcher of `time_cells`."""
+
+    def __init__(self, description: str = "costs", console: Console | None = None) -> None:
+        super().__init__(description, "timings/s", "timed", console)
+
+    def timed(self, cell: Cell, timing: Timing | None) -> None:
+        """A cell has been timed, or could not be."""
+        self._count("timed" if timing is not None else "without a timing")
