@@ -480,7 +480,7 @@ def test_pymunks_private_reader_and_its_public_properties_give_the_same_bits(nam
     turns = scene.kinematics.mechanism.driver.start + 2.0 * np.pi / 400 * np.arange(401)
     poses, slopes = scene.kinematics.derivatives(np.zeros(1), 1)
     recorded = []
-    for way in (stepping._by_batch, stepping._by_properties):
+    for way in (stepping._by_memory, stepping._by_properties):
         made = build_space(scene, settings)
         made.place(poses[0], slopes[0] * scene.speed)
         recorded.append(way(made, settings, turns))

@@ -6,6 +6,8 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import Machine
+from conrod.engines.pymunk.instants import Staggered, staggered
+from conrod.engines.pymunk.points import point_tracks
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance
@@ -13,7 +15,7 @@ from conrod.joint_equations import pose_jets
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
 from conrod.outcome import judge
-from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track, Trajectory
+from conrod.trajectory import BodyStates, BodyTracks, PointTracks, Track, Trajectory
 
 
 def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> Trajectory:
@@ -27,7 +29,9 @@ def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_an
     # whole turn, put right at once, would be seen in the acceleration.
     driver = made.mechanism.driver
     centres, rates = advance(made, settings, driver.start + driver.sense * machine.speed * times)
-    bodies, points = _tracks(made.mechanism, settings.timestep, times, centres, rates)
+    at = staggered(made.mechanism, settings.timestep, times, centres, rates)
+    bodies = body_tracks(made.form, at, centres, rates)
+    points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
     verdict = judge(machine.kinematics, bodies, machine.speed)
     return Trajectory(
         engine="pymunk",
@@ -42,43 +46,40 @@ def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_an
     )
 
 
-def _tracks(
-    mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array
-) -> tuple[BodyTracks, dict[str, PointTracks]]:
-    """States at the instants they belong to.
-
-    A step moves positions first, x_(n+1) = x_n + h v_n, and then makes v_(n+1) fit the joints there. So v_n is the
-    difference of two positions and belongs to the middle of the step that follows it, t_n + h / 2; v_0, given at
-    t = 0, is left out. (A contact is corrected by velocities of its own, apart from v_n, which then fits the instant
-    t_n itself.) Acceleration is the difference of two velocities and belongs to the instant between. It
-    begins at the third step: positions run behind the exact ones by a lag that is complete only after the second step.
-    """
-    half = 0.0 if mechanism.cam_contacts else 0.5 * h
-    middle = body_states(mechanism, centres[1:] + half * rates[1:], rates[1:])
-    middle_crank = _crank(mechanism, times[1:] + half, *middle)
-    here = body_states(mechanism, centres, rates)
-    here_crank = _crank(mechanism, times, *here)
-    accelerations = np.diff(middle[1], axis=0)[1:] / h
-    back = half - 0.5 * h
-    between = body_states(mechanism, centres[3:] + back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]))
-    between_crank = _crank(mechanism, times[3:] + back, *between, accelerations)
+def body_tracks(form: ModelForm, at: Staggered, centres: Array, rates: Array) -> BodyTracks:
+    """States of all links at the instants that positions, velocities and accelerations belong to."""
+    here = _states(form, centres, rates)
+    middle = _states(form, centres[1:] + at.ahead * rates[1:], rates[1:])
+    between = _states(form, centres[3:] + at.back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]))
     rest = np.zeros_like
-    bodies = BodyTracks(
-        BodyStates(here_crank, *here, rest(here[0])),
-        BodyStates(middle_crank, *middle, rest(middle[0])),
-        BodyStates(between_crank, *between, accelerations),
+    return BodyTracks(
+        BodyStates(at.position, *here, rest(here[0])),
+        BodyStates(at.velocity, *middle, rest(middle[0])),
+        BodyStates(at.acceleration, *between, np.diff(middle[1], axis=0)[1:] / at.step),
     )
-    positions, _ = observed_points(mechanism, *here)
-    _, velocities = observed_points(mechanism, *middle)
-    points = {
-        name: PointTracks(
-            Track(here_crank, positions[name]),
-            Track(middle_crank, velocities[name]),
-            Track(between_crank, np.diff(velocities[name], axis=0)[1:] / h),
+
+
+def unseen_points(form: ModelForm, at: Staggered, bodies: BodyTracks) -> dict[str, PointTracks]:
+    """Tracks of the points observed on links that the engine does not have."""
+    unseen = [point for point in form.whole.observed if point not in form.mechanism.observed]
+    if not unseen:
+        return {}
+    positions, _ = observed_points(form.whole, bodies.position.poses, bodies.position.rates)
+    _, velocities = observed_points(form.whole, bodies.velocity.poses, bodies.velocity.rates)
+    return {
+        point.name: PointTracks(
+            Track(at.position, positions[point.name]),
+            Track(at.velocity, velocities[point.name]),
+            Track(at.acceleration, np.diff(velocities[point.name], axis=0)[1:] / at.step),
         )
-        for name in positions
+        for point in unseen
     }
-    return bodies, points
+
+
+def _states(form: ModelForm, centres: Array, rates: Array) -> tuple[Array, Array]:
+    """Poses and rates of the frames of all links from those of the engine's centres of gravity."""
+    poses, speeds = form.completed(body_states(form.mechanism, centres, rates))
+    return poses, speeds
 
 
 def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
@@ -93,16 +94,6 @@ def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Arr
         speeds[:, 3 * i] += spin * ry
         speeds[:, 3 * i + 1] -= spin * rx
     return poses, speeds
-
-
-def _crank(
-    mechanism: Mechanism, times: Array, poses: Array, rates: Array, accelerations: Array | None = None
-) -> Instants:
-    i = 3 * mechanism.body_index[mechanism.crank] + 2
-    driver = mechanism.driver
-    angle, rate = driver.sense * (poses[:, i] - driver.start), driver.sense * rates[:, i]
-    acceleration = np.zeros_like(rate) if accelerations is None else driver.sense * accelerations[:, i]
-    return Instants(times, angle, rate, acceleration)
 
 
 def observed_points(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[dict[str, Array], dict[str, Array]]:

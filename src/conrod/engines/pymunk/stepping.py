@@ -1,7 +1,8 @@
-"""The loop over steps. The one module that calls private functions of pymunk's package, with the public way beside it.
+"""The loop over steps. The one module that goes past pymunk's public interface, with the public way beside it.
 
-pymunk's own batched reader appends the state of all bodies to one growing buffer, which is read once at the end; the
-public properties cost several times the step itself. Both ways give the same bits.
+The public properties of the bodies cost several times the step itself. So the numbers are copied from where Chipmunk
+keeps them, eight in a row for a body, which a look at a body of known state has found in place. Both ways give the
+same bits.
 """
 
 from __future__ import annotations
@@ -11,19 +12,25 @@ from typing import Any
 import numpy as np
 import pymunk
 
+from conrod.chunks import chunks
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import Build, Pushed
 from conrod.motion import Array
 
+ffi: Any
+lib: Any
 try:
     from pymunk._chipmunk_cffi import ffi, lib
-    from pymunk.batch import BodyFields, Buffer
+except ImportError:  # another release of pymunk may have none
+    ffi, lib = None, None
 
-    BATCHED_READER: Any = ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched")
-except (ImportError, AttributeError):  # another release of pymunk may have none of these
-    BATCHED_READER = None
+# In a cpBody position, velocity, force, angle and angular velocity follow two function pointers, four numbers of mass
+# and the centre of gravity (chipmunk_structs.h).
+OFFSET, WIDTH = 64, 8  # bytes, numbers
+CENTRE, RATE = (0, 1, 6), (2, 3, 7)  # position with angle, velocity with angular velocity
+BLOCK = 4096  # steps whose copies are kept together, so that they stay in the cache
 
-WIDTH = 6  # numbers that the batched reader appends for a body: position, angle, velocity, angular velocity
+PrivatePushed = list[tuple[Any, tuple[float, float]]]
 
 
 def advance(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array, Array]:
@@ -35,14 +42,14 @@ def advance(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array,
     Returns:
         Centres of gravity with turns, and their rates, before the first and after every step; each (T, 3 n).
     """
-    way = _by_properties if BATCHED_READER is None else _by_batch
+    way = _by_memory if memory_is_known() else _by_properties
     return way(made, settings, turns)
 
 
 def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: float, turns: list[float]) -> None:
     """As `advance`, one step for each turn, with nothing recorded."""
     # A new space takes its first step by the public call: it checks the bodies' masses, which the private one does not.
-    public = len(turns) if BATCHED_READER is None else int(space.current_time_step == 0.0)
+    public = len(turns) if lib is None else int(space.current_time_step == 0.0)
     for turn in turns[:public]:
         crank.angle = turn
         for body, force in pushed:
@@ -52,9 +59,7 @@ def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: fl
         _repeat_private(space._space, crank._body, [(b._body, f) for b, f in pushed], timestep, turns[public:])
 
 
-def _repeat_private(
-    space: Any, crank: Any, pushed: list[tuple[Any, tuple[float, float]]], timestep: float, turns: list[float]
-) -> None:
+def _repeat_private(space: Any, crank: Any, pushed: PrivatePushed, timestep: float, turns: list[float]) -> None:
     set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
     for turn in turns:
         set_angle(crank, turn)
@@ -82,44 +87,55 @@ def _record(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) -> No
         rates[3 * i : 3 * i + 3] = (*body.velocity, body.angular_velocity)
 
 
-def _by_batch(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array, Array]:
+def _by_memory(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array, Array]:
     # The public call once: it checks the bodies' masses, which the private one does not.
-    first = turns[:2] if len(turns) > 1 else turns
-    centres, rates = _by_properties(made, settings, first)
-    buffer, data = _reader()
-    space, crank, step = made.space._space, made.crank._body, settings.timestep
-    set_angle, set_force = lib.cpBodySetAngle, lib.cpBodySetForce
-    take_step, each_body = lib.cpSpaceStep, lib.cpSpaceEachBody
+    begun = min(2, len(turns))
+    centres, rates = np.empty((len(turns), 3 * len(made.bodies))), np.empty((len(turns), 3 * len(made.bodies)))
+    centres[:begun], rates[:begun] = _by_properties(made, settings, turns[:begun])
+    memory = [memory_of(body) for body in made.bodies]
     pushed = [(body._body, force) for body, force in made.pushed]
-    for turn in turns[1:-1].tolist():
+    for steps in chunks(len(turns) - begun, BLOCK):
+        turned = turns[begun - 1 :][steps].tolist()
+        copies = _step_and_copy(made.space._space, made.crank._body, pushed, settings.timestep, turned, memory)
+        states = np.frombuffer(copies).reshape(len(turned), -1)
+        rows = slice(begun + steps.start, begun + steps.stop)
+        # Without a mode, `take` would first fill an array of its own.
+        np.take(states, _columns(CENTRE, len(memory)), axis=1, out=centres[rows], mode="clip")
+        np.take(states, _columns(RATE, len(memory)), axis=1, out=rates[rows], mode="clip")
+    return centres, rates
+
+
+def _columns(of_body: tuple[int, ...], bodies: int) -> list[int]:
+    """Columns of some of every body's numbers, where the bodies' numbers stand side by side."""
+    return [WIDTH * body + k for body in range(bodies) for k in of_body]
+
+
+def _step_and_copy(
+    space: Any, crank: Any, pushed: PrivatePushed, timestep: float, turns: list[float], memory: list[memoryview]
+) -> bytearray:
+    """The bodies' memory after each step, one copy after the other."""
+    set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
+    copies = bytearray()
+    for turn in turns:
         set_angle(crank, turn)
         for body, force in pushed:
             set_force(body, force)
-        take_step(space, step)
-        each_body(space, BATCHED_READER, data)
-    # A copy, because the buffer's memory goes with the buffer.
-    visited = _visited(made)
-    table = np.frombuffer(buffer.float_buf(), dtype=float).copy().reshape(-1, len(visited), WIDTH)
-    table = table[:, [visited.index(body.id) for body in made.bodies]]
-    centres = np.concatenate([centres, table[:, :, :3].reshape(len(table), -1)])
-    return centres, np.concatenate([rates, table[:, :, 3:].reshape(len(table), -1)])
+        take_step(space, timestep)
+        for state in memory:
+            copies += state
+    return copies
 
 
-def _reader() -> tuple[Buffer, Any]:
-    """A buffer, and the structure that tells the batched reader what to append to it."""
-    buffer = Buffer()
-    data = ffi.new("pmBatchedData *")
-    data.fields = _fields().value
-    data.floatArray, data.intArray = buffer._float_arr, buffer._int_arr
-    return buffer, data
+def memory_of(body: pymunk.Body) -> memoryview:
+    """The numbers of a body that its steps change, where Chipmunk keeps them; valid as long as the body is."""
+    return memoryview(ffi.buffer(ffi.cast("char *", body._body) + OFFSET, 8 * WIDTH))
 
 
-def _fields() -> BodyFields:
-    return BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
-
-
-def _visited(made: Build) -> list[int]:
-    """Identities of the bodies that the batched reader visits, in its order; the static body is among them."""
-    buffer = Buffer()
-    pymunk.batch.get_space_bodies(made.space, BodyFields.BODY_ID, buffer)
-    return [int(identity) for identity in np.frombuffer(buffer.int_buf(), dtype=np.uintp)]
+def memory_is_known() -> bool:
+    """Whether this build of Chipmunk keeps a body's state where `memory_of` looks for it."""
+    if lib is None:
+        return False
+    body = pymunk.Body(1.0, 1.0)
+    body.position, body.velocity, body.force = (2.0, 3.0), (4.0, 5.0), (6.0, 7.0)
+    body.angle, body.angular_velocity = 8.0, 9.0
+    return memory_of(body).cast("d").tolist() == [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
