@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from conrod.motion import Array
 from conrod.scenes import Scene
 from conrod.studies.measurement import Measurement
-from conrod.studies.refinement import Family
+from conrod.studies.refinement import Family, rounding_level
 from conrod.studies.results import QUANTITIES
 from conrod.trajectory import Settings
 
@@ -44,7 +44,6 @@ LARGEST_ORDER = 30.0  # beyond: not finite
 # instants that its positions and velocities belong to, as is done of pymunk, it is the leapfrog scheme of order 2.
 FORMAL_ORDERS = {"Euler": 1.0, "implicit": 1.0, "implicitfast": 1.0, "discrete": 1.0, "RK4": 4.0}
 STAGGERED_ORDER = 2.0
-LEAST_ROUNDING = 1e-13  # normalised; a longer run sums more
 VARIES = 1e-9  # of its norm: less is a component that never changes
 ANGLES = 360
 
@@ -185,11 +184,6 @@ def _bands_of(
     )
     steps = [run[0] for run in triple]
     return bands(fine, middle, coarse, steps[2] / steps[1], steps[1] / steps[0], formal, rounding_level(steps[2]))
-
-
-def rounding_level(steps: int) -> float:
-    """Normalised error that is rounding: two turns' steps may sum a last digit each."""
-    return max(LEAST_ROUNDING, 2.0 * steps * float(np.finfo(float).eps))
 
 
 def bands(fine: Array, middle: Array, coarse: Array, r21: float, r32: float, formal: float, rounding: float) -> Bands:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
+import numpy as np
+
 from conrod.engines.engine import step_length
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.pymunk.settings import PymunkSettings
@@ -21,6 +23,8 @@ PATHS: tuple[Path, ...] = ("step alone", "step with softness")
 
 # Steps per revolution: multiples of the angles at which signed errors are kept, near enough to equal ratios.
 GRIDS = tuple(SIGNED_ANGLES * k for k in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
+
+LEAST_ROUNDING = 1e-13  # of normalised errors
 
 
 @dataclass(frozen=True)
@@ -120,3 +124,8 @@ def _in_steps(solref: tuple[float, float], timestep: float, h: float) -> tuple[f
     # Divided first: a preset's eight steps are then eight steps to the last digit, and its runs are shared.
     # Negative values are MuJoCo's other form, stiffness and damping: they stay as they are.
     return (solref[0] / timestep * h, solref[1]) if solref[0] > 0.0 else solref
+
+
+def rounding_level(steps: int) -> float:
+    """Normalised error that is rounding: two turns' steps may sum a last digit each."""
+    return max(LEAST_ROUNDING, 2.0 * steps * float(np.finfo(float).eps))
