@@ -248,7 +248,7 @@ def test_pymunks_private_loop_and_its_public_one_give_the_same_bits(monkeypatch:
     settings = PymunkSettings.tuned(SAW, 100)
     private, public = bare.started(SAW, settings), bare.started(SAW, settings)
     private(150)
-    monkeypatch.setattr(stepping, "BATCHED_READER", None)
+    monkeypatch.setattr(stepping, "lib", None)
     public(150)
     assert states("pymunk", private) == states("pymunk", public)
     assert states("pymunk", pymunk_reference()) != states("pymunk", private)

@@ -7,10 +7,12 @@ joint coordinate is zero in the start pose.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from conrod.engines.engine import Machine
+from conrod.engines.left_out_rod import DistanceJoint, ModelForm
 from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, CamContact, Mechanism, Prismatic, Revolute
 from conrod.motion import Array
@@ -28,12 +30,13 @@ class Branch:
 
 @dataclass(frozen=True)
 class Tree:
-    """Branches, parents first, and the pins that close the loops."""
+    """Branches, parents first, and what closes the loops: pins, and distance joints in place of links left out."""
 
     mechanism: Mechanism
     branches: tuple[Branch, ...]
     cuts: tuple[Revolute, ...]
     start: Array  # (3 n,) exact poses at crank angle 0
+    distances: tuple[DistanceJoint, ...] = ()
 
     def coordinates(self, poses: Array) -> Array:
         """Joint coordinates (T, nv) of poses (T, 3 n)."""
@@ -124,6 +127,12 @@ class Tree:
         joint = branch.joint
         assert isinstance(joint, Revolute)
         return (joint.point_a, joint.point_b) if branch.child == joint.b else (joint.point_b, joint.point_a)
+
+
+def tree_of(machine: Machine, form: ModelForm) -> Tree:
+    """The tree of a machine in a form of its model."""
+    start = machine.kinematics.start[0]
+    return replace(spanning_tree(form.mechanism, form.kept(start)), distances=form.distances)
 
 
 def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:

@@ -76,27 +76,46 @@ def _tracks(
 ) -> tuple[BodyTracks, dict[str, PointTracks]]:
     nq, nv = made.model.nq, made.model.nv
     coordinates, rates = states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv]
-    mechanism = made.tree.mechanism
+    mechanism = made.form.whole
     crank = made.crank_dof
     turn = made.sensor(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
     instants = Instants(times, coordinates[:, crank], rates[:, crank], mechanism.driver.sense * turn)
     poses, speeds = made.forward(coordinates, rates)
     # An accelerometer's reading: a body at rest reads the reaction to its weight, so gravity is put back.
     fall = made.model.opt.gravity[:2]
-    accelerations = np.empty_like(poses)
-    for i, body in enumerate(mechanism.bodies):
-        accelerations[:, 3 * i : 3 * i + 2] = made.sensor(sensors, f"{body.name}.acceleration")[:, :2] + fall
-        accelerations[:, 3 * i + 2] = made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2]
+    read = [
+        np.column_stack(
+            [
+                made.sensor(sensors, f"{body.name}.acceleration")[:, :2] + fall,
+                made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2],
+            ]
+        )
+        for body in made.form.mechanism.bodies
+    ]
+    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)])[2]
     bodies = BodyStates(instants, poses, speeds, accelerations)
-    points = {
+    points = _unseen_points(machine, made, bodies) | {
         p.name: PointTracks(
             Track(instants, made.sensor(sensors, f"{p.name}.position")[:, :2]),
             Track(instants, made.sensor(sensors, f"{p.name}.velocity")[:, :2]),
             Track(instants, made.sensor(sensors, f"{p.name}.acceleration")[:, :2] + fall),
         )
-        for p in mechanism.observed
+        for p in made.form.mechanism.observed
     }
     return BodyTracks(bodies, bodies, bodies), points
+
+
+def _unseen_points(machine: Machine, made: Build, bodies: BodyStates) -> dict[str, PointTracks]:
+    """Observed points on links that the engine does not have, and so no sensor reads."""
+    seen = {point.name for point in made.form.mechanism.observed}
+    if len(seen) == len(made.form.whole.observed):
+        return {}
+    told = machine.kinematics.point_derivatives([bodies.poses, bodies.rates, bodies.accelerations])
+    return {
+        name: PointTracks(*(Track(bodies.instants, values) for values in derivatives))
+        for name, derivatives in told.items()
+        if name not in seen
+    }
 
 
 def _ended_by_engine(states: Array, settings: MuJoCoSettings) -> Verdict | None:

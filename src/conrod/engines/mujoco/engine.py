@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 
 from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
+from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mujoco import dynamics, kinematic, law
 from conrod.engines.mujoco.bare import BareRun, started
 from conrod.engines.mujoco.reference_loop import reference_loop
@@ -26,7 +27,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         if settings.hardening is not None and machine.kinematics.mechanism.cam_contacts:
             return "hardening does not apply to contact"
-        return None
+        return form_refusal(machine.kinematics.mechanism, settings.rod)
 
     def run(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0

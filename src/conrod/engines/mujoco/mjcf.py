@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from conrod.engines.cam_polygon import cam_polygon
+from conrod.engines.mujoco.closures import add_closures, closure_points
 from conrod.engines.mujoco.looks import add_camera, add_link_geoms, add_looks
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.xml import add, clean, number, numbers
@@ -48,7 +49,7 @@ def mjcf(
     if dress:
         add_camera(world, tree)
     _add_children(world, GROUND, tree, settings, dress is not None)
-    _add_closures(root, tree, settings)
+    add_closures(root, tree, settings)
     for contact in tree.mechanism.cam_contacts:
         _add_contact(root, contact, settings)
     _add_forces(root, tree.mechanism)
@@ -61,11 +62,6 @@ def mjcf(
         add(keyframe, "key", name="start", qpos=zero, qvel=numbers(rates))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
-
-
-def closure_sites(joint: Revolute) -> tuple[str, str]:
-    """Names of the two sites that a closing pin holds together."""
-    return f"{joint.name}.{joint.a}", f"{joint.name}.{joint.b}"
 
 
 # -- engine options --------------------------------------------------------------------------------------------------
@@ -160,36 +156,15 @@ def _add_sites(element: ET.Element, body: str, tree: Tree) -> None:
             _add_site(element, GROUND, (0.0, 0.0))
         if body == force.body:
             _add_site(element, f"{body}.centre", tree.mechanism.body(body).centre_of_gravity)
-    for joint in tree.cuts:
-        for name, holder, point in zip(
-            closure_sites(joint), (joint.a, joint.b), (joint.point_a, joint.point_b), strict=True
-        ):
-            if holder == body:
-                _add_site(element, name, point)
+    for site, point in closure_points(body, tree):
+        _add_site(element, site, point)
 
 
 def _add_site(element: ET.Element, name: str, point: Point) -> None:
     add(element, "site", name=name, pos=numbers([*point, 0.0]))
 
 
-# -- closures and contact --------------------------------------------------------------------------------------------
-
-
-def _add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-    if not tree.cuts:
-        return
-    equality = add(root, "equality")
-    for joint in tree.cuts:
-        first, second = closure_sites(joint)
-        add(
-            equality,
-            "connect",
-            name=joint.name,
-            site1=first,
-            site2=second,
-            solref=numbers(settings.solref),
-            solimp=numbers(settings.solimp),
-        )
+# -- contact ----------------------------------------------------------------------------------------------------------
 
 
 def _add_cam_mesh(root: ET.Element, contact: CamContact, settings: MuJoCoSettings) -> None:

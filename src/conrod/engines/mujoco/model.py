@@ -9,10 +9,11 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
+from conrod.engines.left_out_rod import ModelForm, model_form
 from conrod.engines.mujoco.hardening import harden
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.tree import Tree, spanning_tree
+from conrod.engines.tree import Tree, tree_of
 from conrod.motion import Array
 
 Edit = Callable[[mujoco.MjModel], None]
@@ -20,8 +21,9 @@ Edit = Callable[[mujoco.MjModel], None]
 
 @dataclass(frozen=True)
 class Build:
-    """A compiled model with the tree that its coordinates belong to."""
+    """A compiled model with the tree that its coordinates belong to; states are those of all links."""
 
+    form: ModelForm
     tree: Tree
     model: mujoco.MjModel
 
@@ -45,16 +47,17 @@ class Build:
 
     def coordinates(self, poses: Array) -> Array:
         """Model coordinates (T, nv) of poses (T, 3 n)."""
-        return self.tree.coordinates(poses)[:, self.order]
+        return self.tree.coordinates(self.form.kept(poses))[:, self.order]
 
     def rates(self, poses: Array, rates: Array) -> Array:
         """Model rates (T, nv) of rates of the poses (T, 3 n); a joint's rate is linear in them."""
-        return self.tree.rates(poses, rates)[:, self.order]
+        return self.tree.rates(self.form.kept(poses), self.form.kept(rates))[:, self.order]
 
     def forward(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
         """Poses and their rates (T, 3 n) of model coordinates and rates (T, nv)."""
         inverse = np.argsort(self.order)
-        return self.tree.forward(coordinates[:, inverse], rates[:, inverse])
+        poses, speeds = self.form.completed(self.tree.forward(coordinates[:, inverse], rates[:, inverse]))
+        return poses, speeds
 
     def sensor(self, data: Array, name: str) -> Array:
         """Columns x and y (or the one column) of a sensor in an array of sensor data (T, nsensordata)."""
@@ -65,9 +68,10 @@ class Build:
 def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> Build:
     """Translate and compile; hardened where the settings say so."""
     kinematics = machine.kinematics
-    tree = spanning_tree(kinematics.mechanism, kinematics.start[0])
+    form = model_form(kinematics.mechanism, settings.rod)
+    tree = tree_of(machine, form)
     text = mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}", sensors=sensors)
     model = mujoco.MjModel.from_xml_string(text)
     if settings.hardening is not None:
         harden(model, settings.hardening)
-    return Build(tree, model)
+    return Build(form, tree, model)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine, step_length
+from conrod.engines.left_out_rod import BODY, ROD_FORMS
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.errors import unknown_choice
 from conrod.ranges import check_count, check_number
@@ -45,6 +46,7 @@ class MuJoCoSettings:
     contact_solref: tuple[float, float] = STOCK_SOLREF
     contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
     cam_vertices: int = 4000
+    rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning in MuJoCo.
@@ -52,7 +54,11 @@ class MuJoCoSettings:
         Raises:
             InvalidInput: names the value and its range or choices.
         """
-        for kind, value, choices in (("integrator", self.integrator, INTEGRATORS), ("solver", self.solver, SOLVERS)):
+        for kind, value, choices in (
+            ("integrator", self.integrator, INTEGRATORS),
+            ("solver", self.solver, SOLVERS),
+            ("rod", self.rod, ROD_FORMS),
+        ):
             if value not in choices:
                 raise unknown_choice(kind, value, choices)
         check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)

@@ -6,6 +6,7 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import Machine
+from conrod.engines.left_out_rod import ModelForm
 from conrod.engines.pymunk.instants import Staggered, staggered
 from conrod.engines.pymunk.points import point_tracks
 from conrod.engines.pymunk.settings import PymunkSettings

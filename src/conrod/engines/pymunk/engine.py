@@ -5,6 +5,7 @@ from __future__ import annotations
 import pymunk
 
 from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
+from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.pymunk import dynamics, kinematic, law
 from conrod.engines.pymunk.bare import BareRun, started
 from conrod.engines.pymunk.reference_loop import reference_loop
@@ -24,7 +25,7 @@ class Pymunk(Engine[PymunkSettings]):
         return str(pymunk.version)
 
     def refusal(self, machine: Machine, settings: PymunkSettings) -> str | None:
-        return None
+        return form_refusal(machine.kinematics.mechanism, settings.rod)
 
     def run(
         self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine, step_length
+from conrod.engines.left_out_rod import BODY, ROD_FORMS
+from conrod.errors import unknown_choice
 from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
 from conrod.ranges import check_count, check_number
 
@@ -31,13 +33,16 @@ class PymunkSettings:
     collision_slop: float = 0.1  # [m], overlap that contacts may keep
     gravity: bool = True
     cam_vertices: int = 4000
+    rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning, or what Chipmunk aborts the interpreter on.
 
         Raises:
-            InvalidInput: names the value and its range.
+            InvalidInput: names the value and its range or choices.
         """
+        if self.rod not in ROD_FORMS:
+            raise unknown_choice("rod", self.rod, ROD_FORMS)
         check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)

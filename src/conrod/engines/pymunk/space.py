@@ -12,6 +12,7 @@ import pymunk
 from conrod.cam import CamProfile
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon
 from conrod.engines.engine import Machine
+from conrod.engines.left_out_rod import DistanceJoint, ModelForm, model_form
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute, to_world
 from conrod.motion import Array
@@ -24,13 +25,18 @@ Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the 
 
 @dataclass(frozen=True)
 class Build:
-    """A space and its bodies, in the order of `Mechanism.bodies`."""
+    """A space and its bodies, in the order of the bodies of the form's mechanism."""
 
-    mechanism: Mechanism
+    form: ModelForm
     space: pymunk.Space
     bodies: tuple[pymunk.Body, ...]
     # Constant forces have to be given again before every step, which clears them.
     pushed: Pushed
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """What the engine is given: the mechanism without links that are left out."""
+        return self.form.mechanism
 
     @property
     def crank(self) -> pymunk.Body:
@@ -38,7 +44,8 @@ class Build:
         return self.bodies[self.mechanism.body_index[self.mechanism.crank]]
 
     def place(self, poses: Array, rates: Array) -> None:
-        """Put the bodies into poses (3 n,) with rates (3 n,)."""
+        """Put the bodies into poses (3 n,) with rates (3 n,) of all links."""
+        poses, rates = self.form.kept(poses), self.form.kept(rates)
         for i, (link, body) in enumerate(zip(self.mechanism.bodies, self.bodies, strict=True)):
             x, y, phi = poses[3 * i : 3 * i + 3]
             vx, vy, spin = rates[3 * i : 3 * i + 3]
@@ -55,7 +62,8 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     A link on a slide from the ground cannot turn, so it gets an infinite moment and a groove at its centre of
     gravity. A driven crank is a kinematic body: its speed has no ripple.
     """
-    mechanism = machine.kinematics.mechanism
+    form = model_form(machine.kinematics.mechanism, settings.rod)
+    mechanism = form.mechanism
     space = pymunk.Space()
     space.iterations = settings.iterations
     space.gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
@@ -63,12 +71,14 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     bodies = tuple(_body(mechanism, link.name) for link in mechanism.bodies)
     space.add(*bodies)
     pushed = tuple((bodies[mechanism.body_index[f.body]], f.force) for f in mechanism.forces)
-    made = Build(mechanism, space, bodies, pushed)
+    made = Build(form, space, bodies, pushed)
     start = machine.kinematics.start[0]
     made.place(start, np.zeros_like(start))
     for joint in mechanism.joints:
         if joint.name != mechanism.driver.joint:
             _add_joint(made, joint, settings)
+    for distance in form.distances:
+        _add(made, _rod(made, distance), settings)
     return made
 
 
@@ -100,9 +110,21 @@ def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:
             _add_shapes(made, joint, settings)
             constraints = []
     for constraint in constraints:
-        constraint.error_bias = settings.error_bias
-        constraint.collide_bodies = False
-        made.space.add(constraint)
+        _add(made, constraint, settings)
+
+
+def _add(made: Build, constraint: pymunk.Constraint, settings: PymunkSettings) -> None:
+    constraint.error_bias = settings.error_bias
+    constraint.collide_bodies = False
+    made.space.add(constraint)
+
+
+def _rod(made: Build, joint: DistanceJoint) -> pymunk.PinJoint:
+    a = _from_gravity_centre(made.mechanism, joint.a, joint.point_a)
+    b = _from_gravity_centre(made.mechanism, joint.b, joint.point_b)
+    rod = pymunk.PinJoint(_link(made, joint.a), _link(made, joint.b), a, b)
+    rod.distance = joint.length  # without it the distance is measured, and has the rounding of the start pose
+    return rod
 
 
 def _slide(made: Build, joint: Prismatic) -> list[pymunk.Constraint]:
