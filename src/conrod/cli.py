@@ -10,7 +10,10 @@ import click
 
 from conrod.commands import exit_status
 from conrod.commands.export import export
+from conrod.commands.recommend import recommend
+from conrod.commands.results import results
 from conrod.commands.show import show
+from conrod.commands.sweep import sweep
 from conrod.commands.validate import validate
 from conrod.errors import InvalidInput
 
@@ -23,7 +26,7 @@ def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
 
 
-for command in (show, validate, export):
+for command in (show, validate, sweep, recommend, results, export):
     cli.add_command(command)
 
 

@@ -114,6 +114,10 @@ class Settings(Protocol):
         """Length of a step [s]."""
         ...
 
+    def time_constant(self, contact: bool) -> float:
+        """Time [s] in which what closes the joints, or a contact, mends an error; 0 where it does so at once."""
+        ...
+
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
         ...

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
+from conrod.engines.rule import Grid, Rule
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.trajectory import Settings, Trajectory
@@ -110,3 +111,11 @@ class Engine(ABC, Generic[AnySettings]):
     @abstractmethod
     def reference_loop(self) -> Callable[[int], None]:
         """A fixed slider-crank of this engine; each call advances it by so many steps. Timings are told against it."""
+
+    @abstractmethod
+    def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
+        """What a sweep varies on this machine: rules for settings, the presets first."""
+
+    @abstractmethod
+    def paste(self, machine: Machine, settings: AnySettings) -> str:
+        """Settings as the lines that a user puts into a model or a program of their own."""

@@ -8,8 +8,11 @@ from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machin
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mujoco import dynamics, kinematic, law
 from conrod.engines.mujoco.bare import BareRun, started
+from conrod.engines.mujoco.grid import rules
+from conrod.engines.mujoco.paste import paste
 from conrod.engines.mujoco.reference_loop import reference_loop
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
+from conrod.engines.rule import Grid, Rule
 from conrod.motion import Array
 from conrod.trajectory import Trajectory
 
@@ -45,6 +48,12 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def reference_loop(self) -> BareRun:
         return reference_loop()
+
+    def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
+        return rules(machine, grid)
+
+    def paste(self, machine: Machine, settings: MuJoCoSettings) -> str:
+        return paste(machine, settings)
 
 
 ENGINE = MuJoCo()

@@ -8,8 +8,11 @@ from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machin
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.pymunk import dynamics, kinematic, law
 from conrod.engines.pymunk.bare import BareRun, started
+from conrod.engines.pymunk.grid import rules
+from conrod.engines.pymunk.paste import paste
 from conrod.engines.pymunk.reference_loop import reference_loop
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
+from conrod.engines.rule import Grid, Rule
 from conrod.motion import Array
 from conrod.trajectory import Trajectory
 
@@ -43,6 +46,12 @@ class Pymunk(Engine[PymunkSettings]):
 
     def reference_loop(self) -> BareRun:
         return reference_loop()
+
+    def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
+        return rules(machine, grid)
+
+    def paste(self, machine: Machine, settings: PymunkSettings) -> str:
+        return paste(machine, settings)
 
 
 ENGINE = Pymunk()

@@ -1,0 +1,100 @@
+"""The ledger and the executor that a command's options ask for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+import click
+
+from conrod.errors import InvalidInput
+from conrod.execution.costs import time_cells
+from conrod.execution.dispatch import run_cells
+from conrod.execution.local import LocalProcesses
+from conrod.execution.progress import CostBar, ProgressBar
+from conrod.studies.cell import Cell
+from conrod.studies.ledger import Ledger, default_path
+from conrod.studies.measurement import Measurement
+from conrod.studies.timing import Timing
+from conrod.units import parse_quantity
+
+CELL_TIMEOUT = 600.0  # [s]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How runs are made; None where nothing was asked for."""
+
+    ledger: str | None
+    fresh: bool
+    jobs: int | None
+    cluster: str | None
+    cell_timeout: float | None
+    cell_memory: str | None
+
+    def __post_init__(self) -> None:
+        """Refuse options that exclude each other.
+
+        Raises:
+            InvalidInput: says which.
+        """
+        if self.cluster is not None and self.jobs is not None:
+            raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
+
+    @property
+    def timeout(self) -> float:
+        """Longest time of a cell [s]."""
+        return CELL_TIMEOUT if self.cell_timeout is None else self.cell_timeout
+
+    @property
+    def memory(self) -> int | None:
+        """Most memory of a cell [bytes]."""
+        return None if self.cell_memory is None else round(parse_quantity("--cell-memory", self.cell_memory, "byte"))
+
+    def executor(self) -> Executor:
+        """Where runs go."""
+        if self.cluster is not None:
+            from conrod.execution.cluster import DaskCluster
+
+            return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
+        jobs = len(os.sched_getaffinity(0)) if self.jobs is None else self.jobs
+        return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory)
+
+
+@dataclass(frozen=True)
+class Runner:
+    """Runs cells and times them, with progress, each kept in the ledger as it finishes."""
+
+    ledger: Ledger
+    options: Options
+
+    @classmethod
+    @contextmanager
+    def of(cls, options: Options) -> Iterator[Self]:
+        """A runner on the ledger that the options name; an interrupt says how to go on."""
+        path = default_path() if options.ledger is None else Path(options.ledger)
+        with Ledger.open(path) as ledger:
+            try:
+                yield cls(ledger, options)
+            except KeyboardInterrupt:
+                click.echo(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
+                raise
+
+    def run(self, cells: list[Cell], description: str = "runs") -> dict[str, Measurement]:
+        """Measurements of all cells; those that the ledger lacks are run."""
+        if not self.options.fresh and len(self.ledger.finished(c.key for c in cells)) == len({c.key for c in cells}):
+            return self.ledger.measurements(c.key for c in cells)
+        with self.options.executor() as executor, ProgressBar(description) as bar:
+            return run_cells(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
+
+    def time(self, cells: list[Cell], description: str = "costs") -> dict[str, Timing]:
+        """Timings of all cells that can be timed, one at a time on this machine."""
+        with CostBar(description) as bar:
+            return time_cells(
+                cells, self.ledger, cell_timeout=self.options.timeout, fresh=self.options.fresh, watcher=bar
+            )

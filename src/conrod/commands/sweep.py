@@ -1,0 +1,97 @@
+"""`conrod sweep`."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from conrod.commands import options
+
+if TYPE_CHECKING:
+    from conrod.files import Batch
+    from conrod.studies.sweep_results import SweepStudy
+
+
+@click.command()
+@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
+@options.engine
+@options.grid
+@options.assignments
+@options.runs
+@click.option("--out", metavar="DIR", help="Write the report there.")
+@click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
+def sweep(
+    scenes: tuple[str, ...],
+    engine: str | None,
+    grid: str,
+    assignments: tuple[str, ...],
+    ledger: str | None,
+    fresh: bool,
+    jobs: int | None,
+    cluster: str | None,
+    cell_timeout: float | None,
+    cell_memory: str | None,
+    out: str | None,
+    document: str | None,
+) -> None:
+    """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
+
+    Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
+    """
+    from conrod.commands.runner import Options, Runner
+    from conrod.engines.rule import grid_named
+    from conrod.files import file_to_write, folder_to_write, naming, write_together
+    from conrod.selection import select_engines, select_scenes
+    from conrod.studies.clock import fingerprint
+    from conrod.studies.sweep import cells_to_time, plan_sweep, sweep_study
+    from conrod.sweep_console import print_fronts
+
+    chosen = select_scenes(scenes, assignments)
+    engines, wanted = select_engines(engine), grid_named(grid)
+    folder = None if out is None else folder_to_write(out, "--out")
+    file = None if document is None else file_to_write(document, "--json")
+    plans = [plan_sweep(name, scene, engines, wanted) for name, scene in chosen.items()]
+    with Runner.of(Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)) as runner:
+        measurements = runner.run([cell for plan in plans for cell in plan.cells])
+        timings = runner.time([cell for plan in plans for cell in cells_to_time(plan, measurements)])
+    studies = [sweep_study(plan, measurements, timings, fingerprint()) for plan in plans]
+    with naming("standard output"):
+        print_fronts(studies)
+    batches = [_results_file(studies, file)] if file else []
+    if folder:
+        from conrod.report.sweep.writer import sweep_report_batch
+        from conrod.studies.transfer import transfers
+
+        command = _command(folder, scenes, engine, grid, assignments)
+        batches.append(sweep_report_batch(studies, folder, command, transfers(studies)))
+    write_together(batches)
+    if folder:
+        click.echo(f"report: {folder / 'README.md'}")
+
+
+def _results_file(studies: Sequence[SweepStudy], file: Path) -> Batch:
+    import json
+
+    from conrod.files import single
+    from conrod.studies.serialise import environment
+
+    document = {
+        "conrod": version("conrod"),
+        "environment": environment(),
+        "sweeps": [study.as_dict() for study in studies],
+    }
+    return single(file, json.dumps(document, indent=1, allow_nan=False) + "\n")
+
+
+def _command(folder: Path, scenes: Sequence[str], engine: str | None, grid: str, assignments: Sequence[str]) -> str:
+    """The command that makes the report again."""
+    words = ["conrod", "sweep", *scenes, *([] if engine is None else ["--engine", engine])]
+    words += [] if grid == "default" else ["--grid", grid]
+    for assignment in assignments:
+        words += ["--set", assignment]
+    return shlex.join([*words, "--out", str(folder)])

@@ -1,0 +1,69 @@
+"""What a sweep varies: settings that share one rule in period and step, and differ in their step alone."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Literal
+
+from conrod.errors import unknown_choice
+from conrod.trajectory import Settings
+
+if TYPE_CHECKING:
+    from conrod.engines.engine import Machine
+
+Grid = Literal["coarse", "default", "fine"]
+GRIDS: tuple[Grid, ...] = ("coarse", "default", "fine")
+
+# Multiples of 20, so that all have samples at the same twenty angles of a turn.
+STEPS: Mapping[Grid, tuple[int, ...]] = {
+    "coarse": (20, 200, 2000, 20000),
+    "default": (20, 40, 100, 200, 400, 1000, 2000, 4000, 10000, 20000),
+    "fine": (20, 40, 60, 100, 140, 200, 300, 400, 640, 1000, 1400, 2000, 3000, 4000, 6400, 10000, 14000, 20000),
+}
+# A contact that is soft by a few steps needs more of them than a closed loop.
+CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,), "fine": (30000, 50000)}
+
+
+class Rule(ABC):
+    """One point of a grid, the step apart. Its subclasses are frozen dataclasses whose fields are the knobs."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """All that a reader needs to tell it from other rules of its engine."""
+
+    @property
+    @abstractmethod
+    def softness_follows_step(self) -> bool:
+        """Whether refining the step also stiffens what closes the joints."""
+
+    @abstractmethod
+    def knobs(self) -> dict[str, str]:
+        """Every knob and where it stands, in words and values free of dimension where the rule is."""
+
+    @abstractmethod
+    def settings(self, machine: Machine, steps_per_revolution: int) -> Settings:
+        """The settings for a machine and a step; their preset is named where they are those of one."""
+
+
+def step_counts(grid: Grid, *, contact: bool) -> tuple[int, ...]:
+    """Steps per revolution of a grid."""
+    return STEPS[grid] + (CONTACT_STEPS[grid] if contact else ())
+
+
+def grid_named(name: str) -> Grid:
+    """The grid of a name.
+
+    Raises:
+        InvalidInput: there is none; names the choices.
+    """
+    for grid in GRIDS:
+        if grid == name:
+            return grid
+    raise unknown_choice("grid", name, GRIDS)
+
+
+def distinct(rules: Iterable[Rule]) -> tuple[Rule, ...]:
+    """Rules without repetition, in their first order."""
+    return tuple(dict.fromkeys(rules))

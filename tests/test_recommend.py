@@ -1,0 +1,183 @@
+"""A recommendation is the cheapest setting within all tolerances that runs outside the grid confirm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from conrod.engines import engine_named
+from conrod.errors import InvalidInput
+from conrod.mass_ratio import mass_ratio
+from conrod.scenes import SCENES
+from conrod.studies.cell import Cell
+from conrod.studies.choice import check_tolerances, recommend_for
+from conrod.studies.measurement import Measurement
+from conrod.studies.recommendation import Recommendation, Refusal
+from conrod.studies.stock_comparison import compared_with_stock
+from conrod.studies.sweep import plan_sweep
+from conrod.studies.timing import Timing
+from conrod.transmission import least_transmission_angle
+
+SAW = SCENES["saw-500rpm"]
+
+
+class PretendedRuns:
+    """Runs whose errors and costs are given by formulas of the cell."""
+
+    def __init__(self, error: Callable[[Cell], float], cost: Callable[[Cell], float]) -> None:
+        self.error, self.cost, self.ran = error, cost, list[Cell]()
+
+    def run(self, cells: list[Cell], description: str = "") -> dict[str, Measurement]:
+        self.ran += cells
+        return {cell.key: self._measured(cell) for cell in cells}
+
+    def time(self, cells: list[Cell], description: str = "") -> dict[str, Timing]:
+        costs = {cell.key: self.cost(cell) for cell in cells}
+        return {key: Timing(1e-6 * cost, 1e-6, cost, 1, 1, "m") for key, cost in costs.items()}
+
+    def _measured(self, cell: Cell) -> Measurement:
+        error = self.error(cell)
+        if math.isnan(error):
+            return Measurement("exploded")
+        sizes = {"max": error, "rms": error, "final": error}
+        return Measurement(
+            "completed", errors={"C": dict.fromkeys(("position", "velocity", "acceleration", "total"), sizes)}
+        )
+
+
+def per_step(cell: Cell) -> float:
+    return float(cell.settings.steps_per_revolution)
+
+
+def second_order(cell: Cell) -> float:
+    """Tuned settings of order 2, and stock ones of order 1 and ten times the error."""
+    steps = cell.settings.steps_per_revolution
+    return 40.0 / steps**2 if cell.settings.as_dict()["error_bias"] == 0.0 else 2.0 / steps
+
+
+def recommended(runs: PretendedRuns, **allowed: float) -> Any:
+    plan = plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default")
+    (answer,) = recommend_for(plan, allowed, runs)
+    return answer
+
+
+def test_the_coarsest_step_that_does_is_found_between_those_of_the_grid() -> None:
+    answer = recommended(PretendedRuns(second_order, per_step), position=1e-4)
+    assert isinstance(answer, Recommendation)
+    # sqrt(40 / 1e-4) = 632 steps would just do; the error is aimed at 1.25 times below what is allowed.
+    assert answer.cell.settings.steps_per_revolution == 4 * math.ceil(math.sqrt(1.25 * 40.0 / 1e-4) / 4)
+    assert 1.25 <= answer.margin < 1.3
+
+
+def test_the_cheapest_is_chosen_by_cost_and_not_by_steps() -> None:
+    def cost(cell: Cell) -> float:
+        return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
+
+    answer = recommended(PretendedRuns(second_order, cost), position=1e-4)
+    assert answer.cell.settings.iterations == 1
+
+
+def test_all_tolerances_have_to_be_met() -> None:
+    runs = PretendedRuns(second_order, per_step)
+    alone = recommended(runs, position=1e-4)
+    both = recommended(runs, position=1e-4, acceleration=1e-6)
+    assert both.cell.settings.steps_per_revolution > 5 * alone.cell.settings.steps_per_revolution
+    assert set(both.errors) == {"position", "acceleration"}
+
+
+@pytest.mark.parametrize("what", ["start", "revolutions", "slower", "faster"])
+def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) -> None:
+    """The planted defect: with one iteration the error is a hundredfold wherever the grid did not look."""
+
+    def outside(cell: Cell) -> bool:
+        return {
+            "start": cell.start_angle != 0.0,
+            "revolutions": cell.revolutions != 2.0,
+            "slower": cell.scene.speed < SAW.speed,
+            "faster": cell.scene.speed > SAW.speed,
+        }[what]
+
+    def error(cell: Cell) -> float:
+        lucky = cell.settings.as_dict()["iterations"] == 1 and outside(cell)
+        return second_order(cell) * (100.0 if lucky else 1.0)
+
+    def cost(cell: Cell) -> float:
+        return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
+
+    answer = recommended(PretendedRuns(error, cost), position=1e-4)
+    assert answer.cell.settings.iterations == 3
+    assert {"1 iterations" in rejected.rule for rejected in answer.rejected} == {True}
+    assert all(confirmation.held for confirmation in answer.confirmations)
+    assert len(answer.confirmations) == 4
+
+
+def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
+    def error(cell: Cell) -> float:
+        return math.nan if cell.revolutions == 5.0 else second_order(cell)
+
+    answer = recommended(PretendedRuns(error, per_step), position=1e-4)
+    assert isinstance(answer, Refusal)
+    assert all("exploded" in rejected.why for rejected in answer.rejected)
+
+
+def test_confirming_runs_are_none_of_the_grid() -> None:
+    runs = PretendedRuns(second_order, per_step)
+    answer = recommended(runs, position=1e-4)
+    grid = {cell.key for cell in plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default").grid_cells}
+    others = [c for c in runs.ran if c.start_angle or c.revolutions != 2.0 or c.scene.speed != SAW.speed]
+    assert len({c.key for c in others} - grid) == 4
+    assert answer.cell.key not in {c.key for c in others}
+
+
+def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> None:
+    answer = recommended(PretendedRuns(second_order, per_step), position=1e-3, acceleration=1e-9)
+    assert isinstance(answer, Refusal)
+    assert answer.steps_per_revolution == 20000
+    assert answer.excess == {"acceleration": pytest.approx(40.0 / 20000**2 / 1e-9)}
+
+
+def test_where_no_run_completes_that_is_said() -> None:
+    answer = recommended(PretendedRuns(lambda _: math.nan, per_step), position=1.0)
+    assert isinstance(answer, Refusal)
+    assert "no run" in answer.why
+
+
+def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
+    cells = [Cell("saw-500rpm", SAW, engine_named("pymunk").presets["stock"](SAW, n)) for n in (100, 1000, 10000)]
+    runs = PretendedRuns(lambda cell: 1.0 / cell.settings.steps_per_revolution, per_step)
+    found, timings = runs.run(cells), runs.time(cells)
+    mine = PretendedRuns(lambda _: 1e-6, per_step).run(cells[1:2])[cells[1].key]
+    told = compared_with_stock(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-4})
+    assert told.digits["position"] == pytest.approx(3.0)
+    assert told.cost_factor == pytest.approx(10.0)
+    assert (
+        compared_with_stock(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-5}).cost_factor is None
+    )
+
+
+@pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20])
+def test_a_tolerance_that_nothing_can_meet_is_refused(bad: float) -> None:
+    with pytest.raises(InvalidInput, match="--position"):
+        check_tolerances({"position": bad})
+
+
+def test_a_recommendation_needs_a_tolerance() -> None:
+    with pytest.raises(InvalidInput, match="give at least one of"):
+        check_tolerances({"position": None})
+
+
+def test_least_transmission_angles_are_those_of_geometry() -> None:
+    """In-line: cos mu = r / l. Offset: cos mu = (r + e) / l. Cam: the complement of the largest pressure angle."""
+    expected = {"shear-press": math.acos(32.5 / 390.0), "saw-40rpm": math.acos((0.1 + 0.09) / 0.3)}
+    for name, angle in expected.items():
+        assert least_transmission_angle(SCENES[name].kinematics) == pytest.approx(angle, abs=1e-5)
+    # At the joint of flank and nose the normal passes through the flank's centre: sin of the pressure angle there.
+    assert 0.0 < (least_transmission_angle(SCENES["cam-follower"].kinematics) or 0.0) < math.pi / 2.0
+
+
+def test_the_mass_ratio_counts_what_a_joint_feels() -> None:
+    # Saw: slider 6 kg; the rod, a uniform bar of 1.5 kg, feels a quarter of its mass at an end.
+    assert mass_ratio(SAW.kinematics.mechanism) == pytest.approx(6.0 / 0.375)
