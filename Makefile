@@ -4,10 +4,13 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: validate test test-all lint types mjcf wheel check clean
+.PHONY: validate sweep test test-all lint types mjcf wheel check clean
 
 validate: $(READY) ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --out reports
+
+sweep: $(READY) ## measure speed against accuracy on all scenes, and rewrite reports/sweep/; half an hour, can be interrupted
+	$(BIN)/conrod sweep shear-press saw-40rpm saw-500rpm cam-follower --out reports/sweep
 
 test: $(READY) ## the tests, about three minutes
 	$(BIN)/python -m pytest

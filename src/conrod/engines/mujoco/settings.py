@@ -76,6 +76,9 @@ class MuJoCoSettings:
             for impedance in limits[:2]:
                 check_number(f"{name} impedance", impedance, 0.0, 1.0)
 
+    def time_constant(self, contact: bool) -> float:
+        return (self.contact_solref if contact else self.solref)[0]
+
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
         return {k: list(v) if isinstance(v, tuple) else v for k, v in dataclasses.asdict(self).items()}

@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.left_out_rod import BODY, ROD_FORMS
 from conrod.errors import unknown_choice
-from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+from conrod.mass_ratio import mass_ratio
+from conrod.mechanism import Mechanism
 from conrod.ranges import check_count, check_number
 
 # Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
@@ -51,6 +52,11 @@ class PymunkSettings:
         check_number("collision_bias", self.collision_bias, 0.0, 1.0)
         check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
 
+    def time_constant(self, contact: bool) -> float:
+        bias = self.collision_bias if contact else self.error_bias
+        # What is left after a time t is bias^t.
+        return math.inf if bias >= 1.0 else 0.0 if bias == 0.0 else -1.0 / math.log(bias)
+
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
         return dataclasses.asdict(self)
@@ -78,28 +84,6 @@ class PymunkSettings:
             collision_bias=0.0,
             collision_slop=slop,
         )
-
-
-def mass_ratio(mechanism: Mechanism) -> float:
-    """Heaviest link over the lightest that a joint feels, the driven link apart."""
-    masses = [body.mass for body in mechanism.bodies if body.name != mechanism.crank]
-    felt = [
-        _felt_mass(mechanism, body, point)
-        for joint in mechanism.joints
-        if isinstance(joint, Revolute)
-        for body, point in ((joint.a, joint.point_a), (joint.b, joint.point_b))
-        if body not in (GROUND, mechanism.crank)
-    ]
-    return max(masses) / min([*masses, *felt])
-
-
-def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:
-    """Mass [kg] of a link as felt at a point: 1 / (1/m + d^2/I), d from its centre of gravity."""
-    body = mechanism.body(name)
-    if any(isinstance(j, Prismatic) and name in (j.a, j.b) for j in mechanism.joints):
-        return body.mass  # cannot turn
-    distance = math.hypot(point[0] - body.centre_of_gravity[0], point[1] - body.centre_of_gravity[1])
-    return 1.0 / (1.0 / body.mass + distance**2 / body.inertia)
 
 
 def follower_fall(mechanism: Mechanism) -> float:
