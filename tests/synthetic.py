@@ -12,7 +12,7 @@ import numpy as np
 from conrod import Outcome, Trajectory
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism, Pose, Revolute
-from conrod.motion import Array, Motion, point_motion
+from conrod.motion import Array, Motion, motion_in_time
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 
@@ -94,10 +94,11 @@ def _sample(
     at = instants(speed, revolutions, stamp, drive)
     derivatives = solver.derivatives(at.angle)
     states = _states(at, derivatives)
-    points = solver.point_derivatives(derivatives)
-    return states, Motion(
-        at.angle, {name: point_motion((d[0], d[1], d[2], d[3]), at.rate, 0.0 * at.rate) for name, d in points.items()}
-    )
+    points = {
+        name: ([d[:, 0] for d in planar], [d[:, 1] for d in planar])
+        for name, planar in solver.point_derivatives(derivatives).items()
+    }
+    return states, motion_in_time(lambda _: points, at.angle, at.rate, 0.0, len(at.angle))
 
 
 def body_states(solver: Kinematics, at: Instants) -> BodyStates:

@@ -6,6 +6,6 @@ from collections.abc import Iterator
 
 
 def chunks(count: int, length: int) -> Iterator[slice]:
-    """Slices of at most `length` that cover a series of `count` samples, in order."""
-    for first in range(0, count, length):
+    """Slices of at most `length` that cover a series of `count` samples, in order; an empty one if it has none."""
+    for first in range(0, max(count, 1), length):
         yield slice(first, min(first + length, count))

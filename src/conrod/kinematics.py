@@ -15,11 +15,13 @@ import numpy as np
 from conrod.branch_walk import BranchWalk
 from conrod.equations import Arcs, Equations
 from conrod.errors import InvalidInput
+from conrod.jet import Jet
 from conrod.joint_equations import pose_jets
 from conrod.mechanism import Joint, Mechanism
-from conrod.motion import Array, Motion, Side, diameter, point_motion
+from conrod.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 
 MOTION_ORDER = 3  # position to jerk
+CHUNK = 1024  # samples solved together: their matrices then fit a core's own cache
 
 
 class Kinematics:
@@ -105,21 +107,24 @@ class Kinematics:
     ) -> Motion:
         """Exact motion of the observed points; arguments as in `Scene.motion`."""
         angle = np.atleast_1d(np.asarray(angle, dtype=float))
-        w, a = np.broadcast_to(speed, angle.shape), np.broadcast_to(acceleration, angle.shape)
-        points = self.point_derivatives(self.derivatives(angle, MOTION_ORDER, side))
-        return Motion(angle, {name: point_motion((d[0], d[1], d[2], d[3]), w, a) for name, d in points.items()})
+        return motion_in_time(
+            lambda some: self._points(self.derivatives(some, MOTION_ORDER, side)), angle, speed, acceleration, CHUNK
+        )
 
     def point_derivatives(self, derivatives: list[Array]) -> dict[str, list[Array]]:
         """Observed points and their derivatives, each (T, 2), from those of the poses."""
-        coefficients = [d / math.factorial(k) for k, d in enumerate(derivatives)]
-        bodies = pose_jets(self.mechanism, coefficients)
+        return {
+            name: [np.column_stack([x, y]) for x, y in zip(*planar, strict=True)]
+            for name, planar in self._points(derivatives).items()
+        }
+
+    def _points(self, derivatives: list[Array]) -> dict[str, PointDerivatives]:
+        """x and y of the observed points with their derivatives, each (T,), from those of the poses."""
+        bodies = pose_jets(self.mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
         points = {}
         for observed in self.mechanism.observed:
             x, y = bodies[observed.body].point(observed.point)
-            points[observed.name] = [
-                math.factorial(k) * np.column_stack([x.coefficients[k], y.coefficients[k]])
-                for k in range(len(derivatives))
-            ]
+            points[observed.name] = (_derivatives(x), _derivatives(y))
         return points
 
     # -- equations ---------------------------------------------------------------------------------------------
@@ -148,6 +153,10 @@ class Kinematics:
         turn = derivatives[order][:, 3 * self._equations.crank + 2]
         result[:, -1] = turn - driver.sense * crank - (driver.start if order == 0 else 0.0)
         return result
+
+
+def _derivatives(jet: Jet) -> Derivatives:
+    return [math.factorial(k) * c for k, c in enumerate(jet.coefficients)]
 
 
 def _inverse(matrix: Array) -> Array:

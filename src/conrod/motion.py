@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from conrod.chunks import chunks
 
 Array = NDArray[np.float64]
 
 Side = Literal["left", "right"]
+
+# A function of the crank angle with its first three derivatives at T angles: arrays (T,), or numbers where it is
+# constant.
+Derivatives: TypeAlias = Sequence[Array | float]
+PointDerivatives: TypeAlias = tuple[Derivatives, Derivatives]  # of x and of y [m]
 
 # An angle this close to a break counts as the break, so that rounding of speed x time cannot choose the side.
 BREAK_WIDTH = 1e-9  # [rad]
@@ -51,17 +58,57 @@ class Break:
     right_jerk: Array  # (2,) [m/s^3]
 
 
-def point_motion(derivatives: tuple[Array, Array, Array, Array], speed: Array, acceleration: Array) -> PointMotion:
+def motion_in_time(
+    derivatives: Callable[[Array], Mapping[str, PointDerivatives]],
+    angle: Array,
+    speed: ArrayLike,
+    acceleration: ArrayLike,
+    length: int,
+) -> Motion:
     """Motion in time from derivatives by the crank angle, at constant angular acceleration (chain rule).
 
     Args:
-        derivatives: x, x', x'', x''' by the crank angle, each (T, 2) [m].
-        speed: crank speed (T,) [rad/s].
-        acceleration: crank angular acceleration (T,) [rad/s^2].
+        derivatives: those of all observed points at given crank angles.
+        angle: crank angles (T,) [rad].
+        speed: crank speed [rad/s], a number or (T,).
+        acceleration: crank angular acceleration [rad/s^2], a number or (T,).
+        length: samples that are computed together.
     """
-    x, x1, x2, x3 = derivatives
-    w, a = speed[:, None], acceleration[:, None]
-    return PointMotion(x, x1 * w, x2 * w**2 + x1 * a, x3 * w**3 + 3.0 * x2 * w * a)
+    points: dict[str, PointMotion] = {}
+    for rows in chunks(len(angle), length):
+        here = _Rates(_some(speed, angle, rows), _some(acceleration, angle, rows))
+        for name, planar in derivatives(angle[rows]).items():
+            if name not in points:
+                points[name] = PointMotion(*(np.empty((len(angle), 2)) for _ in range(4)))
+            for axis, along in enumerate(planar):
+                here.apply(along, points[name], rows, axis)
+    return Motion(angle, points)
+
+
+def _some(values: ArrayLike, angle: Array, rows: slice) -> Array:
+    """Those of some samples, where there is one for each."""
+    array = np.asarray(values, dtype=float)
+    return np.broadcast_to(array, angle.shape)[rows] if array.ndim else array
+
+
+class _Rates:
+    """Crank speed and angular acceleration of some samples, each a number () or (T,)."""
+
+    def __init__(self, speed: Array, acceleration: Array) -> None:
+        self._w, self._w2, self._w3 = speed, speed**2, speed**3
+        self._a = acceleration
+        self._steady = acceleration.ndim == 0 and acceleration == 0.0
+
+    def apply(self, along: Derivatives, point: PointMotion, rows: slice, axis: int) -> None:
+        """Fill the samples of a point along an axis."""
+        x, x1, x2, x3 = along
+        point.position[rows, axis] = x
+        np.multiply(x1, self._w, out=point.velocity[rows, axis])
+        np.multiply(x2, self._w2, out=point.acceleration[rows, axis])
+        np.multiply(x3, self._w3, out=point.jerk[rows, axis])
+        if not self._steady:
+            point.acceleration[rows, axis] += x1 * self._a
+            point.jerk[rows, axis] += 3.0 * x2 * self._w * self._a
 
 
 def breaks_between(left: Motion, right: Motion) -> tuple[Break, ...]:

@@ -23,9 +23,9 @@ from conrod.mechanism import (
     Prismatic,
     Revolute,
 )
-from conrod.motion import BREAK_WIDTH, Array, Side
+from conrod.motion import BREAK_WIDTH, Array, Derivatives, PointDerivatives, Side
 from conrod.scenes import parameters
-from conrod.scenes.rod import Derivatives, circular, combine, planar, projection
+from conrod.scenes.rod import circular, combine, constant, projection
 from conrod.scenes.scene import Scene
 
 TURN = 2.0 * math.pi
@@ -142,9 +142,8 @@ class CamFollower(Scene):
 
     # -- motion ------------------------------------------------------------------------------------------------
 
-    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, Derivatives]:
-        height = self._height(angle, side)
-        return {"roller": planar(combine((0.0, height)), height)}
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
+        return {"roller": (constant(0.0), self._height(angle, side))}
 
     def _height(self, angle: Array, side: Side) -> Derivatives:
         """Height of the roller's centre and its derivatives.
@@ -178,7 +177,7 @@ class CamFollower(Scene):
         """
         _, nose_joint = self.joint_angles
         angles = np.linspace(0.0 if self.is_one_circle else nose_joint, math.pi, 1801)
-        return float(self._height(angles, "right")[2].min()) * self.speed**2
+        return float(np.min(self._height(angles, "right")[2])) * self.speed**2
 
     @property
     def preload_force(self) -> float:

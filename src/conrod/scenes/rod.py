@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.motion import Array
-
-Derivatives = tuple[Array, Array, Array, Array]
+from conrod.motion import Array, Derivatives
 
 
 def projection(length: Array | float, across: Derivatives) -> Derivatives:
@@ -30,16 +28,30 @@ def projection(length: Array | float, across: Derivatives) -> Derivatives:
 def circular(radius: Array | float, sine: Array, cosine: Array) -> tuple[Derivatives, Derivatives]:
     """radius x cos t and radius x sin t with their first three derivatives by t."""
     x, y = radius * cosine, radius * sine
-    return (x, -y, -x, y), (y, x, -y, -x)
+    back_x, back_y = -x, -y
+    return (x, back_y, back_x, y), (y, x, back_y, back_x)
+
+
+def constant(value: float) -> Derivatives:
+    """A number with its derivatives, which are none."""
+    return value, 0.0, 0.0, 0.0
 
 
 def combine(*terms: tuple[float, Derivatives]) -> Derivatives:
     """Weighted sum of functions with their derivatives."""
-    w, x, y, z = (sum(weight * values[k] for weight, values in terms) for k in range(4))
-    return np.asarray(w), np.asarray(x), np.asarray(y), np.asarray(z)
+    w, x, y, z = (_weighted_sum([(weight, values[k]) for weight, values in terms]) for k in range(4))
+    return w, x, y, z
 
 
-def planar(x: Derivatives, y: Derivatives) -> Derivatives:
-    """Coordinates x and y as (T, 2) arrays, derivative by derivative."""
-    a, b, c, d = (np.column_stack([x[k], y[k]]) for k in range(4))
-    return a, b, c, d
+def _weighted_sum(terms: list[tuple[float, Array | float]]) -> Array | float:
+    """The sum, in as few passes over the samples as it takes."""
+    total: Array | float = 0.0
+    for weight, values in terms:
+        if isinstance(values, float) and values == 0.0:
+            continue
+        if weight == -1.0 and not isinstance(total, float):
+            total = total - values
+            continue
+        term = values if weight == 1.0 else weight * values
+        total = term if isinstance(total, float) and total == 0.0 else total + term
+    return total

@@ -11,9 +11,9 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
-from conrod.motion import Array, Side
+from conrod.motion import Array, PointDerivatives, Side
 from conrod.scenes import parameters
-from conrod.scenes.rod import Derivatives, circular, combine, planar, projection
+from conrod.scenes.rod import circular, combine, constant, projection
 from conrod.scenes.scene import Scene
 
 RPM = 2.0 * math.pi / 60.0  # [rad/s]
@@ -67,16 +67,15 @@ class Saw(Scene):
         """Place of the shaft [m]."""
         return (math.sqrt((self.rod - self.offset) * (self.rod + self.offset)) - self.crank, -self.offset)
 
-    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, Derivatives]:
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
         # Document 002, listing: posisiC = r2 cos t + r3 cos(theta3b) + s0, with r3 sin(theta3) = r1 - r5 - r2 sin t.
         along, up = circular(self.crank, np.sin(angle), np.cos(angle))
-        one = (np.ones_like(angle), *(np.zeros_like(angle),) * 3)
         shaft_x, shaft_y = self.shaft
-        pin_x, pin_y = combine((1.0, along), (shaft_x, one)), combine((1.0, up), (shaft_y, one))
-        slider_x = combine((1.0, pin_x), (-1.0, projection(self.rod, pin_y)))
+        pin_x, pin_y = combine((1.0, along), (1.0, constant(shaft_x))), combine((1.0, up), (1.0, constant(shaft_y)))
+        reach = projection(self.rod, pin_y)
         return {
-            "C": planar(slider_x, combine((0.0, one))),
-            "M": planar(combine((0.5, pin_x), (0.5, slider_x)), combine((0.5, pin_y))),
+            "C": (combine((1.0, pin_x), (-1.0, reach)), constant(0.0)),
+            "M": (combine((1.0, pin_x), (-0.5, reach)), combine((0.5, pin_y))),
         }
 
     def mechanism(self) -> Mechanism:

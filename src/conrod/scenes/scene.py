@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike
 
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
-from conrod.motion import Array, Break, Motion, Side, breaks_between, diameter, point_motion
+from conrod.motion import Array, Break, Motion, PointDerivatives, Side, breaks_between, diameter, motion_in_time
 from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.
 SAMPLES_PER_TURN = 7200
+# Samples computed together: the closed forms' intermediate arrays, some thirty, then fit a core's own cache.
+CHUNK = 4096
 
 
 class Scene(ABC):
@@ -53,8 +55,8 @@ class Scene(ABC):
         """The declarative description that the generic reference and the engines are made from."""
 
     @abstractmethod
-    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, tuple[Array, Array, Array, Array]]:
-        """Closed form: x, x', x'', x''' by the crank angle of every observed point, each (T, 2) [m]."""
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
+        """Closed form: x and y of every observed point with their derivatives by the crank angle at angles (T,)."""
 
     def break_angles(self) -> tuple[float, ...]:
         """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
@@ -72,9 +74,7 @@ class Scene(ABC):
             side: which limit to take where the acceleration jumps, seen along increasing crank angle.
         """
         theta = np.atleast_1d(np.asarray(angle, dtype=float))
-        w, a = np.broadcast_to(speed, theta.shape), np.broadcast_to(acceleration, theta.shape)
-        points = self._angle_derivatives(theta, side)
-        return Motion(theta, {name: point_motion(d, w, a) for name, d in points.items()})
+        return motion_in_time(lambda some: self._angle_derivatives(some, side), theta, speed, acceleration, CHUNK)
 
     def reference(self, times: ArrayLike, side: Side = "right") -> Motion:
         """Exact motion at times (T,) [s] at constant speed; `side` is seen along increasing time."""

@@ -11,9 +11,9 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
-from conrod.motion import Array, Side
+from conrod.motion import Array, PointDerivatives, Side
 from conrod.scenes import parameters
-from conrod.scenes.rod import Derivatives, circular, combine, planar, projection
+from conrod.scenes.rod import circular, combine, constant, projection
 from conrod.scenes.scene import Scene
 
 
@@ -58,14 +58,13 @@ class ShearPress(Scene):
                 f"crank = {self.crank:g} m is too long to turn fully: it must be shorter than rod = {self.rod:g} m"
             )
 
-    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, Derivatives]:
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
         # Document 000, section IV.2: y_G = r cos t + sqrt(a^2 - r^2 sin^2 t) / 3, x_G = (2/3) r sin t.
         up, right = circular(self.crank, np.sin(angle), np.cos(angle))
         along = projection(self.rod, right)
-        on_axis = combine((0.0, up))
         return {
-            "A": planar(on_axis, combine((1.0, up), (1.0, along))),
-            "G": planar(combine((2.0 / 3.0, right)), combine((1.0, up), (1.0 / 3.0, along))),
+            "A": (constant(0.0), combine((1.0, up), (1.0, along))),
+            "G": (combine((2.0 / 3.0, right)), combine((1.0, up), (1.0 / 3.0, along))),
         }
 
     def mechanism(self) -> Mechanism:
