@@ -9,6 +9,7 @@ from itertools import islice
 from typing import Protocol
 
 from conrod.errors import InvalidInput
+from conrod.execution.known_scene import on_known_scene
 from conrod.execution.limits import Limits
 from conrod.execution.worker_process import WorkerDied
 from conrod.studies.cell import Cell
@@ -91,10 +92,11 @@ def _run(
     """Run all of them, a bounded number at a time, and keep each as it finishes."""
     remaining = iter(cells)
     flying: dict[Future[Measurement], Cell] = {}
-    in_flight: int = getattr(executor, "in_flight", IN_FLIGHT)
     try:
         while True:
-            for cell in islice(remaining, in_flight - len(flying)):
+            # Asked for every time: a cluster grows and shrinks.
+            in_flight: int = getattr(executor, "in_flight", IN_FLIGHT)
+            for cell in islice(remaining, max(0, in_flight - len(flying))):
                 flying[_submitted(executor, task, cell)] = cell
             if not flying:
                 return
@@ -119,7 +121,7 @@ def _salvage(flying: Mapping[Future[Measurement], Cell], keep: Callable[[Cell, F
 
 def _submitted(executor: Executor, task: Callable[[Cell], Measurement], cell: Cell) -> Future[Measurement]:
     try:
-        return executor.submit(task, cell)
+        return executor.submit(on_known_scene, task, cell)
     except BrokenExecutor as error:
         raise _broken(error) from error
 
