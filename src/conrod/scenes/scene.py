@@ -18,8 +18,8 @@ from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.
 SAMPLES_PER_TURN = 7200
-# Samples computed together: the closed forms' intermediate arrays, some thirty, then fit a core's own cache.
-CHUNK = 4096
+# Samples computed together: more would not fit the cache, fewer would be mostly calls.
+CHUNK = 8192
 
 
 class Scene(ABC):
