@@ -19,19 +19,19 @@ def projection(length: Array | float, across: Derivatives) -> Derivatives:
     """
     u, u1, u2, u3 = across
     w = np.sqrt((length - u) * (length + u))
-    # In place and with one division, because this is most of what an exact motion costs.
-    back = -1.0 / w
+    # In place, because this is most of what an exact motion costs.
+    back = -w
     w1 = u * u1
-    w1 *= back
+    w1 /= back
     w2 = u1 * u1
     w2 += u * u2
     w2 += w1 * w1
-    w2 *= back
+    w2 /= back
     w3 = u1 * u2
     w3 += w1 * w2
     w3 *= 3.0
     w3 += u * u3
-    w3 *= back
+    w3 /= back
     return w, w1, w2, w3
 
 
