@@ -51,6 +51,25 @@ def order(value: float | None) -> str:
     return MISSING if value is None else _plain(rounded(value, 2), 2)
 
 
+def duration(seconds: float | None) -> str:
+    """A measured time in two significant digits, in µs, ms or s; 'n/a' where there is none."""
+    if seconds is None:
+        return MISSING
+    value = rounded(seconds, 2)
+    unit, factor = ("µs", 1e6) if value < 1e-3 else ("ms", 1e3) if value < 1.0 else ("s", 1.0)
+    return f"{_plain(rounded(value * factor, 2), 2)} {unit}"
+
+
+def percent(share: float | None) -> str:
+    """A share as a whole percentage; neither 0 % nor 100 % where it is not quite that."""
+    if share is None:
+        return MISSING
+    whole = round(100.0 * share)
+    if whole == 0 and share > 0.0:
+        return "< 1 %"
+    return "> 99 %" if whole == 100 and share < 1.0 else f"{whole} %"
+
+
 def in_shown_unit(value: float, unit: str) -> tuple[str, str]:
     """A parameter's value and unit as people write them: ('32.5', 'mm') for 0.0325 m."""
     shown, factor = SHOWN_UNITS.get(unit, (unit, 1.0))

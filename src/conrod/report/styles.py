@@ -50,8 +50,13 @@ def colour(engine: str) -> str:
 
 def curve_style(result: Result) -> dict[str, Any]:
     """Arguments of `Axes.plot` for a result's curve."""
-    preset = PRESETS.get(result.preset or "", OTHER_PRESET)
-    hue = colour(result.engine)
+    return preset_style(result.engine, result.preset)
+
+
+def preset_style(engine: str, name: str | None) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for the curve of an engine's preset."""
+    preset = PRESETS.get(name or "", OTHER_PRESET)
+    hue = colour(engine)
     return {
         "color": hue,
         "linestyle": preset.line,

@@ -1,0 +1,156 @@
+"""Error budgets: what the iteration, the step and the model itself contribute."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from conrod.report import numbers
+from conrod.report.canvas import on_log_grid
+from conrod.report.error_figure import NORMS
+from conrod.report.styles import colour, engine_title
+from conrod.report.sweep.naming import setting_value
+from conrod.report.tables import paragraphs, table
+from conrod.studies.results import QUANTITIES
+from conrod.studies.sweep_results import SweepStudy
+
+if TYPE_CHECKING:
+    from conrod.studies.error_budget import ErrorBudget, Norm, Part
+
+# Of each part: marker, size; the parts that stand in the figure.
+SHOWN = {
+    "total": ("|", 13.0),
+    "iteration": ("o", 6.0),
+    "step": ("s", 5.5),
+    "model": ("^", 6.5),
+    "regularisation, this step": ("D", 4.5),
+    "stabilisation, this step": ("v", 6.0),
+}
+IN_WORDS = {
+    "total": "whole error",
+    "iteration": "iteration: stopping early",
+    "step": "step: its finite length",
+    "model": "model: softness, at no step",
+    "regularisation, this step": "what regularisation changes",
+    "stabilisation, this step": "what stabilisation changes",
+}
+
+
+def title_of(budget: ErrorBudget) -> str:
+    """Engine, preset and steps."""
+    steps = budget.settings.get("steps_per_revolution")
+    return f"{engine_title(budget.engine)} {budget.preset}" + ("" if steps is None else f", {steps} steps")
+
+
+def budget_tables(study: SweepStudy) -> str:
+    """A table for each setting."""
+    blocks = []
+    for budget in study.budgets:
+        whole = "; ".join(f"{q} {numbers.measured(e)}" for q, e in (budget.whole_run or {}).items())
+        over = (
+            f"Largest error over the whole run, its start among it: {whole}." if whole else "The run did not complete."
+        )
+        blocks += [f"**{title_of(budget)} per revolution.** {over}", _table(budget)]
+    return paragraphs(*blocks)
+
+
+def _table(budget: ErrorBudget) -> str:
+    lawful = any(part.predicted is not None for part in budget.parts)
+    rows = [[_name(part), *_norms(part), *(_law(part) if lawful else [])] for part in budget.parts]
+    head = ["part", *(f"{q}: max, rms (known to)" for q in QUANTITIES)]
+    return table([*head, *(["position, by the law", "cause"] if lawful else [])], rows)
+
+
+def _name(part: Part) -> str:
+    if not part.changes:
+        return part.name
+    changes = (f"`{key}` {setting_value(old)} to {setting_value(new)}" for key, (old, new) in part.changes.items())
+    return f"{part.name}: {', '.join(changes)}"
+
+
+def _norms(part: Part) -> list[str]:
+    if part.norms is None:
+        missing = ", ".join(f"{role}: {outcome}" for role, outcome in part.missing.items())
+        return [f"not known ({missing})", *[numbers.MISSING] * (len(QUANTITIES) - 1)]
+    return [_norm(part.norms[quantity]) for quantity in QUANTITIES]
+
+
+def _norm(norm: Norm) -> str:
+    known = "" if norm.known_to is None else f" ({numbers.measured(norm.known_to)})"
+    zero = "" if norm.told_from_zero else ", not told from zero"
+    return f"{numbers.measured(norm.max)}, {numbers.measured(norm.rms)}{known}{zero}"
+
+
+def _law(part: Part) -> list[str]:
+    if part.predicted is None:
+        return [numbers.MISSING, ""]
+    return [numbers.measured(part.predicted), part.law if part.named else "not named: the law does not give the size"]
+
+
+# -- figure ------------------------------------------------------------------------------------------------------------
+
+
+def budgets_figure(study: SweepStudy) -> Figure | None:
+    """The parts of every budget beside each other, a panel for each quantity; None where there is no budget."""
+    budgets = [budget for budget in study.budgets if any(part.norms is not None for part in budget.parts)]
+    if not budgets:
+        return None
+    height = 0.95 * len(budgets) + 1.5
+    figure = Figure(figsize=(10.5, height))
+    panels = figure.subplots(1, 3, sharey=True)
+    for axes, quantity in zip(panels, QUANTITIES, strict=True):
+        for place, budget in enumerate(budgets):
+            _draw(axes, place, budget, quantity)
+        _error_axis(axes, _largest(budgets, quantity))
+        axes.set_xlabel(f"{quantity}, max / {NORMS[quantity]}")
+        axes.set_yticks(range(len(budgets)), [title_of(budget).replace(", ", ",\n") for budget in budgets])
+        axes.set_ylim(len(budgets) - 0.45, -0.55)
+        axes.grid(visible=False, axis="y")
+        for place in range(len(budgets) - 1):
+            axes.axhline(place + 0.5, color="#bbbbbb", linewidth=0.6)
+    handles, labels = panels[0].get_legend_handles_labels()
+    known = dict(zip(labels, handles, strict=True))
+    at = (0.5, 1.0 - 0.05 / height)
+    figure.legend(list(known.values()), list(known), loc="upper center", ncol=3, bbox_to_anchor=at)
+    figure.subplots_adjust(left=0.16, right=0.98, top=1.0 - 0.72 / height, bottom=0.5 / height, wspace=0.08)
+    return figure
+
+
+def _largest(budgets: Sequence[ErrorBudget], quantity: str) -> float:
+    sizes = [part.norms[quantity].max for budget in budgets for part in budget.parts if part.norms is not None]
+    return max([*sizes, 1e3 * numbers.ROUNDING])
+
+
+def _draw(axes: Axes, place: int, budget: ErrorBudget, quantity: str) -> None:
+    known = {part.name: part.norms[quantity] for part in budget.parts if part.norms is not None}
+    for lane, (name, (marker, size)) in enumerate(SHOWN.items()):
+        if name not in known:
+            continue
+        norm, hue = known[name], colour(budget.engine)
+        axes.plot(
+            on_log_grid(np.array([norm.max])),
+            [place + 0.14 * (lane - 0.5 * (len(SHOWN) - 1))],
+            linestyle="none",
+            marker=marker,
+            markersize=size,
+            color=hue,
+            markerfacecolor=hue if norm.told_from_zero else "white",
+            markeredgewidth=2.0 if marker == "|" else 1.0,
+        )
+        if place == 0:
+            axes.plot([], [], linestyle="none", marker=marker, markersize=size, color="#444444", label=IN_WORDS[name])
+
+
+def _error_axis(axes: Axes, largest: float) -> None:
+    """A logarithmic axis from rounding on; a shade where only rounding is."""
+    lowest, top = round(np.log10(numbers.ROUNDING)), int(np.ceil(np.log10(largest) - 1e-6))
+    edge = 10.0 ** (lowest - 0.6)
+    axes.set_xscale("log")
+    axes.set_xlim(edge, 10.0 ** (top + 0.4))
+    axes.set_xticks([10.0**k for k in range(lowest, top + 1, max(1, (top - lowest) // 4))])
+    axes.minorticks_off()
+    axes.axvspan(edge, numbers.ROUNDING, color="#eeeeee", zorder=0, linewidth=0)
