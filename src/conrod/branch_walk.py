@@ -45,7 +45,7 @@ class BranchWalk:
 
     def branch_of(self, poses: Array) -> Array:
         """Sign of the determinant of the Jacobian (T,); it tells assembly branches apart."""
-        return np.asarray(np.sign(np.linalg.det(self._equations.scaled_jacobian(poses))), dtype=float)
+        return self._equations.elimination(poses).determinant_sign()
 
     def poses(self, angle: Array) -> Array:
         """Exact poses (T, 3 n) at crank angles (T,) [rad].

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.elimination import Elimination, Entry
 from conrod.errors import InvalidInput
-from conrod.joint_equations import active_arcs, joint_jacobian, joint_residual, pose_jets
+from conrod.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism
 from conrod.motion import BREAK_WIDTH, Array, Side
 
@@ -38,56 +39,64 @@ class Equations:
 
     def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
         """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
-        bodies = pose_jets(self.mechanism, [poses])
         matrix = np.zeros((len(poses), poses.shape[1], poses.shape[1]))
-        row = 0
-        for joint in self.mechanism.joints:
-            for a_entries, b_entries in joint_jacobian(joint, bodies, (arcs or {}).get(joint.name)):
-                for body, entries in ((joint.a, a_entries), (joint.b, b_entries)):
-                    if body != GROUND:
-                        for k in range(3):
-                            matrix[:, row, 3 * self.mechanism.body_index[body] + k] += entries[k]
-                row += 1
-        matrix[:, row, 3 * self.crank + 2] = 1.0
+        for i, row in enumerate(self._rows(pose_jets(self.mechanism, [poses]), arcs)):
+            for column, value in row.items():
+                matrix[:, i, column] = value
         return matrix
 
     def scaled_jacobian(self, poses: Array) -> Array:
-        """The Jacobian with lengths in units of the mechanism's size, so that its determinant has no unit."""
+        """The Jacobian with lengths in units of the mechanism's size, so that it has no unit."""
         scaled = self.jacobian(poses)
         scaled[:, :, 2::3] /= self.size
         return scaled
+
+    def elimination(self, poses: Array, arcs: Arcs | None = None) -> Elimination:
+        """The Jacobian's factors."""
+        return Elimination(self._rows(pose_jets(self.mechanism, [poses]), arcs), len(poses))
+
+    def _rows(self, bodies: dict[str, PoseJet], arcs: Arcs | None = None) -> list[dict[int, Entry]]:
+        """Of the Jacobian, each its entries by column."""
+        rows = []
+        for joint in self.mechanism.joints:
+            for both in joint_jacobian(joint, bodies, (arcs or {}).get(joint.name)):
+                row: dict[int, Entry] = {}
+                for body, entries in zip((joint.a, joint.b), both, strict=True):
+                    if body != GROUND:
+                        first = 3 * self.mechanism.body_index[body]
+                        row |= {first + k: entry for k, entry in enumerate(entries)}
+                rows.append(row)
+        return [*rows, {3 * self.crank + 2: 1.0}]
 
     @staticmethod
     def count(joint: Joint) -> int:
         """Number of equations of a joint: two for a lower pair, one for a higher one."""
         return 1 if isinstance(joint, CamContact) else 2
 
-    def residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Array]:
-        """Taylor coefficients by the crank angle of all equations, each (T, 3 n).
+    def residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Entry]:
+        """What Taylor coefficients by the crank angle leave of all equations: the coefficient of their order.
 
         Args:
-            coefficients: those of the stacked poses, each (T, 3 n).
+            coefficients: those of the stacked poses, each (T, 3 n), as many as are wanted.
             angle: crank angles (T,) [rad].
         """
-        bodies = pose_jets(self.mechanism, coefficients)
-        equations = []
-        for joint in self.mechanism.joints:
-            equations += joint_residual(joint, bodies, (arcs or {}).get(joint.name))
-        driver = self.mechanism.driver
-        prescribed = [driver.start + driver.sense * angle, np.full_like(angle, driver.sense)]
-        prescribed += [np.zeros_like(angle)] * len(coefficients)
-        crank = bodies[self.mechanism.crank].phi.coefficients
-        rows = [
-            [np.broadcast_to(e.coefficients[k], angle.shape) for e in equations] + [crank[k] - prescribed[k]]
-            for k in range(len(coefficients))
+        return self._residual(pose_jets(self.mechanism, coefficients), len(coefficients) - 1, angle, arcs)
+
+    def _residual(self, bodies: dict[str, PoseJet], order: int, angle: Array, arcs: Arcs | None = None) -> list[Entry]:
+        joints = [
+            equation.coefficients[order]
+            for joint in self.mechanism.joints
+            for equation in joint_residual(joint, bodies, (arcs or {}).get(joint.name))
         ]
-        return [np.stack(row, axis=1) for row in rows]
+        driver, turn = self.mechanism.driver, bodies[self.mechanism.crank].phi.coefficients[order]
+        prescribed = (driver.start + driver.sense * angle, float(driver.sense))
+        return [*joints, turn - prescribed[order] if order < len(prescribed) else turn]
 
     def slope(self, poses: Array, arcs: Arcs | None = None) -> Array:
         """First derivative (T, 3 n) of the poses by the crank angle; not finite where it does not exist."""
         # The driver's rate is the same at every angle, so any will do.
-        residual = self.residual([poses, np.zeros_like(poses)], np.zeros(len(poses)), arcs)[1]
-        return -_solve(self.jacobian(poses, arcs), residual)
+        residual = self.residual([poses, np.zeros_like(poses)], np.zeros(len(poses)), arcs)
+        return -self.elimination(poses, arcs).solve(residual)
 
     def arcs(self, poses: Array, side: Side) -> Arcs:
         """The cam arcs in force on one side of each angle.
@@ -111,7 +120,8 @@ class Equations:
         """
         poses = guess.copy()
         for _ in range(NEWTON_STEPS):
-            step = _solve(self.jacobian(poses), self.residual([poses], angle)[0])
+            bodies = pose_jets(self.mechanism, [poses])
+            step = Elimination(self._rows(bodies), len(poses)).solve(self._residual(bodies, 0, angle))
             poses -= step
             if not np.all(np.isfinite(step)):
                 break
@@ -127,11 +137,3 @@ class Equations:
         """What to say of angles (T,) [rad] that the linkage does not reach."""
         lowest, highest = np.degrees([angle.min(), angle.max()])
         return f"{self.mechanism.name} cannot be assembled at every crank angle from {lowest:.6g} to {highest:.6g} deg"
-
-
-def _solve(matrix: Array, right: Array) -> Array:
-    """Batch of square systems with one right-hand side each; not finite where a matrix is singular."""
-    try:
-        return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
-    except np.linalg.LinAlgError:
-        return np.full_like(right, np.nan)

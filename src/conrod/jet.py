@@ -38,7 +38,9 @@ class Jet:
         return Jet([-a for a in self.coefficients])
 
     def __sub__(self, other: Jet | Scalar) -> Jet:
-        return self + (-other)
+        if isinstance(other, Jet):
+            return Jet([a - b for a, b in zip(self.coefficients, other.coefficients, strict=True)])
+        return Jet((self.coefficients[0] - other, *self.coefficients[1:]))
 
     def __rsub__(self, other: Scalar) -> Jet:
         return (-self) + other
@@ -53,9 +55,11 @@ class Jet:
 
 
 def _convolve(a: Sequence[Scalar], b: Sequence[Scalar], k: int, first: int, last: int) -> Scalar:
-    """Sum of a[j] b[k - j] over j = first..last."""
-    total: Scalar = 0.0
-    for j in range(first, last + 1):
+    """Sum of a[j] b[k - j] over j = first..last; 0 if there is none."""
+    if last < first:
+        return 0.0
+    total = a[first] * b[k - first]
+    for j in range(first + 1, last + 1):
         total = total + a[j] * b[k - j]
     return total
 
@@ -65,8 +69,8 @@ def sine_cosine(angle: Jet) -> tuple[Jet, Jet]:
     a = angle.coefficients
     sine: list[Scalar] = [np.sin(a[0])]
     cosine: list[Scalar] = [np.cos(a[0])]
+    scaled = [0.0, *(j * a[j] for j in range(1, len(a)))]
     for k in range(1, len(a)):
-        scaled = [j * a[j] for j in range(k + 1)]
         sine.append(_convolve(scaled, cosine, k, 1, k) / k)
         cosine.append(-_convolve(scaled, sine, k, 1, k) / k)
     return Jet(sine), Jet(cosine)

@@ -29,6 +29,8 @@ class PoseJet:
     def point(self, local: Point) -> tuple[Jet, Jet]:
         """A point of the body in the document's frame."""
         px, py = local
+        if py == 0.0:  # so are most pins: on the line from the origin of their body
+            return (self.x + self.cosine * px, self.y + self.sine * px) if px != 0.0 else (self.x, self.y)
         return self.x + self.cosine * px - self.sine * py, self.y + self.sine * px + self.cosine * py
 
 
@@ -131,4 +133,6 @@ class _Frame:
     def arm(self, local: tuple[Entry, Entry]) -> tuple[Entry, Entry]:
         """A local vector in the document's directions."""
         px, py = local
+        if isinstance(px, float) and isinstance(py, float) and px == py == 0.0:
+            return 0.0, 0.0
         return self._cosine * px - self._sine * py, self._sine * px + self._cosine * py

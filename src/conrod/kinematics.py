@@ -21,7 +21,7 @@ from conrod.mechanism import Joint, Mechanism
 from conrod.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 
 MOTION_ORDER = 3  # position to jerk
-CHUNK = 1024  # samples solved together: their matrices then fit a core's own cache
+CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
 
 
 class Kinematics:
@@ -57,13 +57,11 @@ class Kinematics:
         """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
         poses = self.poses(angle)
         arcs = self._equations.arcs(poses, side)
-        # One matrix for all orders, so it is inverted once.
-        inverse = _inverse(self.jacobian(poses, arcs))
-        coefficients = [poses]
-        for k in range(1, order + 1):
-            zero = np.zeros_like(poses)
-            residual = self._equations.residual([*coefficients, zero], angle, arcs)[k]
-            coefficients.append(-(inverse @ residual[:, :, None])[:, :, 0])
+        # One matrix for all orders, so it is factored once.
+        factors = self._equations.elimination(poses, arcs)
+        coefficients, zero = [poses], np.zeros_like(poses)
+        for _ in range(order):
+            coefficients.append(-factors.solve(self._equations.residual([*coefficients, zero], angle, arcs)))
         return [math.factorial(k) * c for k, c in enumerate(coefficients)]
 
     def branch(self, poses: Array) -> Array:
@@ -148,7 +146,8 @@ class Kinematics:
         order = len(derivatives) - 1
         coefficients = [d / math.factorial(k) for k, d in enumerate(derivatives)]
         # Any angle does for the joints: the driver's row, the last, is made here.
-        result = math.factorial(order) * self._equations.residual(coefficients, np.zeros(len(crank)))[order]
+        residual = self._equations.residual(coefficients, np.zeros(len(crank)))
+        result = math.factorial(order) * np.stack([np.broadcast_to(r, crank.shape) for r in residual], axis=1)
         driver = self.mechanism.driver
         turn = derivatives[order][:, 3 * self._equations.crank + 2]
         result[:, -1] = turn - driver.sense * crank - (driver.start if order == 0 else 0.0)
@@ -157,11 +156,3 @@ class Kinematics:
 
 def _derivatives(jet: Jet) -> Derivatives:
     return [math.factorial(k) * c for k, c in enumerate(jet.coefficients)]
-
-
-def _inverse(matrix: Array) -> Array:
-    """Batch of inverses; not finite where a matrix is singular."""
-    try:
-        return np.asarray(np.linalg.inv(matrix))
-    except np.linalg.LinAlgError:
-        return np.full_like(matrix, np.nan)

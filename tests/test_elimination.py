@@ -1,0 +1,66 @@
+"""Sparse elimination against LAPACK, on matrices of the kinds that mechanisms have and on others."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from conrod.elimination import Elimination, Entry
+
+SAMPLES = 7
+
+
+def matrix_with(loops: int, seed: int) -> list[dict[int, Entry]]:
+    """Rows of numbers +-1 below a shuffled diagonal, and a few whose entries change from sample to sample."""
+    random = np.random.default_rng(seed)
+    size = 6 + loops
+    rows: list[dict[int, Entry]] = []
+    for i in range(size - loops):
+        row: dict[int, Entry] = {j: random.normal(size=SAMPLES) for j in range(i) if random.random() < 0.4}
+        rows.append({size - 1: 0.0, **row, i: float(random.choice([-1.0, 1.0]))})
+    rows += [{j: random.normal(size=SAMPLES) for j in range(size)} for _ in range(loops)]
+    order, columns = random.permutation(size), random.permutation(size)
+    return [{int(columns[j]): value for j, value in rows[i].items()} for i in order]
+
+
+def dense(rows: list[dict[int, Entry]]) -> np.ndarray:
+    matrix = np.zeros((SAMPLES, len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        for j, value in row.items():
+            matrix[:, i, j] = value
+    return matrix
+
+
+@pytest.mark.parametrize("loops", [0, 1, 2, 3])
+@pytest.mark.parametrize("seed", range(5))
+def test_it_solves_and_signs_as_lapack_does(loops: int, seed: int) -> None:
+    rows = matrix_with(loops, seed)
+    right: list[Entry] = list(np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES)))
+    right[0] = 0.0
+    matrix = dense(rows)
+    factors = Elimination(rows, SAMPLES)
+    stacked = np.stack([np.broadcast_to(value, SAMPLES) for value in right], axis=1)
+    expected = np.linalg.solve(matrix, stacked[:, :, None])[:, :, 0]
+    np.testing.assert_allclose(factors.solve(right), expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(factors.determinant_sign(), np.sign(np.linalg.det(matrix)))
+
+
+@pytest.mark.parametrize("loops", [1, 2])
+def test_a_singular_sample_has_no_finite_solution_and_spares_none_that_it_need_not(loops: int) -> None:
+    rows = matrix_with(loops, 3)
+    changing = [row for row in rows if all(isinstance(value, np.ndarray) for value in row.values())]
+    for row in changing:
+        for value in row.values():
+            assert isinstance(value, np.ndarray)
+            value[2] = 0.0
+    solution = Elimination(rows, SAMPLES).solve([np.ones(SAMPLES)] * len(rows))
+    assert not np.isfinite(solution[2]).all()
+    assert loops > 1 or np.isfinite(np.delete(solution, 2, axis=0)).all()
+    assert Elimination(rows, SAMPLES).determinant_sign()[2] == 0.0
+
+
+def test_a_number_that_may_be_rounding_is_no_pivot() -> None:
+    # A slide along y has the normal (-1, 6e-17): elimination along the second would lose all digits.
+    rows: list[dict[int, Entry]] = [{0: -1.0, 1: 6e-17}, {0: 0.3, 1: np.ones(SAMPLES)}]
+    solution = Elimination(rows, SAMPLES).solve([1.0, 2.0])
+    np.testing.assert_allclose(solution, np.tile([-1.0, 2.3], (SAMPLES, 1)), rtol=1e-15)
