@@ -80,8 +80,8 @@ class Elimination:
         return np.asarray(np.sign(constant) * np.sign(np.linalg.det(self._block)), dtype=float)
 
     def _solve_block(self, right: list[Entry]) -> list[Entry]:
-        if len(right) == 1:
-            return [right[0] / self._block[:, 0, 0]]
+        if len(right) <= 1:
+            return [value / self._block[:, 0, 0] for value in right]
         stacked = np.stack([np.broadcast_to(value, self._samples) for value in right], axis=1)
         return list((self._inverse @ stacked[:, :, None])[:, :, 0].T)
 
