@@ -23,11 +23,15 @@ def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_an
     """One run at constant crank speed, sampled at every step."""
     made = build(machine, settings)
     steps = round(settings.steps_per_revolution * revolutions)
-    times, states, sensors = _roll(made, machine, settings, steps, start_angle)
-    bodies, points = _tracks(made, machine, settings, times, states, sensors)
+    times, states, sensors = advance(made, machine, settings, steps, start_angle)
+    instants = instants_of(made, times, states, sensors)
+    points = point_tracks(made, instants, sensors)
+    bodies = body_states(made, instants, states, sensors)
+    points |= unseen_points(machine, made, bodies)
+    tracks = BodyTracks(bodies, bodies, bodies)
     verdict = _ended_by_engine(states, settings)
     if verdict is None or verdict.outcome is not Outcome.RESET:
-        seen = judge(machine.kinematics, bodies, machine.speed)
+        seen = judge(machine.kinematics, tracks, machine.speed)
         verdict = seen if verdict is None or seen.outcome is not Outcome.COMPLETED else verdict
     return Trajectory(
         engine="mujoco",
@@ -38,26 +42,26 @@ def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_an
         outcome=verdict.outcome,
         reason=verdict.reason,
         points=points,
-        bodies=bodies,
+        bodies=tracks,
     )
 
 
-def _roll(
+def advance(
     made: Build, machine: Machine, settings: MuJoCoSettings, steps: int, start_angle: float
 ) -> tuple[Array, Array, Array]:
     """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
     model, data = made.model, mujoco.MjData(made.model)
     data.qpos[:], data.qvel[:] = made.start_state(machine, start_angle)
-    start = np.empty(mujoco.mj_stateSize(model, STATE))
-    mujoco.mj_getState(model, data, start, STATE)
     # After a step, sensor data belongs to the instant before it: one step more than needed gives the last sample its
     # sensors, and pairs sensors[k] with the state before step k.
+    states = np.empty((1, steps + 2, mujoco.mj_stateSize(model, STATE)))
+    sensors = np.empty((1, steps + 1, model.nsensordata))
+    mujoco.mj_getState(model, data, states[0, 0], STATE)
     with warnings_kept_quiet():
-        following, sensors = rollout.rollout(model, [data], start[None], nstep=steps + 1)
-    states = np.vstack([start, following[0][:-1]])
+        rollout.rollout(model, [data], states[:, 0], nstep=steps + 1, state=states[:, 1:], sensordata=sensors)
     # Time from the step index: a clock that sums its steps drifts.
-    times = start_angle / machine.speed + settings.timestep * np.arange(steps + 1)
-    return np.asarray(times, dtype=float), np.asarray(states, dtype=float), np.asarray(sensors[0], dtype=float)
+    times = np.asarray(start_angle / machine.speed + settings.timestep * np.arange(steps + 1), dtype=float)
+    return times, states[0, :-1], sensors[0]
 
 
 @contextmanager
@@ -71,41 +75,51 @@ def warnings_kept_quiet() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-def _tracks(
-    made: Build, machine: Machine, settings: MuJoCoSettings, times: Array, states: Array, sensors: Array
-) -> tuple[BodyTracks, dict[str, PointTracks]]:
-    nq, nv = made.model.nq, made.model.nv
-    coordinates, rates = states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv]
-    mechanism = made.form.whole
-    crank = made.crank_dof
+def instants_of(made: Build, times: Array, states: Array, sensors: Array) -> Instants:
+    """When samples were taken and where the crank was then."""
+    nq, crank, mechanism = made.model.nq, made.crank_dof, made.form.whole
     turn = made.sensor(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
-    instants = Instants(times, coordinates[:, crank], rates[:, crank], mechanism.driver.sense * turn)
-    poses, speeds = made.forward(coordinates, rates)
-    # An accelerometer's reading: a body at rest reads the reaction to its weight, so gravity is put back.
-    fall = made.model.opt.gravity[:2]
-    read = [
-        np.column_stack(
-            [
-                made.sensor(sensors, f"{body.name}.acceleration")[:, :2] + fall,
-                made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2],
-            ]
-        )
-        for body in made.form.mechanism.bodies
-    ]
-    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)])[2]
-    bodies = BodyStates(instants, poses, speeds, accelerations)
-    points = _unseen_points(machine, made, bodies) | {
+    return Instants(times, states[:, 1 + crank], states[:, 1 + nq + crank], mechanism.driver.sense * turn)
+
+
+def point_tracks(made: Build, instants: Instants, sensors: Array) -> dict[str, PointTracks]:
+    """Motion of the observed points, read by their sensors."""
+    return {
         p.name: PointTracks(
             Track(instants, made.sensor(sensors, f"{p.name}.position")[:, :2]),
             Track(instants, made.sensor(sensors, f"{p.name}.velocity")[:, :2]),
-            Track(instants, made.sensor(sensors, f"{p.name}.acceleration")[:, :2] + fall),
+            Track(instants, _acceleration(made, sensors, p.name)),
         )
         for p in made.form.mechanism.observed
     }
-    return BodyTracks(bodies, bodies, bodies), points
 
 
-def _unseen_points(machine: Machine, made: Build, bodies: BodyStates) -> dict[str, PointTracks]:
+def _acceleration(made: Build, sensors: Array, name: str) -> Array:
+    """Acceleration (T, 2) of a point or a body.
+
+    The sensor is an accelerometer: a body at rest reads the reaction to its weight, so gravity is put back.
+    """
+    fall: Array = made.model.opt.gravity[:2]
+    return made.sensor(sensors, f"{name}.acceleration")[:, :2] + fall
+
+
+def body_states(made: Build, instants: Instants, states: Array, sensors: Array) -> BodyStates:
+    """States of all links."""
+    nq, nv = made.model.nq, made.model.nv
+    poses, speeds = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
+    read = [
+        column
+        for body in made.form.mechanism.bodies
+        for column in (
+            _acceleration(made, sensors, body.name),
+            made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2:],
+        )
+    ]
+    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)])[2]
+    return BodyStates(instants, poses, speeds, accelerations)
+
+
+def unseen_points(machine: Machine, made: Build, bodies: BodyStates) -> dict[str, PointTracks]:
     """Observed points on links that the engine does not have, and so no sensor reads."""
     seen = {point.name for point in made.form.mechanism.observed}
     if len(seen) == len(made.form.whole.observed):
