@@ -36,6 +36,15 @@ FORBIDDEN = [
     ("conrod.engines.pymunk", "mujoco", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
     ("conrod.studies", "conrod.report", "studies <- report"),
+    ("conrod.studies", "conrod.engines.mujoco", "adding an engine touches its package and the table alone"),
+    ("conrod.studies", "conrod.engines.pymunk", "adding an engine touches its package and the table alone"),
+    ("conrod.engines.mujoco.variations", "mujoco", "variations are of plain values"),
+    ("conrod.engines.pymunk.variations", "pymunk", "variations are of plain values"),
+    *(
+        (f"conrod.{low}", f"conrod.{high}", "what does the work knows nothing of who asked for it")
+        for low in ("studies", "report", "execution")
+        for high in ("commands", "cli")
+    ),
     *(
         (low, high, "mechanism, trajectory <- scenes, engines, comparison <- studies <- report <- cli")
         for low in (
@@ -49,7 +58,7 @@ FORBIDDEN = [
             "cam",
             "motion",
         )
-        for high in ("studies", "report", "cli", "console")
+        for high in ("studies", "report", "commands", "cli", "console")
         for low, high in [(f"conrod.{low}", f"conrod.{high}")]
     ),
     *(
@@ -114,6 +123,34 @@ def test_only_an_engines_own_package_imports_it(engine: str) -> None:
 def test_nothing_but_its_entry_point_imports_the_command_line() -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, "conrod.cli") for name in names)}
     assert users <= {"conrod.__main__", "conrod.cli"}
+
+
+def test_nothing_below_the_commands_imports_them() -> None:
+    users = {module for module, names in GRAPH.items() if any(within(name, "conrod.commands") for name in names)}
+    assert "conrod.cli" in users
+    assert {m for m in users if not within(m, "conrod.commands")} == {"conrod.cli"}
+
+
+def reached(start: str) -> set[str]:
+    """Modules that a module imports, and those that these import, and so on."""
+    found: set[str] = set()
+    ahead = [start]
+    while ahead:
+        module = ahead.pop()
+        if module not in found:
+            found.add(module)
+            ahead += [name for name in GRAPH.get(module, ()) if name in MODULES]
+    return found - {start}
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_studies_reach_an_engine_by_the_table_alone(engine: str) -> None:
+    # The table names its modules in strings, which are imported when an engine is asked for.
+    package = f"conrod.engines.{engine}"
+    ways = {m: [n for n in reached(m) if within(n, package)] for m in MODULES if within(m, "conrod.studies")}
+    assert not {module: names for module, names in ways.items() if names}
+    # Negative control: the walk does follow imports of imports.
+    assert {n for n in reached(f"{package}.engine") - GRAPH[f"{package}.engine"] if within(n, package)}
 
 
 @pytest.mark.parametrize("library", ["matplotlib"])

@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines import ENGINES, engine_named
+from conrod.engines.mujoco.settings import INTEGRATORS, MuJoCoSettings
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
@@ -19,14 +20,13 @@ from conrod.studies.grid_convergence import (
     UNSAFE,
     GridConvergence,
     bands,
-    formal_order,
     grid_convergence_of,
     observed_order_of_three,
     varying_components,
 )
 from conrod.studies.measurement import measure
 from conrod.studies.observed_orders import order_of, orders_along
-from conrod.studies.refinement import GRIDS, PATHS, Family, family_of, refined
+from conrod.studies.refinement import GRIDS, PATHS, Family, Path, family_of, refined
 from conrod.studies.results import QUANTITIES
 from measured import FAILED, errors_by_step
 
@@ -186,9 +186,10 @@ def test_the_result_is_plain_data() -> None:
 
 
 def test_formal_orders_are_those_of_the_integrators() -> None:
-    assert formal_order(RK4) == 4.0
-    assert formal_order(MuJoCoSettings.stock(SAW, 100)) == 1.0
-    assert formal_order(PymunkSettings.stock(SAW, 100)) == 2.0
+    mujoco, pymunk = (engine_named(name).variations for name in ("mujoco", "pymunk"))
+    assert mujoco.formal_order(RK4) == 4.0
+    assert all(mujoco.formal_order(replace(RK4, integrator=i)) == 1.0 for i in INTEGRATORS if i != "RK4")
+    assert pymunk.formal_order(PymunkSettings.stock(SAW, 100)) == 2.0
 
 
 # -- paths -----------------------------------------------------------------------------------------------------------
@@ -207,6 +208,14 @@ def test_softness_in_steps_keeps_its_steps() -> None:
     stock = PymunkSettings.stock(SAW, 1000)
     assert isinstance(bias, PymunkSettings)
     assert bias.error_bias**bias.timestep == pytest.approx(stock.error_bias**stock.timestep)
+
+
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_refining_to_the_same_step_changes_nothing(engine: str, path: Path) -> None:
+    for preset in engine_named(engine).presets.values():
+        settings = preset(SAW, 1000)
+        assert replace(refined(SAW, settings, 1000, path), preset=settings.preset) == settings
 
 
 @pytest.mark.parametrize("steps", [(40, 20), (20, 20), (30, 60), (0, 20)])

@@ -6,14 +6,13 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, Protocol
 
 from conrod.engines.rule import Grid, Rule
+from conrod.engines.variations import AnySettings, Variations
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
-from conrod.trajectory import Settings, Trajectory
-
-AnySettings = TypeVar("AnySettings", bound=Settings)
+from conrod.trajectory import Trajectory
 
 
 class Machine(Protocol):
@@ -78,10 +77,11 @@ class KinematicResult:
 
 
 class Engine(ABC, Generic[AnySettings]):
-    """One physics engine: its presets, its translator and its two modes."""
+    """One physics engine: its presets and how they are varied, its translator and its two modes."""
 
     name: str
     presets: Mapping[str, Callable[..., AnySettings]]  # (machine, steps_per_revolution) -> settings
+    variations: Variations[AnySettings]
 
     @property
     @abstractmethod

@@ -30,20 +30,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.engines import engine_named
 from conrod.motion import Array
 from conrod.scenes import Scene
 from conrod.studies.measurement import Measurement
 from conrod.studies.refinement import Family, rounding_level
 from conrod.studies.results import QUANTITIES
-from conrod.trajectory import Settings
 
 SAFE, UNSAFE = 1.25, 3.0
 LEAST_ORDER, ABOVE_FORMAL = 0.5, 0.5
 LARGEST_ORDER = 30.0  # beyond: not finite
-# By integrator, over smooth forces. Semi-implicit Euler has order 1 in the state of one instant; read at the
-# instants that its positions and velocities belong to, as is done of pymunk, it is the leapfrog scheme of order 2.
-FORMAL_ORDERS = {"Euler": 1.0, "implicit": 1.0, "implicitfast": 1.0, "discrete": 1.0, "RK4": 4.0}
-STAGGERED_ORDER = 2.0
 VARIES = 1e-9  # of its norm: less is a component that never changes
 ANGLES = 360
 
@@ -139,7 +135,7 @@ def grid_convergence_of(family: Family, measurements: Mapping[str, Measurement])
     Raises:
         KeyError: a cell of the family has not been measured.
     """
-    formal = formal_order(family.cells[0].settings)
+    formal = engine_named(family.engine).variations.formal_order(family.cells[0].settings)
     kept = varying_components(family.scene)
     runs = [(cell.settings.steps_per_revolution, measurements[cell.key]) for cell in family.cells]
     completed = [run for run in runs if run[1].signed is not None]
@@ -157,11 +153,6 @@ def grid_convergence_of(family: Family, measurements: Mapping[str, Measurement])
         shares={q: pooled(found[q]).share() for q in QUANTITIES} if triples else {},
         failed=tuple((steps, measured.outcome) for steps, measured in runs if measured.signed is None),
     )
-
-
-def formal_order(settings: Settings) -> float:
-    """Order that the integrator's description promises."""
-    return FORMAL_ORDERS.get(str(settings.as_dict().get("integrator")), STAGGERED_ORDER)
 
 
 def varying_components(scene: Scene) -> dict[str, tuple[bool, bool]]:

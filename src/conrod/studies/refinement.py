@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
-from conrod.engines.engine import step_length
-from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines import engine_named
+from conrod.engines.rule import STEPS
+from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.cell import SIGNED_ANGLES, Cell
@@ -21,8 +21,8 @@ from conrod.trajectory import Settings
 Path = Literal["step alone", "step with softness"]
 PATHS: tuple[Path, ...] = ("step alone", "step with softness")
 
-# Steps per revolution: multiples of the angles at which signed errors are kept, near enough to equal ratios.
-GRIDS = tuple(SIGNED_ANGLES * k for k in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
+# Steps per revolution: those of a sweep, so that both share their runs.
+GRIDS = STEPS["default"]
 
 LEAST_ROUNDING = 1e-13  # of normalised errors
 
@@ -86,44 +86,11 @@ def family_of(name: str, scene: Scene, settings: Settings, path: Path, steps: Se
 def refined(scene: Scene, settings: Settings, steps: int, path: Path = "step alone") -> Settings:
     """The same settings at another number of steps per revolution.
 
-    MuJoCo's softness is the time constant of its constraints, pymunk's the share of an error that is left after a
-    second; a slop is the way fallen in a step, and follows its square. MuJoCo itself raises a time constant below
-    two steps to two steps, whatever is asked of it.
-
     Raises:
-        TypeError: settings of an engine whose softness is not known here.
+        InvalidInput: settings of an engine that is not in the table.
     """
-    h = step_length(scene, steps)
-    match settings:
-        case MuJoCoSettings():
-            same = replace(settings, preset="custom", steps_per_revolution=steps, timestep=h)
-            if path == "step alone":
-                return same
-            return replace(
-                same,
-                solref=_in_steps(settings.solref, settings.timestep, h),
-                contact_solref=_in_steps(settings.contact_solref, settings.timestep, h),
-            )
-        case PymunkSettings():
-            alike = replace(settings, preset="custom", steps_per_revolution=steps, timestep=h)
-            if path == "step alone":
-                return alike
-            # What is left after a step, bias^h, is what keeps its size.
-            longer = settings.timestep / h
-            return replace(
-                alike,
-                error_bias=settings.error_bias**longer,
-                collision_bias=settings.collision_bias**longer,
-                collision_slop=settings.collision_slop / settings.timestep**2 * h**2,
-            )
-        case _:
-            raise TypeError(f"no refinement path for settings of {settings.engine!r}")
-
-
-def _in_steps(solref: tuple[float, float], timestep: float, h: float) -> tuple[float, float]:
-    # Divided first: a preset's eight steps are then eight steps to the last digit, and its runs are shared.
-    # Negative values are MuJoCo's other form, stiffness and damping: they stay as they are.
-    return (solref[0] / timestep * h, solref[1]) if solref[0] > 0.0 else solref
+    variations: Variations[Settings] = engine_named(settings.engine).variations
+    return variations.refined(scene, settings, steps, softness_follows=path == "step with softness")
 
 
 def rounding_level(steps: int) -> float:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.cell import Cell
@@ -88,8 +87,7 @@ def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, 
     """The runs, by what they change; gravity only where the machine feels it.
 
     Raises:
-        InvalidInput: the output link's mass is no parameter.
-        TypeError: settings of an engine that is not known here.
+        InvalidInput: the output link's mass is no parameter, or the engine is not in the table.
     """
     parameter = output_mass(scene)
     cells = {BASE: Cell(name, scene, settings)}
@@ -97,7 +95,7 @@ def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, 
         value = varied_mass(scene, parameter, factor)
         cells[mass_label(parameter, factor)] = Cell(name, scene.with_parameters(**{parameter: value}), settings)
     if math.hypot(*scene.kinematics.mechanism.gravity) > 0.0:
-        cells[GRAVITY] = Cell(name, scene, _other_gravity(settings))
+        cells[GRAVITY] = Cell(name, scene, engine_named(settings.engine).variations.gravity_switched(settings))
     return cells
 
 
@@ -106,7 +104,7 @@ def sensitivity_of(name: str, scene: Scene, settings: Settings, measurements: Ma
 
     Raises:
         KeyError: a cell has not been measured.
-        InvalidInput, TypeError: as `sensitivity_cells`.
+        InvalidInput: as `sensitivity_cells`.
     """
     parameter = output_mass(scene)
     runs = {label: (cell, measurements[cell.key]) for label, cell in sensitivity_cells(name, scene, settings).items()}
@@ -159,16 +157,6 @@ def varied_mass(scene: Scene, parameter: str, factor: float) -> float:
 def mass_label(parameter: str, factor: float) -> str:
     """Name of a variation of a mass."""
     return f"{parameter} x {factor:g}"
-
-
-def _other_gravity(settings: Settings) -> Settings:
-    match settings:
-        case MuJoCoSettings():
-            return replace(settings, preset="custom", gravity=not settings.gravity)
-        case PymunkSettings():
-            return replace(settings, preset="custom", gravity=not settings.gravity)
-        case _:
-            raise TypeError(f"no sensitivity to gravity for settings of {settings.engine!r}")
 
 
 def _ratio(error: float | None, base: float | None) -> float | None:

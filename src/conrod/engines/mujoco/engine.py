@@ -12,6 +12,7 @@ from conrod.engines.mujoco.grid import rules
 from conrod.engines.mujoco.paste import paste
 from conrod.engines.mujoco.reference_loop import reference_loop
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
+from conrod.engines.mujoco.variations import MuJoCoVariations
 from conrod.engines.rule import Grid, Rule
 from conrod.motion import Array
 from conrod.trajectory import Trajectory
@@ -22,6 +23,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     name = "mujoco"
     presets = PRESETS
+    variations = MuJoCoVariations()
 
     @property
     def version(self) -> str:

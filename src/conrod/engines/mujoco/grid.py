@@ -141,7 +141,12 @@ def _loop_rules(grid: Grid) -> tuple[Rule, ...]:
     fine = grid == "fine"
     integrators = ("Euler", "implicitfast", "RK4")
     constants = [STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10", *(("4 h", "T/1000", "T/30", "T/3") if fine else ())]
-    regularisations = ["stock", "stiff", "hardened 1e-9", *(("hardened 1e-3", "hardened 1e-6", "hardened 1e-12") if fine else ())]
+    regularisations = [
+        "stock",
+        "stiff",
+        "hardened 1e-9",
+        *(("hardened 1e-3", "hardened 1e-6", "hardened 1e-12") if fine else ()),
+    ]
     found: list[Rule] = [*bases]
     found += [LoopRule(*knobs) for knobs in product(integrators, constants, regularisations)]
     counts = {"PGS": (10, 100), "CG": (10, 100), "Newton": (1, 3)}

@@ -12,6 +12,7 @@ from conrod.engines.pymunk.grid import rules
 from conrod.engines.pymunk.paste import paste
 from conrod.engines.pymunk.reference_loop import reference_loop
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
+from conrod.engines.pymunk.variations import PymunkVariations
 from conrod.engines.rule import Grid, Rule
 from conrod.motion import Array
 from conrod.trajectory import Trajectory
@@ -22,6 +23,7 @@ class Pymunk(Engine[PymunkSettings]):
 
     name = "pymunk"
     presets = PRESETS
+    variations = PymunkVariations()
 
     @property
     def version(self) -> str:

@@ -1,0 +1,78 @@
+"""How MuJoCo's settings are varied: its time constants, impedances, hardening and solver. Imports no engine."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from conrod.engines.engine import Machine, step_length
+from conrod.engines.mujoco.hardening import HARDENING
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.variations import Variations
+
+# Stands for infinitely many: Newton's method needs one iteration where only joints act. Checked by doubling it.
+NEWTON_ITERATIONS = 1000
+LEAST_HARDENING = 1e-15
+LEAST_CONSTANT = 2.0  # in steps; MuJoCo raises a shorter time constant to this
+# All but RK4 are of the family of semi-implicit Euler, which has order 1 in the state of one instant.
+FORMAL_ORDERS = {"Euler": 1.0, "implicit": 1.0, "implicitfast": 1.0, "discrete": 1.0, "RK4": 4.0}
+
+
+class MuJoCoVariations(Variations[MuJoCoSettings]):
+    """What is varied of a MuJoCo run."""
+
+    def refined(
+        self, machine: Machine, settings: MuJoCoSettings, steps_per_revolution: int, softness_follows: bool
+    ) -> MuJoCoSettings:
+        """The softness is the time constants; MuJoCo itself raises one below two steps to two steps."""
+        h = step_length(machine, steps_per_revolution)
+        same = replace(settings, preset="custom", steps_per_revolution=steps_per_revolution, timestep=h)
+        if not softness_follows:
+            return same
+        return replace(
+            same,
+            solref=_in_steps(settings.solref, settings.timestep, h),
+            contact_solref=_in_steps(settings.contact_solref, settings.timestep, h),
+        )
+
+    def converged(self, machine: Machine, settings: MuJoCoSettings, times: int = 1) -> MuJoCoSettings:
+        iterations = times * max(NEWTON_ITERATIONS, settings.iterations)
+        return replace(settings, preset="custom", solver="Newton", iterations=iterations, tolerance=0.0)
+
+    def less_regularised(self, machine: Machine, settings: MuJoCoSettings) -> MuJoCoSettings:
+        """Loops hardened, or hardened ten times further.
+
+        Hardening is not for contact, whose impedance comes half the way nearer to one instead.
+        """
+        if machine.kinematics.mechanism.cam_contacts:
+            return replace(settings, contact_solimp=_stiffer(settings.contact_solimp))
+        further = None if settings.hardening is None else max(settings.hardening / 10.0, LEAST_HARDENING)
+        return replace(settings, hardening=further or HARDENING)
+
+    def restabilised(self, machine: Machine, settings: MuJoCoSettings) -> MuJoCoSettings:
+        """Half the time constant, or twice where half would be less than MuJoCo admits."""
+        if machine.kinematics.mechanism.cam_contacts:
+            return replace(settings, contact_solref=_other_constant(settings.contact_solref, settings.timestep))
+        return replace(settings, solref=_other_constant(settings.solref, settings.timestep))
+
+    def gravity_switched(self, settings: MuJoCoSettings) -> MuJoCoSettings:
+        return replace(settings, preset="custom", gravity=not settings.gravity)
+
+    def formal_order(self, settings: MuJoCoSettings) -> float:
+        return FORMAL_ORDERS[settings.integrator]
+
+
+def _in_steps(solref: tuple[float, float], timestep: float, h: float) -> tuple[float, float]:
+    # Divided first: a preset's eight steps are then eight steps to the last digit, and its runs are shared.
+    # Negative values are MuJoCo's other form, stiffness and damping: they stay as they are.
+    return (solref[0] / timestep * h, solref[1]) if solref[0] > 0.0 else solref
+
+
+def _stiffer(solimp: tuple[float, float, float, float, float]) -> tuple[float, float, float, float, float]:
+    return (0.5 * (1.0 + solimp[0]), 0.5 * (1.0 + solimp[1]), *solimp[2:])
+
+
+def _other_constant(solref: tuple[float, float], timestep: float) -> tuple[float, float]:
+    constant, damping = solref
+    if constant <= 0.0:  # MuJoCo's other form, minus stiffness and minus damping: half the constant is 4 and 2 times
+        return 4.0 * constant, 2.0 * damping
+    return (0.5 if 0.5 * constant >= LEAST_CONSTANT * timestep else 2.0) * constant, damping

@@ -1,0 +1,64 @@
+"""How pymunk's settings are varied: its biases, slop and iterations. Imports no engine."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from conrod.engines.engine import Machine, step_length
+from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
+from conrod.engines.variations import Variations
+
+# Stands for infinitely many: Gauss-Seidel gains digits in proportion, so it is a multiple of what the tuned preset
+# takes from the masses. Checked by doubling it.
+ENOUGH_ITERATIONS = 4
+# Semi-implicit Euler has order 1 in the state of one instant; read at the instants that its positions and velocities
+# belong to, it is the leapfrog scheme of order 2.
+STAGGERED_ORDER = 2.0
+
+
+class PymunkVariations(Variations[PymunkSettings]):
+    """What is varied of a pymunk run."""
+
+    def refined(
+        self, machine: Machine, settings: PymunkSettings, steps_per_revolution: int, softness_follows: bool
+    ) -> PymunkSettings:
+        """The softness is the share of an error left after a second; a slop is a way fallen, and follows h squared."""
+        h = step_length(machine, steps_per_revolution)
+        same = replace(settings, preset="custom", steps_per_revolution=steps_per_revolution, timestep=h)
+        if not softness_follows:
+            return same
+        # What is left after a step, bias^h, is what keeps its size.
+        longer = settings.timestep / h
+        return replace(
+            same,
+            error_bias=settings.error_bias**longer,
+            collision_bias=settings.collision_bias**longer,
+            collision_slop=settings.collision_slop / settings.timestep**2 * h**2,
+        )
+
+    def converged(self, machine: Machine, settings: PymunkSettings, times: int = 1) -> PymunkSettings:
+        needed = PymunkSettings.tuned(machine, settings.steps_per_revolution).iterations
+        iterations = times * ENOUGH_ITERATIONS * max(needed, settings.iterations)
+        return replace(settings, preset="custom", iterations=iterations)
+
+    def less_regularised(self, machine: Machine, settings: PymunkSettings) -> PymunkSettings | None:
+        """Half the slop of the contacts; joints have no regularisation."""
+        if machine.kinematics.mechanism.cam_contacts and settings.collision_slop > 0.0:
+            return replace(settings, collision_slop=0.5 * settings.collision_slop)
+        return None
+
+    def restabilised(self, machine: Machine, settings: PymunkSettings) -> PymunkSettings:
+        """No bias, so that errors are mended whole at every step; the default bias where that is so already."""
+        if machine.kinematics.mechanism.cam_contacts:
+            return replace(settings, collision_bias=_other_bias(settings.collision_bias))
+        return replace(settings, error_bias=_other_bias(settings.error_bias))
+
+    def gravity_switched(self, settings: PymunkSettings) -> PymunkSettings:
+        return replace(settings, preset="custom", gravity=not settings.gravity)
+
+    def formal_order(self, settings: PymunkSettings) -> float:
+        return STAGGERED_ORDER
+
+
+def _other_bias(bias: float) -> float:
+    return 0.0 if bias > 0.0 else STOCK_BIAS

@@ -1,0 +1,47 @@
+"""How an engine's settings are varied on purpose: one thing at a time, to tell the causes of an error apart."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from conrod.trajectory import Settings
+
+if TYPE_CHECKING:
+    from conrod.engines.engine import Machine
+
+AnySettings = TypeVar("AnySettings", bound=Settings)
+
+
+class Variations(ABC, Generic[AnySettings]):
+    """What studies vary of an engine's settings; each engine says which of its fields that is."""
+
+    @abstractmethod
+    def refined(
+        self, machine: Machine, settings: AnySettings, steps_per_revolution: int, softness_follows: bool
+    ) -> AnySettings:
+        """The same settings at another number of steps per revolution.
+
+        Args:
+            softness_follows: whether what closes the joints keeps its softness in steps; else it does in seconds.
+        """
+
+    @abstractmethod
+    def converged(self, machine: Machine, settings: AnySettings, times: int = 1) -> AnySettings:
+        """With as many iterations as stand for infinitely many, or a multiple of them."""
+
+    @abstractmethod
+    def less_regularised(self, machine: Machine, settings: AnySettings) -> AnySettings | None:
+        """With less regularisation of what closes the joints or of the contacts; None where there is none."""
+
+    @abstractmethod
+    def restabilised(self, machine: Machine, settings: AnySettings) -> AnySettings | None:
+        """With another stabilisation of what closes the joints or of the contacts; None where there is none."""
+
+    @abstractmethod
+    def gravity_switched(self, settings: AnySettings) -> AnySettings:
+        """Without gravity, or with it where there was none."""
+
+    @abstractmethod
+    def formal_order(self, settings: AnySettings) -> float:
+        """Order that the description of the integrator promises, over smooth forces."""
