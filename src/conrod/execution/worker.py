@@ -17,6 +17,8 @@ from typing import IO
 from conrod.errors import InvalidInput
 
 LENGTH = 8  # bytes
+# Sent before a call is looked at: a process that dies without this word has not died of the call.
+BEGUN = b"begun"
 
 
 def send(stream: IO[bytes], content: bytes) -> None:
@@ -54,7 +56,9 @@ def main(memory: int | None) -> None:
     threading.Thread(target=_listen, args=(calls,), daemon=True).start()
     send(answers, pickle.dumps(_limit(memory)))
     while True:
-        send(answers, _answer(calls.get()))
+        call = calls.get()
+        send(answers, BEGUN)
+        send(answers, _answer(call))
 
 
 def _listen(calls: queue.SimpleQueue[bytes]) -> None:

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.execution.limits import Limits
-from conrod.execution.worker import receive, send
+from conrod.execution.worker import BEGUN, receive, send
 
 Result = TypeVar("Result")
 
@@ -23,23 +23,20 @@ class WorkerDied(RuntimeError):
     """The process that a call ran in ended before the call did; says how."""
 
 
+class NotBegun(RuntimeError):
+    """The process ended before it began with the call, which is not what it died of."""
+
+
 class WorkerProcess:
     """A Python interpreter of its own that serves one call after another.
 
     It has pipes of its own: no death of another one, at whatever moment, can leave this one waiting. And it ends with
-    its owner, however that ends.
+    its owner, however that ends. InvalidInput where the system cannot start one.
     """
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", f"from conrod.execution.worker import main; main({limits.memory!r})"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
-            # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
-            process_group=0,
-        )
+        self._process = _started(limits)
         self._welcomed = False
 
     def call(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
@@ -49,25 +46,13 @@ class WorkerProcess:
             WorkerDied: the process died of it.
             TimeoutError: it took longer than the limit; the process was killed.
             MemoryError: it needed more than the limit.
+            NotBegun: the process died before, of something else.
             InvalidInput: also where the process cannot start at all, or not within the memory limit.
         """
         call = pickle.dumps((function, arguments, named))
         self._welcome()
-        late = threading.Event()
-        timer = None if self._limits.timeout is None else threading.Timer(self._limits.timeout, self._stop, (late,))
-        if timer is not None:
-            timer.daemon = True
-            timer.start()
-        try:
-            returned, content = pickle.loads(self._exchange(call))
-        except (EOFError, OSError):
-            status = self._process.wait()
-            if late.is_set():
-                raise TimeoutError(f"no result after {self._limits.timeout:g} s") from None
-            raise WorkerDied(how_it_ended(status)) from None
-        finally:
-            if timer is not None:
-                timer.cancel()
+        self._begin(call)
+        returned, content = pickle.loads(self._answer())
         if returned:
             result: Result = content
             return result
@@ -90,9 +75,9 @@ class WorkerProcess:
                 pipe.close()
 
     @property
-    def alive(self) -> bool:
-        """Whether the process still runs."""
-        return self._process.poll() is None
+    def ready(self) -> bool:
+        """Whether the process has started and still runs."""
+        return self._welcomed and self._process.poll() is None
 
     def _welcome(self) -> None:
         """Wait for a new process to be ready, which is not its first call's time."""
@@ -108,11 +93,33 @@ class WorkerProcess:
             raise refusal
         self._welcomed = True
 
-    def _exchange(self, call: bytes) -> bytes:
+    def _begin(self, call: bytes) -> None:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        send(self._process.stdin, call)
-        return receive(self._process.stdout)
+        try:
+            send(self._process.stdin, call)
+            begun = receive(self._process.stdout)
+        except (EOFError, OSError):
+            raise NotBegun(how_it_ended(self._process.wait())) from None
+        assert begun == BEGUN
+
+    def _answer(self) -> bytes:
+        assert self._process.stdout is not None
+        late = threading.Event()
+        timer = None if self._limits.timeout is None else threading.Timer(self._limits.timeout, self._stop, (late,))
+        if timer is not None:
+            timer.daemon = True
+            timer.start()
+        try:
+            return receive(self._process.stdout)
+        except EOFError:
+            status = self._process.wait()
+            if late.is_set():
+                raise TimeoutError(f"no result after {self._limits.timeout:g} s") from None
+            raise WorkerDied(how_it_ended(status)) from None
+        finally:
+            if timer is not None:
+                timer.cancel()
 
     def _stop(self, late: threading.Event) -> None:
         late.set()
@@ -124,6 +131,20 @@ def how_it_ended(status: int | None) -> str:
     if status is not None and status < 0:
         return f"ended by signal {signal.Signals(-status).name}"
     return f"ended with status {status}"
+
+
+def _started(limits: Limits) -> subprocess.Popen[bytes]:
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-c", f"from conrod.execution.worker import main; main({limits.memory!r})"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
+            # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
+            process_group=0,
+        )
+    except OSError as error:
+        raise InvalidInput(f"a worker process cannot start: {error.strerror or error}") from None
 
 
 class WorkerProcesses:
@@ -138,16 +159,20 @@ class WorkerProcesses:
 
     def call(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
         """As `WorkerProcess.call`, in an idle worker or a new one; for any number of threads at once."""
-        worker = self._taken()
-        usable = True
-        try:
-            return worker.call(function, arguments, named)
-        except MemoryError:
-            # What the process still holds would be missing to the next call.
-            usable = False
-            raise
-        finally:
-            self._give_back(worker, usable)
+        while True:
+            worker = self._taken()
+            try:
+                result = worker.call(function, arguments, named)
+            except NotBegun:
+                # Killed from outside while it had nothing to do: the call is for the next one.
+                self._give_back(worker, usable=False)
+            except BaseException as error:
+                # After a MemoryError, what the process still holds would be missing to the next call.
+                self._give_back(worker, usable=worker.ready and not isinstance(error, MemoryError))
+                raise
+            else:
+                self._give_back(worker, usable=True)
+                return result
 
     def stop(self) -> None:
         """Kill all of them; calls under way end as died, and no new ones begin."""
@@ -163,20 +188,15 @@ class WorkerProcesses:
         with self._lock:
             if self._stopped:
                 raise WorkerDied("ended before it began")
-            while self._idle:
-                worker = self._idle.pop()
-                if worker.alive:
-                    return worker
-                # Killed from outside while it had nothing to do.
-                self._all.discard(worker)
-                worker.end()
+            if self._idle:
+                return self._idle.pop()
             worker = WorkerProcess(self.limits)
             self._all.add(worker)
             return worker
 
     def _give_back(self, worker: WorkerProcess, usable: bool) -> None:
         with self._lock:
-            if usable and worker.alive and not self._stopped:
+            if usable and not self._stopped:
                 self._idle.append(worker)
                 return
             self._all.discard(worker)

@@ -1,0 +1,95 @@
+"""Tasks for executors, in a module of their own because a worker process imports them."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import signal
+import time
+
+from conrod import InvalidInput, PymunkSettings, Saw
+from conrod.studies.cell import Cell
+from conrod.studies.measurement import Measurement
+
+SAW = Saw()
+BASE = PymunkSettings.tuned(SAW, 20)
+# Far more than any trivial task takes on a busy machine, and the time that a test of a hang takes.
+TIMEOUT = 5.0
+MEMORY = 3_000_000_000
+CRASHES, HANGS, HOARDS, LEAVES = 3, 7, 11, 13
+
+
+def cells(count: int, steps: int = 20) -> list[Cell]:
+    """Cheap runs that differ in the angle that they start from; a task tells them apart by it."""
+    settings = dataclasses.replace(BASE, steps_per_revolution=steps, timestep=BASE.timestep * 20 / steps)
+    return [Cell("saw-500rpm", SAW, settings, revolutions=1.0, start_angle=1e-3 * k) for k in range(count)]
+
+
+def number(cell: Cell) -> int:
+    return round(1e3 * cell.start_angle)
+
+
+def echo(cell: Cell) -> Measurement:
+    return Measurement("completed", str(number(cell)))
+
+
+def count_processes(cell: Cell) -> Measurement:
+    return Measurement("completed", str(os.getpid()))
+
+
+def print_and_echo(cell: Cell) -> Measurement:
+    print("an engine prints this")
+    return echo(cell)
+
+
+def misbehave(cell: Cell) -> Measurement:
+    """Most do what they should; every tenth, and some others, do to their process what engines do."""
+    k = number(cell)
+    if k == HANGS:
+        time.sleep(1000.0)
+    if k == HOARDS:
+        bytearray(2 * MEMORY)
+    if k == LEAVES:
+        os._exit(3)
+    if k % 10 == CRASHES:
+        os.abort()
+    return echo(cell)
+
+
+def refuse(cell: Cell) -> Measurement:
+    if number(cell) == CRASHES:
+        raise InvalidInput("this cell cannot be run")
+    return echo(cell)
+
+
+def fail(cell: Cell) -> Measurement:
+    raise ZeroDivisionError("a mistake in the task")
+
+
+class LocalError(Exception):
+    """One that cannot be rebuilt from its text alone."""
+
+    def __init__(self, one: int, two: int) -> None:
+        super().__init__(f"{one} and {two}")
+
+
+def fail_strangely(cell: Cell) -> Measurement:
+    raise LocalError(1, 2)
+
+
+def answer_strangely(cell: Cell) -> Measurement:
+    return Measurement("completed", errors={"C": lambda: 1})  # type: ignore[dict-item]
+
+
+def sleep_half(cell: Cell) -> Measurement:
+    time.sleep(0.5)
+    return echo(cell)
+
+
+def kill_dask_worker(cell: Cell) -> Measurement:
+    """One cell kills the Dask worker that its process belongs to, as a batch system does that sees too much memory."""
+    if number(cell) == CRASHES:
+        os.kill(os.getppid(), signal.SIGKILL)
+        time.sleep(1000.0)
+    time.sleep(0.05)
+    return echo(cell)
