@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.kinematics import Kinematics
+from conrod.mechanism import Mechanism
 from conrod.motion import Array
 
 
@@ -30,7 +31,7 @@ class Reactions:
 def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
     """Reactions in the exact motion at constant crank speed, at crank angles (T,) [rad]."""
     poses, first, second = kinematics.derivatives(angle, 2)
-    right = _inertia_forces(kinematics, poses, first * speed, second * speed**2)
+    right = inertia_forces(kinematics.mechanism, poses, first * speed, second * speed**2)
     transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
     multipliers = np.asarray(np.linalg.solve(transposed, right[:, :, None])[:, :, 0], dtype=float)
     joints, row = {}, 0
@@ -41,9 +42,8 @@ def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
     return Reactions(joints, multipliers[:, row])
 
 
-def _inertia_forces(kinematics: Kinematics, poses: Array, rates: Array, accelerations: Array) -> Array:
-    """M q'' - Q of every body, about the origin of its frame; (T, 3 n)."""
-    mechanism = kinematics.mechanism
+def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:
+    """M q'' - Q of every body, about the origin of its frame, of a state in time; (T, 3 n)."""
     pushes = {force.body: force.force for force in mechanism.forces}
     result = np.zeros_like(poses)
     for i, body in enumerate(mechanism.bodies):

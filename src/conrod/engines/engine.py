@@ -60,6 +60,21 @@ class ExpectedError:
 
 
 @dataclass(frozen=True)
+class Softness:
+    """Largest position error that what closes the joints must cause, by the engine's documented law; normalised.
+
+    Attributes:
+        whole_run: over two turns from a start without error.
+        last_turn: over the second of them, where the start is forgotten.
+        law: in words.
+    """
+
+    whole_run: float
+    last_turn: float
+    law: str
+
+
+@dataclass(frozen=True)
 class KinematicResult:
     """Kinematic mode: the engine's own constraints solved at prescribed crank angles.
 
@@ -103,6 +118,20 @@ class Engine(ABC, Generic[AnySettings]):
     @abstractmethod
     def expected_error(self, machine: Machine, settings: AnySettings) -> ExpectedError:
         """Bounds on the errors of a run, derived from the engine's documented laws and the exact motion."""
+
+    @abstractmethod
+    def predicted_softness(self, machine: Machine, settings: AnySettings) -> Softness | None:
+        """Size of the position error that what closes the joints must cause, by the engine's documented law.
+
+        Where it acts by time (MuJoCo's springs) it is what is left at no step; where it acts by the step (pymunk's
+        share of an error that a step mends) it is that of the settings' step, the lag of the scheme included.
+
+        Returns:
+            None where no law applies.
+
+        Raises:
+            InvalidInput: the machine cannot be given in the form that the settings ask for; see `refusal`.
+        """
 
     @abstractmethod
     def stepper(self, machine: Machine, settings: AnySettings) -> Callable[[int], None]:

@@ -16,7 +16,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.jet import Jet, square_root
 from conrod.joint_equations import PoseJet, pose_jets
-from conrod.mechanism import GROUND, Mechanism, Point, Pose, Revolute
+from conrod.mechanism import GROUND, Mechanism, Point, Revolute
 from conrod.motion import Array
 
 BODY, DISTANCE_JOINT = "body", "distance-joint"
@@ -34,6 +34,8 @@ class DistanceJoint:
     point_b: Point
     pin_a: Point  # of the link, where `a` is pinned to it
     pin_b: Point
+    joint_a: str  # name of the pin between the link and `a`
+    joint_b: str
     start_turn: float  # [rad], of the link at crank angle 0, about
 
     @property
@@ -170,8 +172,8 @@ def _as_distance(mechanism: Mechanism, link: str) -> DistanceJoint | None:
     if len(ends) != 2 or GROUND in (ends[0][0], ends[1][0]):
         return None
     (a, point_a, pin_a), (b, point_b, pin_b) = ends
-    pose: Pose = mechanism.poses[link]
-    return DistanceJoint(link, a, b, point_a, point_b, pin_a, pin_b, pose[2])
+    names, pose = [joint.name for joint in joints], mechanism.poses[link]
+    return DistanceJoint(link, a, b, point_a, point_b, pin_a, pin_b, names[0], names[1], pose[2])
 
 
 def _ends(joint: Revolute, link: str) -> tuple[str, Point, Point]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import mujoco
 
-from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
+from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.left_out_rod import form_refusal
-from conrod.engines.mujoco import dynamics, kinematic, law
+from conrod.engines.mujoco import dynamics, kinematic, law, softness
 from conrod.engines.mujoco.bare import BareRun, started
 from conrod.engines.mujoco.grid import rules
 from conrod.engines.mujoco.paste import paste
@@ -44,6 +44,9 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def expected_error(self, machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
         return law.expected_error(machine, settings)
+
+    def predicted_softness(self, machine: Machine, settings: MuJoCoSettings) -> Softness | None:
+        return softness.predicted_softness(machine, settings)
 
     def stepper(self, machine: Machine, settings: MuJoCoSettings) -> BareRun:
         return started(machine, settings)

@@ -16,8 +16,8 @@ def harden(model: mujoco.MjModel, factor: float = HARDENING) -> None:
     """Make the constraints of a compiled model hard, in place.
 
     MuJoCo adds to every constraint a regularisation R = (1 - d) / d x (an estimate of its inverse inertia), which
-    it takes from `body_invweight0` and `dof_invweight0`. MJCF bounds the impedance d by 0.9999; scaling the
-    estimate has no such bound. All constraints harden, contacts and limits too; `mj_setConst` undoes it.
+    it takes from `body_invweight0`, `dof_invweight0` and `tendon_invweight0`. MJCF bounds the impedance d by 0.9999;
+    scaling the estimate has no such bound. All constraints harden, contacts and limits too; `mj_setConst` undoes it.
 
     Args:
         model: an `mujoco.MjModel` in double precision.
@@ -30,3 +30,4 @@ def harden(model: mujoco.MjModel, factor: float = HARDENING) -> None:
         raise ValueError(f"hardening factor {factor!r} is out of range: 0 < factor <= 1")
     model.body_invweight0[:] *= factor
     model.dof_invweight0[:] *= factor
+    model.tendon_invweight0[:] *= factor

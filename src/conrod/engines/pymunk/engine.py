@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pymunk
 
-from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine
+from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.left_out_rod import form_refusal
-from conrod.engines.pymunk import dynamics, kinematic, law
+from conrod.engines.pymunk import drift, dynamics, kinematic, law
 from conrod.engines.pymunk.bare import BareRun, started
 from conrod.engines.pymunk.grid import rules
 from conrod.engines.pymunk.paste import paste
@@ -42,6 +42,9 @@ class Pymunk(Engine[PymunkSettings]):
 
     def expected_error(self, machine: Machine, settings: PymunkSettings) -> ExpectedError:
         return law.expected_error(machine, settings)
+
+    def predicted_softness(self, machine: Machine, settings: PymunkSettings) -> Softness | None:
+        return drift.predicted_softness(machine, settings)
 
     def stepper(self, machine: Machine, settings: PymunkSettings) -> BareRun:
         return started(machine, settings)

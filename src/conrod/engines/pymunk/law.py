@@ -19,6 +19,8 @@ import numpy as np
 
 from conrod.engines.engine import ExpectedError, Machine
 from conrod.engines.follower import FollowerMotion
+from conrod.engines.left_out_rod import BODY
+from conrod.engines.pymunk.drift import predicted_softness
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon
 from conrod.engines.smoothness import largest_derivatives, rounding
@@ -28,6 +30,7 @@ CONTACT_LAW = (
     "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of it / "
     "cos(pressure angle)"
 )
+SAMPLED = 1e-3  # what sampling the turn takes off the drift at most, at 20 steps a revolution or more
 LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the exact motion, and the next term in h"
 
 
@@ -37,11 +40,22 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
         return ExpectedError(None, None, None)
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
+    if settings.rod != BODY:
+        return _drift(machine, settings)
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
     bounds = [lag * step**2 * (sizes[k + 2] + step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(LAGS)]
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
+
+
+def _drift(machine: Machine, settings: PymunkSettings) -> ExpectedError:
+    """The lag of distance joints, which a point on a link that is left out shares in part."""
+    drift = predicted_softness(machine, settings)
+    if drift is None:
+        return ExpectedError(None, None, None)
+    floor = rounding(machine.kinematics, settings.steps_per_revolution)
+    return ExpectedError((1.0 + SAMPLED) * drift.whole_run + floor, None, None, law=drift.law)
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:

@@ -1,0 +1,206 @@
+"""What MuJoCo's soft closures give way by: its documented constraint model, solved along the motion.
+
+A soft constraint of violation y and force f is given the acceleration J q'' = -B y' - K d(y) y - R(y) f, with
+R = (1 - d) / d A and A the compiled inverse weight (MuJoCo documentation, Computation, 'Constraint model' and 'Solver
+parameters'). The true one is y'' = J q'' + J' q'; `connect` has the second term in it, a contact and a tendon have not,
+so that their violation follows the curvature of the path. The force is the one that the motion with its violation
+takes, f = f0 + W y'', with f0 at no acceleration of the gaps and W the mass that the links show to them:
+
+    (1 + R W) y'' + B y' + K d y = -R f0 (+ J' q')
+
+d, f0, W and J' q' are taken along the motion found before, until it is found again. No step is in it: this is what is
+left of the error when the step vanishes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+import numpy as np
+
+from conrod.engines.engine import Machine, Softness
+from conrod.engines.left_out_rod import DistanceJoint
+from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.sdirk import integrated
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.mujoco.spring import Spring
+from conrod.engines.open_joints import OpenJoints
+from conrod.engines.self_consistent import self_consistent
+from conrod.mechanism import INERTIAS, MASSES, CamContact, Mechanism, Revolute
+from conrod.motion import Array
+from conrod.reactions import inertia_forces
+
+LAW = "constraint model: violation of spring, impedance and regularisation under the forces that the motion takes"
+LARGEST_GAP = 0.5  # of the machine's travel; beyond it there is no machine that a violation is small against
+
+Soft = CamContact | Revolute | DistanceJoint
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """What the violations y of a motion meet, at T samples.
+
+    Attributes:
+        mass: W (T, k, k) [kg], that the links show to accelerations of the violations.
+        force: f0 (T, k) [N], without such accelerations.
+        curvature: J' q' (T, k) [m/s^2], where the engine leaves it out.
+    """
+
+    mass: Array
+    force: Array
+    curvature: Array
+
+
+@dataclass(frozen=True)
+class _Closure:
+    """A soft constraint: what it closes, and the compiled inverse weight A [1/kg]."""
+
+    joint: Soft
+    weight: float
+    spring: Spring
+
+    @property
+    def size(self) -> int:
+        """Number of violations."""
+        return 2 if isinstance(self.joint, Revolute) else 1
+
+
+def predicted_softness(machine: Machine, settings: MuJoCoSettings) -> Softness | None:
+    """Position error of no step; None where the violations have no end, or no size that a machine can have."""
+    joints = _SoftJoints(machine, settings)
+    state = self_consistent(joints.yielding, joints.closed())
+    return None if state is None else joints.softness(joints.opened(state), LAW)
+
+
+class _SoftJoints(OpenJoints):
+    """Joints that give way.
+
+    A state holds the violations and their rates over the crank speed, (T, 2 k) [m].
+    """
+
+    def __init__(self, machine: Machine, settings: MuJoCoSettings) -> None:
+        made = build(machine, settings)
+        super().__init__(machine, made.form)
+        self._closures = _closures(made, settings)
+        self._size = sum(closure.size for closure in self._closures)
+        self._given = _given(made, settings)
+        self._near = self.exact
+
+    def closed(self) -> Array:
+        """The state of joints that do not give way."""
+        return np.zeros((len(self.angle), 2 * self._size))
+
+    def opened(self, state: Array) -> Array:
+        """Poses with these violations."""
+        gaps = state[:, : self._size, None]
+        self._near = self.poses((self._along(self._near) @ gaps)[:, :, 0], self._near)
+        return self._near
+
+    def yielding(self, state: Array) -> Array:
+        """The state from a start that is closed, under the forces and with the impedances of the motion of a state."""
+        gaps, rates = state[:, : self._size], abs(self.speed) * state[:, self._size :]
+        if np.abs(gaps).max() > LARGEST_GAP * self.kinematics.travel:
+            return np.full_like(state, np.nan)
+        following = _answer(self.step, self._closures, self._motion(self.opened(state), rates), gaps)
+        following[:, self._size :] /= abs(self.speed)
+        return following
+
+    def _motion(self, poses: Array, rates: Array) -> _Motion:
+        """What the violations meet at poses (T, 3 n), where they change at rates (T, k)."""
+        along, given = self._along(poses), self._given
+        speeds = self.rates(poses, (along @ rates[:, :, None])[:, :, 0])
+        inverse = np.linalg.inv(self.kinematics.jacobian(poses))
+        bare = self.kinematics.residual([poses, speeds, np.zeros_like(poses)], np.zeros(len(poses)))
+        steady = -(inverse @ bare[:, :, None])[:, :, 0]
+        # Work of the violations: what a force on the links is along them.
+        open_way = inverse @ along
+        work = np.swapaxes(open_way, 1, 2)
+        forces = inertia_forces(given, poses, speeds, steady)
+        columns = []
+        for k in range(self._size):
+            more = inertia_forces(given, poses, speeds, steady + open_way[:, :, k]) - forces
+            columns.append((work @ more[:, :, None])[:, :, 0])
+        curvature = [self._left_out(closure, poses, speeds, bare) for closure in self._closures]
+        return _Motion(
+            np.stack(columns, axis=2), (work @ forces[:, :, None])[:, :, 0], np.concatenate(curvature, axis=1)
+        )
+
+    def _along(self, poses: Array) -> Array:
+        """The gaps of all joint equations by the violations; (T, 3 n, k)."""
+        columns: list[Array] = []
+        for closure in self._closures:
+            joint = closure.joint
+            if isinstance(joint, DistanceJoint):
+                columns.append(self.lengthening(joint, poses))
+                continue
+            for k in range(closure.size):
+                gap = np.zeros_like(poses)
+                gap[:, self.rows[joint.name] + k] = 1.0
+                columns.append(gap)
+        return np.stack(columns, axis=2)
+
+    def _left_out(self, closure: _Closure, poses: Array, rates: Array, bare: Array) -> Array:
+        """The term J' q' (T, size) [m/s^2] that MuJoCo leaves out; `bare` is that of all joint equations."""
+        joint = closure.joint
+        match joint:
+            case DistanceJoint():
+                length = self.distance(joint, [poses, rates, np.zeros_like(poses)])
+                return 2.0 * np.asarray(length.coefficients[2])[:, None]
+            case Revolute():
+                return np.zeros((len(poses), 2))
+            case CamContact():
+                row = self.rows[joint.name]
+                return bare[:, row : row + 1]
+            case _:
+                assert_never(joint)
+
+
+def _given(made: Build, settings: MuJoCoSettings) -> Mechanism:
+    """The masses and the gravity that the engine has; a link that is left out has next to no mass."""
+    gone = {joint.link for joint in made.form.distances}
+    bodies = tuple(
+        replace(body, mass=MASSES[0], inertia=INERTIAS[0]) if body.name in gone else body
+        for body in made.form.whole.bodies
+    )
+    gravity = made.form.whole.gravity if settings.gravity else (0.0, 0.0)
+    return replace(made.form.whole, bodies=bodies, gravity=gravity)
+
+
+def _closures(made: Build, settings: MuJoCoSettings) -> list[_Closure]:
+    model, found = made.model, []
+    spring = Spring.of(settings.solref, settings.solimp, settings.timestep)
+    contact_spring = Spring.of(settings.contact_solref, settings.contact_solimp, settings.timestep)
+    for joint in made.form.mechanism.joints:
+        if isinstance(joint, CamContact):
+            bodies = [model.body(name).id for name in (joint.a, joint.b)]
+            found.append(_Closure(joint, float(model.body_invweight0[bodies, 0].sum()), contact_spring))
+    for joint in made.tree.cuts:
+        equality = model.equality(joint.name)
+        sites = [int(model.eq_obj1id[equality.id]), int(model.eq_obj2id[equality.id])]
+        weight = float(model.body_invweight0[model.site_bodyid[sites], 0].sum())
+        found.append(_Closure(joint, weight, spring))
+    for distance in made.form.distances:
+        found.append(_Closure(distance, float(model.tendon_invweight0[model.tendon(distance.link).id]), spring))
+    return found
+
+
+def _answer(step: float, closures: list[_Closure], motion: _Motion, gaps: Array) -> Array:
+    """Violations with their rates (T, 2 k) from a start that has none, with the impedances of given ones (T, k)."""
+    size = gaps.shape[1]
+    stiffness, damping, regularisation = np.empty_like(gaps), np.empty_like(gaps), np.empty_like(gaps)
+    first = 0
+    for closure in closures:
+        mine = slice(first, first + closure.size)
+        impedance = closure.spring.impedance(np.linalg.norm(gaps[:, mine], axis=1))[:, None]
+        stiffness[:, mine], damping[:, mine] = closure.spring.stiffness * impedance, closure.spring.damping
+        regularisation[:, mine] = (1.0 - impedance) / impedance * closure.weight
+        first += closure.size
+    inertia = np.linalg.inv(np.eye(size) + regularisation[:, :, None] * motion.mass)
+    matrix = np.zeros((len(gaps), 2 * size, 2 * size))
+    matrix[:, :size, size:] = np.eye(size)
+    matrix[:, size:, :size] = -inertia * stiffness[:, None, :]
+    matrix[:, size:, size:] = -inertia * damping[:, None, :]
+    pull = np.zeros((len(gaps), 2 * size))
+    pull[:, size:] = (inertia @ (motion.curvature - regularisation * motion.force)[:, :, None])[:, :, 0]
+    return integrated(step, matrix, pull)

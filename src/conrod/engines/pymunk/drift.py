@@ -1,0 +1,116 @@
+"""What pymunk's joints drift by, because a step mends a share of their error alone.
+
+In cpSpaceStep positions move first, x_(n+1) = x_n + h v_n; then every joint's preStep asks for the velocity
+-(1 - bias^h) C / h that mends a share of its error C (bias_coef in Chipmunk's constraint headers), and the iteration
+makes v_(n+1) fit all of them. What is left after the next step is therefore
+
+    C_(n+1) = C(x_n + h v_n) = bias^h C_n + D_n,     D_n = h^2/2 J' v + ... ,
+
+D_n being what the straight step departs from the curve that the joint prescribes. Where the curvature J' v changes
+slowly against 1 / (-ln bias), C = h J' v / (2 (-ln bias)): of first order in h. Without a bias C = D, of second order.
+The crank's speed and the n - 1 joints determine all velocities, so that no mass and no force is in it, once the
+iteration has converged.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from conrod.engines.engine import Machine, Softness
+from conrod.engines.left_out_rod import model_form
+from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints
+from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.self_consistent import self_consistent
+from conrod.mechanism import Mechanism, Point
+from conrod.motion import Array
+
+LAW = "drift of the joints: bias^h of it is left at each step, and h^2/2 of the joints' curvature comes to it"
+
+
+def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness | None:
+    """Position error at these settings' step; None for contact, and where the drift has no end."""
+    if machine.kinematics.mechanism.cam_contacts:
+        return None
+    joints = _Drifting(machine, settings)
+    errors = self_consistent(joints.drifted, joints.none())
+    return None if errors is None else joints.softness(joints.opened(errors), LAW)
+
+
+class _Drifting(OpenJoints):
+    """Joints in which a share of their error is left, sampled at the steps, or at fewer instants where they are many.
+
+    Their errors are stacked, (T, k): two of a pin or a slide, one of a distance joint; the driven pin has none.
+    """
+
+    def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
+        form = model_form(machine.kinematics.mechanism, settings.rod)
+        super().__init__(machine, form, min(settings.steps_per_revolution, SAMPLES))
+        self._h, self._steps = settings.timestep, settings.steps_per_revolution
+        self._left = settings.error_bias**self._h if settings.error_bias > 0.0 else 0.0
+        self._near = self.exact
+        told_by_length = {name for joint in form.distances for name in (joint.joint_a, joint.joint_b)}
+        driven = form.whole.driver.joint
+        self._rows = [
+            self.rows[joint.name] + k
+            for joint in form.whole.joints
+            if joint.name not in told_by_length and joint.name != driven
+            for k in (0, 1)
+        ]
+
+    def none(self) -> Array:
+        """Errors of closed joints."""
+        return np.zeros((len(self.angle), len(self._rows) + len(self.form.distances)))
+
+    def opened(self, errors: Array) -> Array:
+        """Poses with these errors."""
+        self._near = self.poses((self._along(self._near) @ errors[:, :, None])[:, :, 0], self._near)
+        return self._near
+
+    def drifted(self, errors: Array) -> Array:
+        """Errors from a start without, where every step departs from the joints as it does from these errors."""
+        poses = self.opened(errors)
+        mending = -(1.0 - self._left) / self._h * errors
+        rates = self.rates(poses, (self._along(poses) @ mending[:, :, None])[:, :, 0])
+        moved = _moved(self.form.whole, poses, rates, self._h)
+        return self._summed(self._errors(moved) - self._left * errors)
+
+    def _summed(self, departure: Array) -> Array:
+        steps = 2.0 * np.pi / self._steps * np.arange(TURNS * self._steps + 1)
+        samples = np.abs(self.angle)
+        added = np.column_stack([np.interp(steps, samples, column) for column in departure.T])
+        errors = np.zeros_like(added)
+        for n in range(len(steps) - 1):
+            errors[n + 1] = self._left * errors[n] + added[n]
+        return np.column_stack([np.interp(samples, steps, column) for column in errors.T])
+
+    def _along(self, poses: Array) -> Array:
+        """The gaps of all joint equations by the errors; (T, 3 n, k)."""
+        columns: list[Array] = []
+        for row in self._rows:
+            gap = np.zeros_like(poses)
+            gap[:, row] = 1.0
+            columns.append(gap)
+        columns += [self.lengthening(joint, poses) for joint in self.form.distances]
+        return np.stack(columns, axis=2)
+
+    def _errors(self, poses: Array) -> Array:
+        gaps = self.kinematics.residual([poses], self.angle)[:, self._rows]
+        lengths = [self.distance(joint, [poses]).coefficients[0] - joint.length for joint in self.form.distances]
+        return np.column_stack([gaps, *lengths])
+
+
+def _moved(mechanism: Mechanism, poses: Array, rates: Array, h: float) -> Array:
+    """Poses after a step [s] straight ahead, of the centres of gravity, which are what pymunk moves."""
+    moved = poses + h * rates
+    for i, body in enumerate(mechanism.bodies):
+        x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
+        before, after = _arm(body.centre_of_gravity, poses[:, turn]), _arm(body.centre_of_gravity, moved[:, turn])
+        moved[:, x] += before[0] - h * rates[:, turn] * before[1] - after[0]
+        moved[:, y] += before[1] + h * rates[:, turn] * before[0] - after[1]
+    return moved
+
+
+def _arm(centre: Point, turn: Array) -> tuple[Array, Array]:
+    """The way from a frame's origin to the centre of gravity, in the document's directions."""
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return cosine * centre[0] - sine * centre[1], sine * centre[0] + cosine * centre[1]
