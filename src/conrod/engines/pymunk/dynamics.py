@@ -88,6 +88,8 @@ def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Arr
     poses, speeds = centres.copy(), rates.copy()
     for i, body in enumerate(mechanism.bodies):
         cx, cy = body.centre_of_gravity
+        if cx == cy == 0.0:
+            continue
         c, s, spin = np.cos(centres[:, 3 * i + 2]), np.sin(centres[:, 3 * i + 2]), rates[:, 3 * i + 2]
         rx, ry = c * cx - s * cy, s * cx + c * cy
         poses[:, 3 * i] -= rx

@@ -27,7 +27,8 @@ except ImportError:  # another release of pymunk may have none
 # In a cpBody position, velocity, force, angle and angular velocity follow two function pointers, four numbers of mass
 # and the centre of gravity (chipmunk_structs.h).
 OFFSET, WIDTH = 64, 8  # bytes, numbers
-CENTRE, RATE = (0, 1, 6), (2, 3, 7)  # position with angle, velocity with angular velocity
+ANGLE = 6
+CENTRE, RATE = (0, 1, ANGLE), (2, 3, 7)  # position with angle, velocity with angular velocity
 BLOCK = 4096  # steps whose copies are kept together, so that they stay in the cache
 
 PrivatePushed = list[tuple[Any, tuple[float, float]]]
@@ -93,10 +94,10 @@ def _by_memory(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Arr
     centres, rates = np.empty((len(turns), 3 * len(made.bodies))), np.empty((len(turns), 3 * len(made.bodies)))
     centres[:begun], rates[:begun] = _by_properties(made, settings, turns[:begun])
     memory = [memory_of(body) for body in made.bodies]
-    pushed = [(body._body, force) for body, force in made.pushed]
+    crank, pushed = memory_of(made.crank), [(body._body, force) for body, force in made.pushed]
     for steps in chunks(len(turns) - begun, BLOCK):
         turned = turns[begun - 1 :][steps].tolist()
-        copies = _step_and_copy(made.space._space, made.crank._body, pushed, settings.timestep, turned, memory)
+        copies = _step_and_copy(made.space._space, crank, pushed, settings.timestep, turned, memory)
         states = np.frombuffer(copies).reshape(len(turned), -1)
         rows = slice(begun + steps.start, begun + steps.stop)
         # Without a mode, `take` would first fill an array of its own.
@@ -111,18 +112,19 @@ def _columns(of_body: tuple[int, ...], bodies: int) -> list[int]:
 
 
 def _step_and_copy(
-    space: Any, crank: Any, pushed: PrivatePushed, timestep: float, turns: list[float], memory: list[memoryview]
+    space: Any, crank: memoryview, pushed: PrivatePushed, timestep: float, turns: list[float], memory: list[memoryview]
 ) -> bytearray:
     """The bodies' memory after each step, one copy after the other."""
-    set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
+    angle = crank.cast("d")[ANGLE : ANGLE + 1]
+    set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
     copies = bytearray()
     for turn in turns:
-        set_angle(crank, turn)
+        # What else follows from the angle, a step works out anew as soon as it has moved the bodies, its first act.
+        angle[0] = turn
         for body, force in pushed:
             set_force(body, force)
         take_step(space, timestep)
-        for state in memory:
-            copies += state
+        copies += join(memory)
     return copies
 
 
@@ -132,10 +134,14 @@ def memory_of(body: pymunk.Body) -> memoryview:
 
 
 def memory_is_known() -> bool:
-    """Whether this build of Chipmunk keeps a body's state where `memory_of` looks for it."""
+    """Whether this build of Chipmunk keeps a body's state where `memory_of` looks for it, and takes an angle there."""
     if lib is None:
         return False
     body = pymunk.Body(1.0, 1.0)
     body.position, body.velocity, body.force = (2.0, 3.0), (4.0, 5.0), (6.0, 7.0)
     body.angle, body.angular_velocity = 8.0, 9.0
-    return memory_of(body).cast("d").tolist() == [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    numbers = memory_of(body).cast("d")
+    if numbers.tolist() != [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]:
+        return False
+    numbers[ANGLE] = 10.0
+    return body.angle == 10.0
