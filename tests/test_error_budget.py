@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.engines.mujoco.law import regularisation_error
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, MuJoCoSettings
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 from conrod.errors import InvalidInput
@@ -30,6 +29,7 @@ from conrod.studies.budget_plan import (
 from conrod.studies.error_budget import ITERATION, MODEL, STEP, TOTAL, ErrorBudget, Runs, budget_of
 from conrod.studies.measurement import Measurement, measure
 from conrod.studies.results import QUANTITIES
+from conrod.studies.sweep import SweepPlan, sweep_study
 from conrod.trajectory import Settings
 from measured import FAILED, measured, shape_of
 
@@ -191,10 +191,13 @@ def test_a_cause_is_named_only_where_the_law_gives_the_size() -> None:
     norms = budget_of(plan, runs).part(MODEL).norms
     assert norms is not None
     right = norms["position"].max
-    assert budget_of(plan, runs, {AS_IS: (right, "law")}).part(MODEL).named
-    assert not budget_of(plan, runs, {AS_IS: (2.0 * right, "law")}).part(MODEL).named
-    knob = budget_of(plan, runs, {AS_IS: (1.0, "law"), STABILISATION: (0.25, "law")}).part(f"{STABILISATION}, no step")
-    assert knob.predicted == 0.75
+    assert budget_of(plan, runs, {FINEST: (right, "law")}).part(MODEL).named
+    assert not budget_of(plan, runs, {FINEST: (2.0 * right, "law")}).part(MODEL).named
+    told = {FINEST: 1.0, f"{STABILISATION} finest": 0.25, CONVERGED: 2.0, STABILISATION: 0.5}
+    budget = budget_of(plan, runs, {role: (size, "law") for role, size in told.items()})
+    assert budget.part(f"{STABILISATION}, no step").predicted == 0.75
+    assert budget.part(f"{STABILISATION}, this step").predicted == 1.5
+    assert budget.part(f"{REGULARISATION}, this step").predicted is None
 
 
 def test_too_few_iterations_grow_the_iterations_part_alone() -> None:
@@ -231,18 +234,37 @@ def test_softness_grows_the_models_part(planted: Mapping[str, tuple[float, ...]]
     assert knob == pytest.approx(sizes_of(after)[MODEL], rel=0.05)
 
 
-def test_the_constraint_law_names_regularisation_as_the_cause_of_tuned_mujocos_error() -> None:
-    plan = plan_of(MuJoCoSettings.tuned(SAW, 400), 2)
+def swept_budget(settings: Settings, fineness: int) -> ErrorBudget:
+    """The budget as a sweep tells it, with what the engine's law gives."""
+    plan = plan_of(settings, fineness)
     runs = {cell.key: measure(cell) for cell in plan.cells.values()}
-    told = {}
-    for role in (AS_IS, STABILISATION):
-        settings = plan.cells[role].settings
-        assert isinstance(settings, MuJoCoSettings)
-        told[role] = (regularisation_error(SAW, settings), "(1 - d) A f tc^2")
-    budget = budget_of(plan, runs, told)
-    assert budget.part(MODEL).named
-    assert budget.part(f"{STABILISATION}, no step").named
+    swept = SweepPlan("saw-500rpm", SAW, "coarse", (), (plan,), ())
+    return sweep_study(swept, runs, {}, "m").budgets[0]
+
+
+def test_the_law_names_regularisation_as_the_cause_of_tuned_mujocos_error() -> None:
+    budget = swept_budget(MuJoCoSettings.tuned(SAW, 400), 2)
+    named = {part.name for part in budget.parts if part.named}
+    knobs = {f"{knob}, {step}" for knob in (REGULARISATION, STABILISATION) for step in ("no step", "this step")}
+    assert named == {MODEL} | knobs
     assert largest_part(budget) == MODEL
+
+
+def test_the_law_names_the_bias_as_the_cause_of_stock_pymunks_error() -> None:
+    budget = swept_budget(PymunkSettings.stock(SAW, 200), 8)
+    assert budget.part(f"{STABILISATION}, this step").named
+    # What is left at the finest step is the bias's too, a finer step's, and not told from zero.
+    assert budget.part(MODEL).named
+    norms = budget.part(MODEL).norms
+    assert norms is not None
+    assert not norms["position"].told_from_zero
+
+
+def test_a_run_that_failed_is_asked_no_law() -> None:
+    plan = plan_of(TUNED, 2)
+    runs = {cell.key: FAILED for cell in plan.cells.values()}
+    swept = SweepPlan("saw-500rpm", SAW, "coarse", (), (plan,), ())
+    assert all(part.predicted is None for part in sweep_study(swept, runs, {}, "m").budgets[0].parts)
 
 
 def test_the_bias_is_the_cause_of_stock_pymunks_error_at_this_step_and_of_none_without_step() -> None:

@@ -134,7 +134,7 @@ def budget_of(
     Args:
         plan: of the runs.
         measurements: by the cells' keys.
-        predictions: what the engine's law gives for the softness `as is`, and for that with a knob varied, by knob.
+        predictions: what the engine's law gives for the settings of a run, by role; see `roles_of_law`.
 
     Raises:
         KeyError: a cell of the plan has not been measured.
@@ -147,14 +147,14 @@ def budget_of(
         runs.part(TOTAL, {AS_IS: 1}),
         runs.part(ITERATION, {AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, TWICE: -1}),
         runs.part(STEP, {CONVERGED: 1, FINEST: -1}, {FINER: 1, FINEST: -1}),
-        runs.part(MODEL, {FINEST: 1}, {FINER: 1, FINEST: -1}, prediction=told.get(AS_IS)),
+        runs.part(MODEL, {FINEST: 1}, {FINER: 1, FINEST: -1}, prediction=told.get(FINEST)),
     ]
     for knob in (k for k in (REGULARISATION, STABILISATION) if k in plan.changes):
         fine, finer = f"{knob} finest", f"{knob} finer"
         unknown = {FINEST: 1, fine: -1, FINER: -1, finer: 1}
-        changes, change = plan.changes[knob], _change(told, knob)
-        parts.append(runs.part(f"{knob}, no step", {FINEST: 1, fine: -1}, unknown, changes, change))
-        parts.append(runs.part(f"{knob}, this step", {CONVERGED: 1, knob: -1}, None, changes))
+        changes, none, this = plan.changes[knob], _change(told, FINEST, fine), _change(told, CONVERGED, knob)
+        parts.append(runs.part(f"{knob}, no step", {FINEST: 1, fine: -1}, unknown, changes, none))
+        parts.append(runs.part(f"{knob}, this step", {CONVERGED: 1, knob: -1}, None, changes, this))
     settings, whole = plan.cells[AS_IS].settings, runs.measured[AS_IS]
     return ErrorBudget(
         scene=plan.name,
@@ -166,11 +166,20 @@ def budget_of(
     )
 
 
-def _change(predictions: Mapping[str, Prediction], knob: str) -> Prediction | None:
+def roles_of_law(plan: BudgetPlan) -> tuple[str, ...]:
+    """The runs whose sizes a law can give: converged ones, because laws are of softness, and at the finest step.
+
+    A law with the step in it gives what is left of it at the finest; one without gives the same at both.
+    """
+    knobs = tuple(plan.changes)
+    return (FINEST, *((CONVERGED,) if knobs else ()), *knobs, *(f"{knob} finest" for knob in knobs))
+
+
+def _change(predictions: Mapping[str, Prediction], role: str, varied: str) -> Prediction | None:
     # Both knobs scale the gap and keep its shape, so what a knob changes is the difference of the sizes.
-    if AS_IS not in predictions or knob not in predictions:
+    if role not in predictions or varied not in predictions:
         return None
-    return abs(predictions[AS_IS][0] - predictions[knob][0]), predictions[AS_IS][1]
+    return abs(predictions[role][0] - predictions[varied][0]), predictions[role][1]
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from conrod.engines import Engine
+from conrod.engines import Engine, engine_named
 from conrod.engines.rule import Grid, Rule, step_counts
 from conrod.scenes import Scene
 from conrod.studies.budget_plan import BudgetPlan, budget_plan_of
 from conrod.studies.cell import Cell
-from conrod.studies.error_budget import ErrorBudget, budget_of
+from conrod.studies.error_budget import ErrorBudget, Prediction, budget_of, roles_of_law
 from conrod.studies.grid_convergence import grid_convergence_of
 from conrod.studies.measurement import Measurement
 from conrod.studies.observed_orders import orders_along
@@ -124,7 +124,20 @@ def sweep_study(
 
 
 def _budget(plan: BudgetPlan, measurements: Mapping[str, Measurement]) -> ErrorBudget:
-    return budget_of(plan, measurements)
+    return budget_of(plan, measurements, _predictions(plan, measurements))
+
+
+def _predictions(plan: BudgetPlan, measurements: Mapping[str, Measurement]) -> dict[str, Prediction]:
+    """What the engine's law gives for the runs that completed, by role; a size that is not known needs no law."""
+    found = {}
+    for role in roles_of_law(plan):
+        cell = plan.cells[role]
+        if measurements[cell.key].signed is not None:
+            softness = engine_named(cell.settings.engine).predicted_softness(cell.scene, cell.settings)
+            if softness is not None:
+                # A budget is of the last turn.
+                found[role] = (softness.last_turn, softness.law)
+    return found
 
 
 def _points(
