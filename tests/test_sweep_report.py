@@ -453,3 +453,44 @@ def test_times_and_shares_in_words() -> None:
         "100 %",
         "n/a",
     ]
+
+
+# -- the page that explains --------------------------------------------------------------------------------------------
+
+DOCS = Path(__file__).parent.parent / "docs" / "work-precision.md"
+RESULTS = DOCS.parent.parent / "reports" / "sweep" / "results.json"
+MEASURED_HEAD = ["settings", "steps per revolution", *QUANTITIES]
+
+
+def rows_of_explanation() -> list[list[str]]:
+    """The rows of all tables of measured errors."""
+    rows: list[list[str]] = []
+    measured = False
+    for line in DOCS.read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")] if line.startswith("|") else []
+        measured = bool(cells) and (measured or cells == MEASURED_HEAD)
+        if measured and cells != MEASURED_HEAD and not cells[0].startswith("---"):
+            rows.append(cells)
+    return rows
+
+
+def wrong_rows(rows: list[list[str]], found: dict[tuple[str, str], list[str]]) -> list[list[str]]:
+    return [row for row in rows if found.get((row[0], row[1])) != row[2:]]
+
+
+def test_the_explanation_quotes_what_was_measured() -> None:
+    rows = rows_of_explanation()
+    assert len(rows) > 20
+    if not RESULTS.exists():
+        pytest.skip("no sweep has been committed")
+    study = json.loads(RESULTS.read_text(encoding="utf-8"))["sweeps"]["saw-500rpm"]["study"]
+    found = {(p["rule"], str(p["steps_per_revolution"])): quoted(p["measurement"]) for p in study["points"]}
+    assert wrong_rows(rows, found) == []
+    # Negative control: another digit is noticed.
+    assert wrong_rows([[*rows[0][:-1], "0.068"]], found)
+
+
+def quoted(measured: dict[str, Any]) -> list[str]:
+    if measured["errors"] is None:
+        return [measured["outcome"]] * len(QUANTITIES)
+    return [numbers.measured(max(point[q]["max"] for point in measured["errors"].values())) for q in QUANTITIES]

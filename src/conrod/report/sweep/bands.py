@@ -201,7 +201,8 @@ def _bar(axes: Axes, place: int, row: Row, found: Pooled) -> None:
 def _dots(axes: Axes, place: int, row: Row, found: Pooled) -> None:
     ratios: Array = np.clip(np.sort(np.array(found.ratios)), *RATIOS)
     # Spread by rank, so that settings of one ratio stay apart.
-    heights = place + BESIDE * np.linspace(-1.0, 1.0, max(2, len(ratios)))[: len(ratios)]
+    spread = np.linspace(-1.0, 1.0, len(ratios)) if len(ratios) > 1 else np.zeros(len(ratios))
+    heights = place + BESIDE * spread
     logarithm = on_grid(np.log10(ratios), 7.0)
     hue = colour(row.engine)
     style: dict[str, Any] = {"color": hue, "markerfacecolor": hue if row.path == PATHS[1] else "none"}

@@ -138,7 +138,7 @@ def _draw(axes: Axes, place: int, budget: ErrorBudget, quantity: str) -> None:
             marker=marker,
             markersize=size,
             color=hue,
-            markerfacecolor=hue if norm.told_from_zero else "white",
+            markerfacecolor=hue if norm.told_from_zero and norm.max >= numbers.ROUNDING else "white",
             markeredgewidth=2.0 if marker == "|" else 1.0,
         )
         if place == 0:

@@ -11,7 +11,7 @@ from conrod.report.sweep.bands import Row, preset_rows, rows_of
 from conrod.report.sweep.choice import preset_curve
 from conrod.report.sweep.economy import economies
 from conrod.report.sweep.naming import listed, with_unit
-from conrod.report.sweep.variations import variation_name
+from conrod.report.sweep.variations import SWITCHED, variation_name
 from conrod.studies.results import QUANTITIES
 from conrod.studies.sweep_results import COMPLETED, SweepStudy
 
@@ -76,7 +76,7 @@ def _dependences(study: SweepStudy) -> Iterator[str]:
             f"**What {engine_title(engine)}'s stock error depends on.** The exact motion depends on no mass and no "
             f"gravity. The error does: {'; '.join(said)}."
             if _depends(stock[0])
-            else f"**{engine_title(engine)}'s stock error hardly depends on masses and gravity**: {'; '.join(said)}."
+            else f"**{engine_title(engine)}'s stock error hardly depends on {_varied(stock[0])}**: {'; '.join(said)}."
         )
         others = [phrase for s in own if s.preset != STOCK and (phrase := _largest(s))]
         yield text + (f" Of the other presets: {'; '.join(others)}." if others else "")
@@ -85,6 +85,10 @@ def _dependences(study: SweepStudy) -> Iterator[str]:
 def _changed(sensitivity: Sensitivity) -> list[Variation]:
     """Variations that say something: not where the drive faltered."""
     return [v for v in sensitivity.variations[1:] if v.outcome != COMPLETED or v.drive_kept]
+
+
+def _varied(sensitivity: Sensitivity) -> str:
+    return "masses and gravity" if any(v.name == SWITCHED for v in sensitivity.variations) else "masses"
 
 
 def _ratios(variation: Variation) -> dict[str, float]:
