@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import re
 import warnings
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from conrod.errors import InvalidInput
@@ -28,23 +30,58 @@ def connected(address: str, patience: float) -> Any:
         raise InvalidInput("a cluster needs Dask: pip install 'conrod[cluster]'") from None
     # What Dask would log of a lost connection is said in one line by the error.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with warnings.catch_warnings():
-        # A difference that matters is refused below; Dask warns in a table of all that differs.
-        warnings.simplefilter("ignore")
-        try:
-            client: Any = distributed.Client(address, timeout=patience, set_as_default=False)  # type: ignore[no-untyped-call]
-        except (OSError, ValueError, ImportError) as error:
-            raise InvalidInput(f"no cluster answers at {address}: {one_line(error)}") from None
     try:
-        _check_versions(client.get_versions(), address)
+        _greet(address, patience)
+        with warnings.catch_warnings():
+            # A difference that matters is refused below; Dask warns in a table of all that differs.
+            warnings.simplefilter("ignore")
+            client: Any = distributed.Client(address, timeout=patience, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, ImportError) as error:
+        raise InvalidInput(f"no cluster answers at {address}: {one_line(error)}") from None
+    try:
+        check_versions(client.get_versions(), address)
     except BaseException:
         client.close()
         raise
     return client
 
 
-def _check_versions(versions: Mapping[str, Any], address: str) -> None:
-    """Refuse other versions of what carries cells to and fro; engines are compared cell by cell."""
+def _greet(address: str, patience: float) -> None:
+    """Ask who is there. Dask's client itself waits without end for one that accepts a connection and says nothing.
+
+    Raises:
+        OSError: nobody, or nobody who answers in time.
+        ValueError: somebody else.
+    """
+
+    import distributed
+
+    async def ask() -> Any:
+        async with distributed.rpc(address) as there:  # type: ignore[no-untyped-call]
+            return await there.identity()
+
+    async def ask_in_time() -> Any:
+        return await asyncio.wait_for(ask(), patience)
+
+    # In a thread of its own: a notebook's has a loop that runs already.
+    with ThreadPoolExecutor(1) as aside:
+        try:
+            told = aside.submit(asyncio.run, ask_in_time()).result()
+        except TimeoutError:
+            raise TimeoutError(f"nothing for {patience:g} s") from None
+    if told.get("type") != "Scheduler":
+        raise ValueError(f"a {told.get('type')} is there, not a scheduler")
+
+
+def check_versions(versions: Mapping[str, Any], address: str) -> None:
+    """Refuse other versions of what carries cells to and fro; engines are compared cell by cell.
+
+    Args:
+        versions: of client, scheduler and workers, as Dask tells them.
+
+    Raises:
+        InvalidInput: names the package, the place and both versions.
+    """
     here = _carriers(versions["client"])
     places = {"scheduler": versions["scheduler"], **versions["workers"]}
     for place, told in places.items():
