@@ -36,6 +36,8 @@ FORBIDDEN = [
     ("conrod.engines.pymunk", "mujoco", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
     ("conrod.studies", "conrod.report", "studies <- report"),
+    ("conrod.studies", "conrod.execution", "a study says what is to be run, not where"),
+    ("conrod.execution", "conrod.report", "execution knows nothing of what is made of its results"),
     ("conrod.studies", "conrod.engines.mujoco", "adding an engine touches its package and the table alone"),
     ("conrod.studies", "conrod.engines.pymunk", "adding an engine touches its package and the table alone"),
     ("conrod.engines.mujoco.variations", "mujoco", "variations are of plain values"),
@@ -159,6 +161,12 @@ def test_only_reports_draw(library: str) -> None:
     assert all(within(module, "conrod.report") for module in users), users
 
 
+def test_only_a_cluster_needs_dask() -> None:
+    users = {module for module, names in GRAPH.items() if any(within(name, "distributed") for name in names)}
+    assert users == {"conrod.execution.cluster", "conrod.execution.cluster_connection"}
+    assert "distributed" not in loaded_by("import conrod.execution.cluster, conrod.execution.local")
+
+
 @pytest.mark.parametrize("library", ["click", "rich"])
 def test_only_the_command_line_talks_to_the_terminal(library: str) -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, library) for name in names)}
@@ -190,7 +198,7 @@ def loaded_by(code: str) -> set[str]:
     return set(json.loads(line.removeprefix("LOADED")))
 
 
-HEAVY = {"mujoco", "pymunk", "matplotlib", "numpy", "pint"}
+HEAVY = {"mujoco", "pymunk", "matplotlib", "numpy", "pint", "distributed", "dask", "pyarrow"}
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["validate", "--help"], ["show", "--help"]])
