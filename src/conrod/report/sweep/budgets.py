@@ -54,7 +54,7 @@ def budget_tables(study: SweepStudy) -> str:
         over = (
             f"Largest error over the whole run, its start among it: {whole}." if whole else "The run did not complete."
         )
-        blocks += [f"**{title_of(budget)} per revolution.** {over}", _table(budget)]
+        blocks += [f"**{title_of(budget)} per revolution.** {over}", _table(budget), *_laws(budget)]
     return paragraphs(*blocks)
 
 
@@ -86,9 +86,17 @@ def _norm(norm: Norm) -> str:
 
 
 def _law(part: Part) -> list[str]:
-    if part.predicted is None:
-        return [numbers.MISSING, ""]
-    return [numbers.measured(part.predicted), part.law if part.named else "not named: the law does not give the size"]
+    if part.predicted is None or part.norms is None:
+        return [numbers.measured(part.predicted), ""]
+    named = "the law's" if part.named else "not named: the law does not give the size"
+    # Two sizes that are both rounding agree about nothing.
+    rounding = part.norms["position"].max < numbers.ROUNDING
+    return [numbers.measured(part.predicted), "not named: rounding" if rounding else named]
+
+
+def _laws(budget: ErrorBudget) -> list[str]:
+    laws = dict.fromkeys(part.law for part in budget.parts if part.law)
+    return [f"The law: {law}." for law in laws]
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------

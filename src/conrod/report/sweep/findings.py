@@ -29,6 +29,7 @@ def found_in(study: SweepStudy) -> list[str]:
     """The main findings, one paragraph each."""
     return [
         *_plateaus(study),
+        *_causes(study),
         *_dependences(study),
         *_unnoticed(study),
         *_shares(study),
@@ -60,6 +61,28 @@ def _orders_of_preset(study: SweepStudy, engine: str, preset: str) -> ObservedOr
     if curve is None:
         return None
     return next((o for o in study.orders if (o.engine, o.label) == (engine, curve.rule)), None)
+
+
+# -- causes ------------------------------------------------------------------------------------------------------------
+
+
+def _causes(study: SweepStudy) -> Iterator[str]:
+    """Parts of the stock settings' position error, as far as all runs that tell them apart completed."""
+    for budget in (b for b in study.budgets if b.preset == STOCK):
+        norms = {part.name: part.norms["position"] for part in budget.parts if part.norms is not None}
+        if not {"total", "iteration", "step", "model"} <= norms.keys():
+            continue
+        model = budget.part("model")
+        law = f", where the engine's documented law gives {with_unit(model.predicted, 'position')}" * model.named
+        sizes = {
+            name: with_unit(norm.max, "position") + ("" if norm.told_from_zero else " (not told from zero)")
+            for name, norm in norms.items()
+        }
+        yield (
+            f"**What {engine_title(budget.engine)}'s stock error is made of.** Of {sizes['total']} in position, "
+            f"the model's softness alone makes {sizes['model']}{law}; the step {sizes['step']}; the iteration "
+            f"{sizes['iteration']} ({budget.settings.get('steps_per_revolution')} steps per revolution)."
+        )
 
 
 # -- masses and gravity ------------------------------------------------------------------------------------------------

@@ -13,8 +13,8 @@ Place = tuple[float, float]
 
 # Directions from a point, best first: a front has nothing of its own below it and to its left.
 DIRECTIONS = ((-0.8, -0.6), (-1.0, 0.0), (-0.3, -1.0), (-0.9, 0.45), (0.3, -1.0), (0.9, -0.45), (0.0, 1.0), (0.9, 0.45))
-DISTANCES = (10.5, 15.0, 22.0, 30.0, 40.0, 52.0)  # [pt]
-FAR = 12.0  # [pt]: a name at this distance or more needs a line to its point
+DISTANCES = (12.0, 16.0, 22.0, 30.0, 40.0, 52.0)  # [pt]
+FAR = 13.0  # [pt]: a name at this distance or more needs a line to its point
 MARKED = 4.5  # half the side of a marked point [pt]
 ON_NAME, OUTSIDE, ON_MARK, ON_DOT = 1000.0, 1000.0, 60.0, 1.0
 
