@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import sqlite3
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -56,7 +56,9 @@ class ResultsTable:
 
     def content(self, kind: str) -> str | bytes:
         """The table in one of `FORMATS`."""
-        return {"csv": self.as_csv, "json": self.as_json, "parquet": self.as_parquet}[kind]()
+        ways: Mapping[str, Callable[[], str | bytes]]
+        ways = {"csv": self.as_csv, "json": self.as_json, "parquet": self.as_parquet}
+        return ways[kind]()
 
 
 def results_table(rows: Iterable[Row], where: Sequence[str] = ()) -> ResultsTable:

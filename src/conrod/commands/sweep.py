@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -43,6 +42,7 @@ def sweep(
 
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
+    from conrod.commands.reproduction import command_line
     from conrod.commands.runner import Options, Runner
     from conrod.engines.rule import grid_named
     from conrod.files import file_to_write, folder_to_write, naming, write_together
@@ -55,6 +55,10 @@ def sweep(
     engines, wanted = select_engines(engine), grid_named(grid)
     folder = None if out is None else folder_to_write(out, "--out")
     file = None if document is None else file_to_write(document, "--json")
+    if folder:
+        from conrod.report.sweep.document import check_sweep_folder
+
+        check_sweep_folder(folder, chosen)
     plans = [plan_sweep(name, scene, engines, wanted) for name, scene in chosen.items()]
     with Runner.of(Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)) as runner:
         measurements = runner.run([cell for plan in plans for cell in plan.cells])
@@ -67,7 +71,8 @@ def sweep(
         from conrod.report.sweep.writer import sweep_report_batch
         from conrod.studies.transfer import transfers
 
-        command = _command(folder, scenes, engine, grid, assignments)
+        asked = {"--engine": engine, "--grid": None if grid == options.DEFAULT_GRID else grid}
+        command = command_line("sweep", asked, assignments, folder)
         batches.append(sweep_report_batch(studies, folder, command, transfers(studies)))
     write_together(batches)
     if folder:
@@ -86,12 +91,3 @@ def _results_file(studies: Sequence[SweepStudy], file: Path) -> Batch:
         "sweeps": [study.as_dict() for study in studies],
     }
     return single(file, json.dumps(document, indent=1, allow_nan=False) + "\n")
-
-
-def _command(folder: Path, scenes: Sequence[str], engine: str | None, grid: str, assignments: Sequence[str]) -> str:
-    """The command that makes the report again."""
-    words = ["conrod", "sweep", *scenes, *([] if engine is None else ["--engine", engine])]
-    words += [] if grid == "default" else ["--grid", grid]
-    for assignment in assignments:
-        words += ["--set", assignment]
-    return shlex.join([*words, "--out", str(folder)])

@@ -46,6 +46,7 @@ def validate(
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
     """
+    from conrod.commands.reproduction import command_line
     from conrod.console import print_verdicts, run_with_progress
     from conrod.files import naming, write_together
     from conrod.selection import make_plan, select_engines, select_presets, select_scenes
@@ -63,7 +64,14 @@ def validate(
     if folder:
         from conrod.report.writer import report_batch
 
-        command = _command(folder, engine, preset, steps_per_rev, revolutions, assignments, tolerance)
+        asked = {
+            "--engine": engine,
+            "--preset": preset,
+            "--steps-per-rev": steps_per_rev,
+            "--revolutions": None if revolutions == DEFAULT_REVOLUTIONS else revolutions,
+            "--tolerance": tolerance,
+        }
+        command = command_line("validate", asked, assignments, folder)
         batches.append(report_batch(studies, folder, command))
     write_together(batches)
     if folder:
@@ -96,30 +104,3 @@ def _results_file(studies: Sequence[SceneStudy], file: Path) -> Batch:
     from conrod.studies.serialise import results_document
 
     return single(file, json.dumps(results_document(studies), indent=1, allow_nan=False) + "\n")
-
-
-def _command(
-    folder: Path,
-    engine: str | None,
-    preset: str | None,
-    steps_per_rev: int | None,
-    revolutions: int,
-    assignments: tuple[str, ...],
-    tolerance: str | None,
-) -> str:
-    """The command that makes a page again; {scene} stands for its scene."""
-    import shlex
-
-    options = {
-        "--engine": engine,
-        "--preset": preset,
-        "--steps-per-rev": steps_per_rev,
-        "--revolutions": None if revolutions == DEFAULT_REVOLUTIONS else revolutions,
-        "--tolerance": tolerance,
-    }
-    words = ["conrod", "validate", "{scene}"]
-    for name, value in options.items():
-        words += [] if value is None else [name, shlex.quote(str(value))]
-    for assignment in assignments:
-        words += ["--set", shlex.quote(assignment)]
-    return " ".join([*words, "--out", shlex.quote(str(folder))])

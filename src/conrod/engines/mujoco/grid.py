@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import Any
@@ -39,8 +40,42 @@ def time_constant(text: str, machine: Machine, steps_per_revolution: int) -> flo
     return STOCK_SOLREF[0]
 
 
+class MuJoCoRule(Rule):
+    """What both kinds of rules share; the fields are those of the frozen dataclasses below."""
+
+    integrator: str
+    stabilisation: str
+    solver: str
+    iterations: int
+    tolerance: float
+
+    @property
+    def softness_follows_step(self) -> bool:
+        return self.stabilisation in STEP_CONSTANTS
+
+    def knobs(self) -> dict[str, str]:
+        return _texts(self)
+
+    def settings(self, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+        """Settings whose armature and all that is not a knob are those of the stock preset."""
+        made = replace(
+            MuJoCoSettings.stock(machine, steps_per_revolution),
+            preset="custom",
+            integrator=self.integrator,
+            solver=self.solver,
+            iterations=self.iterations,
+            tolerance=self.tolerance,
+            **self.own_settings(time_constant(self.stabilisation, machine, steps_per_revolution)),
+        )
+        return _named(made, machine)
+
+    @abstractmethod
+    def own_settings(self, constant: float) -> dict[str, Any]:
+        """Settings that only this kind turns, with a time constant [s]."""
+
+
 @dataclass(frozen=True)
-class LoopRule(Rule):
+class LoopRule(MuJoCoRule):
     """Settings of a machine whose loops are closed by joints."""
 
     integrator: str = "Euler"
@@ -56,34 +91,18 @@ class LoopRule(Rule):
         base = f"{self.integrator}, solref {self.stabilisation}, {_regularisation(self.regularisation)}"
         return ", ".join([base, *_said(self, ("solver", "iterations", "tolerance", "rod"))])
 
-    @property
-    def softness_follows_step(self) -> bool:
-        return self.stabilisation in STEP_CONSTANTS
-
-    def knobs(self) -> dict[str, str]:
-        return _texts(self)
-
-    def settings(self, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
-        """Settings whose armature and all that is not a knob here are those of the stock preset."""
+    def own_settings(self, constant: float) -> dict[str, Any]:
         hardened = self.regularisation.startswith("hardened")
-        constant = time_constant(self.stabilisation, machine, steps_per_revolution)
-        made = replace(
-            MuJoCoSettings.stock(machine, steps_per_revolution),
-            preset="custom",
-            integrator=self.integrator,
-            solver=self.solver,
-            iterations=self.iterations,
-            tolerance=self.tolerance,
-            solref=(constant, 1.0),
-            solimp=STOCK_SOLIMP if self.regularisation == "stock" else STIFF_SOLIMP,
-            hardening=float(self.regularisation.split()[1]) if hardened else None,
-            rod=self.rod,
-        )
-        return _named(made, machine)
+        return {
+            "solref": (constant, 1.0),
+            "solimp": STOCK_SOLIMP if self.regularisation == "stock" else STIFF_SOLIMP,
+            "hardening": float(self.regularisation.split()[1]) if hardened else None,
+            "rod": self.rod,
+        }
 
 
 @dataclass(frozen=True)
-class ContactRule(Rule):
+class ContactRule(MuJoCoRule):
     """Settings of a machine with a cam that its follower is kept on by contact."""
 
     integrator: str = "Euler"
@@ -99,27 +118,12 @@ class ContactRule(Rule):
         base = f"{self.integrator}, solref {self.stabilisation}, impedance {self.impedance}"
         return ", ".join([base, *_said(self, ("vertices", "solver", "iterations", "tolerance"))])
 
-    @property
-    def softness_follows_step(self) -> bool:
-        return self.stabilisation in STEP_CONSTANTS
-
-    def knobs(self) -> dict[str, str]:
-        return _texts(self)
-
-    def settings(self, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
-        constant = time_constant(self.stabilisation, machine, steps_per_revolution)
-        made = replace(
-            MuJoCoSettings.stock(machine, steps_per_revolution),
-            preset="custom",
-            integrator=self.integrator,
-            solver=self.solver,
-            iterations=self.iterations,
-            tolerance=self.tolerance,
-            contact_solref=(constant, 1.0),
-            contact_solimp=CONTACT_IMPEDANCES[self.impedance],
-            cam_vertices=self.vertices,
-        )
-        return _named(made, machine)
+    def own_settings(self, constant: float) -> dict[str, Any]:
+        return {
+            "contact_solref": (constant, 1.0),
+            "contact_solimp": CONTACT_IMPEDANCES[self.impedance],
+            "cam_vertices": self.vertices,
+        }
 
 
 def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:

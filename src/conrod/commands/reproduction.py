@@ -1,0 +1,24 @@
+"""The command that makes a report again, for the report to print."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+SCENE = "{scene}"
+
+
+def command_line(command: str, options: Mapping[str, object], assignments: Sequence[str], folder: Path) -> str:
+    """The words that a user would type, quoted for a shell; {scene} stands for the scenes.
+
+    Args:
+        options: by name; those that are None were not given.
+        assignments: what was given with --set.
+    """
+    words = ["conrod", command, SCENE]
+    for name, value in options.items():
+        words += [] if value is None else [name, shlex.quote(str(value))]
+    for assignment in assignments:
+        words += ["--set", shlex.quote(assignment)]
+    return " ".join([*words, "--out", shlex.quote(str(folder))])
