@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,17 +17,20 @@ from conrod.report.sweep.point_names import Place, placed_names
 from conrod.studies.sweep_results import SweepStudy, SweptPoint
 
 NAME_SIZE = 6.5  # [pt]
+ALONG = 3.0  # [pt]
 
 
 def name_points(axes: Axes, study: SweepStudy, completed: Sequence[Placed], quantity: str, panel: Place) -> None:
     """The label of every point on the front of its engine, in a panel of a width and height [pt]."""
-    fronts = [point for engine in study.engines for point in study.front(quantity, engine)]
-    presets = [p.point for p in completed if p.point.preset is not None and not p.estimated]
-    dots = [p.point for p in completed if p.point.preset is None and not p.estimated]
+    by_engine = [study.front(quantity, engine) for engine in study.engines]
+    fronts = [point for front in by_engine for point in front]
     at = [_in_points(axes, point, quantity, panel) for point in fronts]
+    presets = [p.point for p in completed if p.point.preset is not None and not p.estimated]
+    others = [p.point for p in completed if p.point.preset is None and not p.estimated]
     marks = [*at, *(_in_points(axes, point, quantity, panel) for point in presets)]
-    free = [_in_points(axes, point, quantity, panel) for point in dots]
-    names = placed_names([p.label for p in fronts], at, marks, free, panel, NAME_SIZE)
+    lines = [place for front in by_engine for place in _along([_in_points(axes, p, quantity, panel) for p in front])]
+    dots = [*lines, *(_in_points(axes, point, quantity, panel) for point in others)]
+    names = placed_names([p.label for p in fronts], at, marks, dots, panel, NAME_SIZE)
     for point, name in zip(fronts, names, strict=True):
         axes.annotate(
             name.text,
@@ -42,6 +47,15 @@ def name_points(axes: Axes, study: SweepStudy, completed: Sequence[Placed], quan
             if name.needs_line
             else None,
         )
+
+
+def _along(places: Sequence[Place]) -> list[Place]:
+    """Places along the line through some places, close enough that no name fits between them."""
+    found: list[Place] = []
+    for (x0, y0), (x1, y1) in pairwise(places):
+        count = max(1, round(math.hypot(x1 - x0, y1 - y0) / ALONG))
+        found += [(x0 + (x1 - x0) * k / count, y0 + (y1 - y0) * k / count) for k in range(count)]
+    return found
 
 
 def _in_points(axes: Axes, point: SweptPoint, quantity: str, panel: Place) -> Place:

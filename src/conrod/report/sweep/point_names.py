@@ -74,7 +74,7 @@ def placed_names(
     taken: list[Box] = []
     names = []
     for text, point in zip(texts, at, strict=True):
-        size_of = (0.33 * size * len(text), 0.6 * size)
+        size_of = (0.36 * size * len(text), 0.6 * size)
         tried = []
         for distance in DISTANCES:
             for rank, (dx, dy) in enumerate(DIRECTIONS):
