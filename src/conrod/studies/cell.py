@@ -16,6 +16,7 @@ RESULT_VERSION = 1
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.
 SIGNED_ANGLES = 20
+CANONICAL = json.JSONEncoder(sort_keys=True, allow_nan=False, separators=(",", ":"))
 
 
 @dataclass(frozen=True)
@@ -53,5 +54,4 @@ class Cell:
     @property
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
-        text = json.dumps(self.identity(), sort_keys=True, allow_nan=False, separators=(",", ":"))
-        return hashlib.sha256(text.encode()).hexdigest()[:32]
+        return hashlib.sha256(CANONICAL.encode(self.identity()).encode()).hexdigest()[:32]
