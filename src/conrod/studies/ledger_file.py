@@ -32,6 +32,7 @@ CREATE TABLE runs (
     allowed REAL,               -- what a run that ended at a limit was allowed: seconds or bytes
     measurement BLOB NOT NULL   -- JSON, zlib
 ) STRICT;
+CREATE INDEX stopped ON runs (key) WHERE allowed IS NOT NULL;
 CREATE TABLE timings (
     key TEXT NOT NULL REFERENCES cells,
     machine TEXT NOT NULL,
