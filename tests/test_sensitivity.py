@@ -30,7 +30,7 @@ from conrod.trajectory import Settings
 from measured import FAILED, measured, shape_of
 
 SAW, PRESS = SCENES["saw-500rpm"], SCENES["shear-press"]
-LIGHT, HEAVY = (mass_label("slider_mass", factor) for factor in MASS_FACTORS)
+LIGHT, _, _, HEAVY = (mass_label("slider_mass", factor) for factor in MASS_FACTORS)
 
 
 def run_study(scene: Scene, settings: Settings) -> Sensitivity:
