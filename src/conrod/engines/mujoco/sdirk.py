@@ -1,33 +1,49 @@
-"""Linear motion with coefficients that change in time, by a method that no stiffness upsets."""
+"""Motion of a few coordinates by a method that no stiffness upsets."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from conrod.motion import Array
 
 
-def integrated(step: float, matrix: Array, pull: Array) -> Array:
-    """x of x' = A x + b from x = 0, A (T, m, m) and b (T, m) given at instants a step apart.
+class Balance(NamedTuple):
+    """inertia x'' + damping x' + stiffness x = pull, of k coordinates."""
 
-    The singly diagonally implicit Runge-Kutta method of order 2 that is L-stable (Alexander, 1977), because a closure
-    may be far stiffer than the samples are close.
+    inertia: Array  # (k, k)
+    damping: Array  # (k,)
+    stiffness: Array  # (k,)
+    pull: Array  # (k,)
+
+
+def integrated(balance: Callable[[float, Array], Balance], samples: int, size: int, step: float) -> tuple[Array, Array]:
+    """Coordinates and rates at samples a step [s] apart, (T, k) each, from rest at zero.
+
+    The singly diagonally implicit Runge-Kutta method of two stages and order 2 that is L-stable (Alexander, 1977). A
+    balance may change with the coordinates: it is taken at those that the step's start predicts, which keeps the order.
+
+    Args:
+        balance: at a time counted in samples, near given coordinates.
     """
-    g = 1.0 - math.sqrt(0.5)
-    one = np.eye(matrix.shape[1])
-    early, early_pull = matrix[:-1] + g * np.diff(matrix, axis=0), pull[:-1] + g * np.diff(pull, axis=0)
-    late, late_pull = matrix[1:], pull[1:]
-    solve_early, solve_late = (np.linalg.inv(one - g * step * a) for a in (early, late))
-    # The stages as k = K x + c, and with them the whole step as x -> P x + p.
-    k1, c1 = solve_early @ early, (solve_early @ early_pull[:, :, None])[:, :, 0]
-    reached = one + (1.0 - g) * step * k1
-    k2 = solve_late @ late @ reached
-    drawn = late_pull + (1.0 - g) * step * (late @ c1[:, :, None])[:, :, 0]
-    c2 = (solve_late @ drawn[:, :, None])[:, :, 0]
-    advance, shift = one + step * ((1.0 - g) * k1 + g * k2), step * ((1.0 - g) * c1 + g * c2)
-    states = np.zeros_like(pull)
-    for i in range(len(advance)):
-        states[i + 1] = advance[i] @ states[i] + shift[i]
-    return states
+    share = 1.0 - math.sqrt(0.5)
+    reach = share * step
+    places, rates = np.zeros((samples, size)), np.zeros((samples, size))
+    for i in range(samples - 1):
+        place, rate = places[i], rates[i]
+        base_place, base_rate = place, rate
+        for part in (share, 1.0):
+            at = balance(i + part, place + part * step * rate)
+            stiff = at.damping + reach * at.stiffness
+            left = at.pull - stiff * base_rate - at.stiffness * base_place
+            gain = np.linalg.solve(at.inertia + reach * np.diag(stiff), left)
+            its_rate = base_rate + reach * gain
+            its_place = base_place + reach * its_rate
+            if part < 1.0:
+                base_rate = rate + (1.0 - share) * step * gain
+                base_place = place + (1.0 - share) * step * its_rate
+        places[i + 1], rates[i + 1] = its_place, its_rate
+    return places, rates

@@ -8,12 +8,13 @@ takes, f = f0 + W y'', with f0 at no acceleration of the gaps and W the mass tha
 
     (1 + R W) y'' + B y' + K d y = -R f0 (+ J' q')
 
-d, f0, W and J' q' are taken along the motion found before, until it is found again. No step is in it: this is what is
-left of the error when the step vanishes.
+f0, W and J' q' are taken along the motion found before, until it is found again. No step is in it: this is what is left
+of the error when the step vanishes.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import assert_never
 
@@ -22,7 +23,7 @@ import numpy as np
 from conrod.engines.engine import Machine, Softness
 from conrod.engines.left_out_rod import DistanceJoint
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.sdirk import integrated
+from conrod.engines.mujoco.sdirk import Balance, integrated
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.spring import Spring
 from conrod.engines.open_joints import OpenJoints
@@ -32,6 +33,7 @@ from conrod.motion import Array
 from conrod.reactions import inertia_forces
 
 LAW = "constraint model: violation of spring, impedance and regularisation under the forces that the motion takes"
+SAMPLES = 360  # in a turn
 LARGEST_GAP = 0.5  # of the machine's travel; beyond it there is no machine that a violation is small against
 
 Soft = CamContact | Revolute | DistanceJoint
@@ -50,6 +52,15 @@ class _Motion:
     mass: Array
     force: Array
     curvature: Array
+
+    def at(self, time: float) -> _Motion:
+        """Between two samples, or at one: of one instant, without the first axis."""
+        i = min(int(time), len(self.mass) - 2)
+        part = time - i
+        mass, force, curvature = (
+            (1.0 - part) * values[i] + part * values[i + 1] for values in (self.mass, self.force, self.curvature)
+        )
+        return _Motion(mass, force, curvature)
 
 
 @dataclass(frozen=True)
@@ -81,7 +92,7 @@ class _SoftJoints(OpenJoints):
 
     def __init__(self, machine: Machine, settings: MuJoCoSettings) -> None:
         made = build(machine, settings)
-        super().__init__(machine, made.form)
+        super().__init__(machine, made.form, SAMPLES)
         self._closures = _closures(made, settings)
         self._size = sum(closure.size for closure in self._closures)
         self._given = _given(made, settings)
@@ -102,9 +113,26 @@ class _SoftJoints(OpenJoints):
         gaps, rates = state[:, : self._size], abs(self.speed) * state[:, self._size :]
         if np.abs(gaps).max() > LARGEST_GAP * self.kinematics.travel:
             return np.full_like(state, np.nan)
-        following = _answer(self.step, self._closures, self._motion(self.opened(state), rates), gaps)
-        following[:, self._size :] /= abs(self.speed)
-        return following
+        motion = self._motion(self.opened(state), rates)
+
+        def balance(time: float, near: Array) -> Balance:
+            return self._balance(motion.at(time), near)
+
+        following, its_rates = integrated(balance, len(gaps), self._size, self.step)
+        return np.hstack([following, its_rates / abs(self.speed)])
+
+    def _balance(self, motion: _Motion, gaps: Array) -> Balance:
+        """What the violations obey at an instant of a motion, with the impedances of gaps (k,)."""
+        stiffness, damping, yielding = np.empty(self._size), np.empty(self._size), np.empty(self._size)
+        first = 0
+        for closure in self._closures:
+            mine, spring = slice(first, first + closure.size), closure.spring
+            impedance = spring.impedance(math.hypot(*gaps[mine]))
+            stiffness[mine], damping[mine] = spring.stiffness * impedance, spring.damping
+            yielding[mine] = (1.0 - impedance) / impedance * closure.weight
+            first += closure.size
+        inertia = np.eye(self._size) + yielding[:, None] * motion.mass
+        return Balance(inertia, damping, stiffness, motion.curvature - yielding * motion.force)
 
     def _motion(self, poses: Array, rates: Array) -> _Motion:
         """What the violations meet at poses (T, 3 n), where they change at rates (T, k)."""
@@ -183,24 +211,3 @@ def _closures(made: Build, settings: MuJoCoSettings) -> list[_Closure]:
     for distance in made.form.distances:
         found.append(_Closure(distance, float(model.tendon_invweight0[model.tendon(distance.link).id]), spring))
     return found
-
-
-def _answer(step: float, closures: list[_Closure], motion: _Motion, gaps: Array) -> Array:
-    """Violations with their rates (T, 2 k) from a start that has none, with the impedances of given ones (T, k)."""
-    size = gaps.shape[1]
-    stiffness, damping, regularisation = np.empty_like(gaps), np.empty_like(gaps), np.empty_like(gaps)
-    first = 0
-    for closure in closures:
-        mine = slice(first, first + closure.size)
-        impedance = closure.spring.impedance(np.linalg.norm(gaps[:, mine], axis=1))[:, None]
-        stiffness[:, mine], damping[:, mine] = closure.spring.stiffness * impedance, closure.spring.damping
-        regularisation[:, mine] = (1.0 - impedance) / impedance * closure.weight
-        first += closure.size
-    inertia = np.linalg.inv(np.eye(size) + regularisation[:, :, None] * motion.mass)
-    matrix = np.zeros((len(gaps), 2 * size, 2 * size))
-    matrix[:, :size, size:] = np.eye(size)
-    matrix[:, size:, :size] = -inertia * stiffness[:, None, :]
-    matrix[:, size:, size:] = -inertia * damping[:, None, :]
-    pull = np.zeros((len(gaps), 2 * size))
-    pull[:, size:] = (inertia @ (motion.curvature - regularisation * motion.force)[:, :, None])[:, :, 0]
-    return integrated(step, matrix, pull)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from conrod.motion import Array
-
-# MuJoCo keeps impedances within these (mjMINIMP, mjMAXIMP).
+# MuJoCo keeps impedances, and the midpoint, within these (mjMINIMP, mjMAXIMP).
 LEAST_IMPEDANCE, MOST_IMPEDANCE = 1e-4, 0.9999
 LEAST_STEPS = 2.0  # a time constant is raised to this many steps
 
@@ -31,21 +28,22 @@ class Spring:
         cls, solref: tuple[float, float], solimp: tuple[float, float, float, float, float], timestep: float
     ) -> Spring:
         """The spring that MuJoCo makes of these parameters at a time step [s]."""
-        least, most, width, midpoint, power = solimp
-        least, most = (min(max(d, LEAST_IMPEDANCE), MOST_IMPEDANCE) for d in (least, most))
-        kept = (least, most, width, midpoint, power)
+        least, most, midpoint = (min(max(solimp[k], LEAST_IMPEDANCE), MOST_IMPEDANCE) for k in (0, 1, 3))
+        kept = (least, most, max(solimp[2], 0.0), midpoint, max(solimp[4], 1.0))
         constant, ratio = solref
         if constant > 0.0:
             constant = max(constant, LEAST_STEPS * timestep)
             return cls(1.0 / (most * constant * ratio) ** 2, 2.0 / (most * constant), kept)
         return cls(-constant / most**2, -ratio / most, kept)
 
-    def impedance(self, gap: Array) -> Array:
-        """d of gaps [m]."""
+    def impedance(self, gap: float) -> float:
+        """d of a gap [m]."""
         least, most, width, midpoint, power = self.solimp
         if least == most or width <= 0.0:
-            return np.full_like(gap, 0.5 * (least + most))
-        x = np.minimum(np.abs(gap) / width, 1.0)
-        rising = x**power / midpoint ** (power - 1.0) if midpoint > 0.0 else np.zeros_like(x)
-        falling = 1.0 - (1.0 - x) ** power / (1.0 - midpoint) ** (power - 1.0) if midpoint < 1.0 else rising
-        return np.asarray(least + np.where(x <= midpoint, rising, falling) * (most - least))
+            return 0.5 * (least + most)
+        x = min(abs(gap) / width, 1.0)
+        if x <= midpoint:
+            rise = math.pow(x, power) / math.pow(midpoint, power - 1.0)
+        else:
+            rise = 1.0 - math.pow(1.0 - x, power) / math.pow(1.0 - midpoint, power - 1.0)
+        return least + rise * (most - least)
