@@ -16,9 +16,7 @@ def print_fronts(studies: Sequence[SweepStudy]) -> None:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
     out = console()
     for study in studies:
-        table = Table(
-            title=f"{study.name}: settings that none beats in both cost and position", title_justify="left"
-        )
+        table = Table(title=f"{study.name}: settings that none beats in both cost and position", title_justify="left")
         for heading in ("point", "setting", "steps/rev", *QUANTITIES, "ms/rev", "reference steps/rev"):
             table.add_column(heading, justify="left" if heading in ("point", "setting") else "right", no_wrap=True)
         for engine in study.engines:

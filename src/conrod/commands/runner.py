@@ -87,8 +87,6 @@ class Runner:
 
     def run(self, cells: list[Cell], description: str = "runs") -> dict[str, Measurement]:
         """Measurements of all cells; those that the ledger lacks are run."""
-        if not self.options.fresh and len(self.ledger.finished(c.key for c in cells)) == len({c.key for c in cells}):
-            return self.ledger.measurements(c.key for c in cells)
         with self.options.executor() as executor, ProgressBar(description) as bar:
             return run_cells(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
 

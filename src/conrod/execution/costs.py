@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from conrod.engines import engine_named
+from conrod.execution.known_scene import on_known_scene
 from conrod.execution.local import LocalProcesses
 from conrod.execution.worker_process import WorkerDied
 from conrod.studies.cell import Cell
@@ -65,6 +66,6 @@ def time_cell(cell: Cell) -> Timing | None:
 
 def _timing(worker: LocalProcesses, cell: Cell) -> Timing | None:
     try:
-        return worker.submit(time_cell, cell).result()
+        return worker.submit(on_known_scene, time_cell, cell).result()
     except (WorkerDied, TimeoutError, MemoryError):
         return None  # a cost that cannot be measured is not a cost; the run's own outcome says what happened to it

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, field
+from functools import lru_cache
+from functools import cached_property
 from typing import Any
 
 from conrod.engines import engine_named
@@ -51,7 +53,15 @@ class Cell:
             "signed_angles": self.signed_angles,
         }
 
-    @property
+    @cached_property
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
-        return hashlib.sha256(CANONICAL.encode(self.identity()).encode()).hexdigest()[:32]
+        text = CANONICAL.encode(self.identity() | {"parameters": None})
+        text = text.replace('"parameters":null', f'"parameters":{_parameters_text(self.scene)}', 1)
+        return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@lru_cache(maxsize=64)
+def _parameters_text(scene: Scene) -> str:
+    """Canonical text of a scene's parameters, a long one that is the same for all cells of a scene."""
+    return CANONICAL.encode(scene.parameters)
