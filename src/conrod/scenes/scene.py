@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
@@ -20,6 +21,7 @@ from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
 SAMPLES_PER_TURN = 7200
 # Samples computed together: more would not fit the cache, fewer would be mostly calls.
 CHUNK = 8192
+CANONICAL = json.JSONEncoder(sort_keys=True, allow_nan=False, separators=(",", ":"))
 
 
 class Scene(ABC):
@@ -100,6 +102,11 @@ class Scene(ABC):
     def parameters(self) -> dict[str, float]:
         """Values of all parameters, SI."""
         return {name: getattr(self, name) for name in parameters_of(type(self))}
+
+    @cached_property
+    def parameters_text(self) -> str:
+        """The same in one canonical text, to tell scenes apart by in any process."""
+        return CANONICAL.encode(self.parameters)
 
     def with_parameters(self, **values: float) -> Self:
         """The same scene with other parameter values, SI; raises InvalidInput as the constructor does."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass, field
-from functools import lru_cache
 from functools import cached_property
 from typing import Any
 
 from conrod.engines import engine_named
 from conrod.scenes import Scene
+from conrod.scenes.scene import CANONICAL
 from conrod.trajectory import Settings
 
 # Raised when a measurement of the same run would come out otherwise, or mean something else, than before.
@@ -18,7 +17,6 @@ RESULT_VERSION = 1
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.
 SIGNED_ANGLES = 20
-CANONICAL = json.JSONEncoder(sort_keys=True, allow_nan=False, separators=(",", ":"))
 
 
 @dataclass(frozen=True)
@@ -56,12 +54,7 @@ class Cell:
     @cached_property
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
+        # The scene's part is a long text that is the same for all its cells.
         text = CANONICAL.encode(self.identity() | {"parameters": None})
-        text = text.replace('"parameters":null', f'"parameters":{_parameters_text(self.scene)}', 1)
+        text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
         return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-@lru_cache(maxsize=64)
-def _parameters_text(scene: Scene) -> str:
-    """Canonical text of a scene's parameters, a long one that is the same for all cells of a scene."""
-    return CANONICAL.encode(scene.parameters)

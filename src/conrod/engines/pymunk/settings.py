@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -59,8 +58,8 @@ class PymunkSettings:
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
-        # They are plain: `dataclasses.asdict` would copy each, which took most of the time to find a finished run.
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        # Plain already: `asdict` would copy each, which took most of the time to find a finished run.
+        return dict(vars(self))
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
