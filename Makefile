@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: validate sweep test test-all lint types mjcf wheel check clean
+.PHONY: validate sweep test test-all lint types mjcf bench wheel check clean
 
 validate: $(READY) ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --out reports
@@ -19,8 +19,8 @@ test-all: $(READY) ## the slow tests too: all 25 cams, long runs
 	$(BIN)/python -m pytest -m "slow or not slow"
 
 lint: $(READY)
-	$(BIN)/ruff check src tests
-	$(BIN)/ruff format --check src tests
+	$(BIN)/ruff check src tests benchmarks
+	$(BIN)/ruff format --check src tests benchmarks
 
 types: $(READY)
 	$(BIN)/mypy
@@ -28,6 +28,9 @@ types: $(READY)
 mjcf: $(READY) ## rewrite the committed models from the translator
 	for scene in shear-press saw-40rpm saw-500rpm cam-follower; do \
 	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
+
+bench: $(READY) ## what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
+	$(BIN)/python -m benchmarks
 
 wheel: $(READY)
 	$(BIN)/python -m build --wheel --outdir dist

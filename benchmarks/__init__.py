@@ -1,0 +1,1 @@
+"""What conrod itself costs: `make bench`. Not part of the package."""

@@ -1,0 +1,72 @@
+"""The ledger: to keep a run, and to find that a hundred thousand are finished."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from benchmarks.row import Row
+from benchmarks.side_by_side import wall_seconds
+from conrod import PymunkSettings, Saw
+from conrod.execution.dispatch import run_cells
+from conrod.execution.local import LocalProcesses
+from conrod.studies.cell import Cell
+from conrod.studies.ledger import Ledger
+from conrod.studies.measurement import Measurement, measure
+
+SAW = Saw(speed=52.36)
+RUNS, BATCH = 100_000, 1000
+
+
+def rows(repeats: int) -> list[Row]:
+    """Time to keep a run, by batches, and to start again over all of them."""
+    cells, shown = some_cells(RUNS), measure(some_cells(20)[-1])
+    # Not in memory alone, where the system's folder for temporary files may be: a ledger outlives a loss of power.
+    with tempfile.TemporaryDirectory(dir=Path(__file__).parent) as folder:
+        path = Path(folder) / "ledger.sqlite"
+        with Ledger.open(path) as ledger:
+            batches = [cells[first : first + BATCH] for first in range(0, RUNS, BATCH)]
+            kept = [1e3 * wall_seconds(partial(_keep, ledger, batch, shown)) / BATCH for batch in batches]
+        resumed = [time_to_resume(path, some_cells(RUNS)) for _ in range(repeats)]
+    return [
+        Row("ledger, a run kept", "ms", kept, 1.0),
+        Row("ledger, start of a resume over 100 000 finished runs", "s", resumed, 2.0),
+    ]
+
+
+def some_cells(count: int) -> list[Cell]:
+    """Different cells of one scene; new objects that remember nothing."""
+    base = PymunkSettings.tuned(SAW, 20)
+    return [Cell("saw-500rpm", SAW, replace(base, iterations=k + 1), revolutions=1.0) for k in range(count)]
+
+
+def _keep(ledger: Ledger, cells: Sequence[Cell], shown: Measurement) -> None:
+    for cell in cells:
+        ledger.keep(cell, shown)
+
+
+class Known(Exception):
+    """It is known which runs are left: what follows is the runs, and what they showed."""
+
+
+class _Stopwatch:
+    """A watcher that ends a resume when it has started."""
+
+    def started(self, total: int, already_finished: int) -> None:
+        raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
+
+    def advanced(self, cell: Cell, measurement: Measurement) -> None:
+        raise AssertionError("a finished run was run again")
+
+
+def time_to_resume(path: Path, cells: Sequence[Cell]) -> float:
+    """Seconds from the opening of a ledger to when it is known that all cells are finished."""
+    before = time.perf_counter()
+    with Ledger.open(path) as ledger, LocalProcesses(1) as executor, suppress(Known):
+        run_cells(cells, ledger, executor, watcher=_Stopwatch())
+    return time.perf_counter() - before

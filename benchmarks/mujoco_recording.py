@@ -1,0 +1,65 @@
+"""MuJoCo: a recorded run against one call of the engine that takes the same steps of the same model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+import mujoco
+
+from benchmarks.row import Row
+from benchmarks.side_by_side import against, cpu_seconds, interleaved
+from conrod import MuJoCoSettings, Saw
+from conrod.engines.mujoco import dynamics
+from conrod.engines.mujoco.model import Build, build
+from conrod.trajectory import PointTracks
+
+SAW = Saw(speed=52.36)
+STEPS_PER_TURN, STEPS = 1000, 100_000
+BASE, RECORDED, WHOLE = "one mj_step(nstep)", "all points recorded", "the whole run, judged"
+# What is cheaper to step is harder to record for a tenth of it: Euler costs a quarter of RK4.
+INTEGRATORS = ("RK4", "Euler")
+
+
+def settings(integrator: str) -> MuJoCoSettings:
+    """The hardened preset with an integrator."""
+    return replace(MuJoCoSettings.hardened(SAW, STEPS_PER_TURN), integrator=integrator)
+
+
+def started(made: Build) -> mujoco.MjData:
+    """The state that a run starts from."""
+    data = mujoco.MjData(made.model)
+    data.qpos[:], data.qvel[:] = made.start_state(SAW, 0.0)
+    return data
+
+
+def stepped(made: Build, data: mujoco.MjData, steps: int) -> None:
+    """The base: steps, sensors included, and nothing kept."""
+    mujoco.mj_step(made.model, data, nstep=steps)
+
+
+def recorded(made: Build, chosen: MuJoCoSettings, steps: int) -> Mapping[str, PointTracks]:
+    """What `run` does up to the tracks of all observed points."""
+    times, states, sensors = dynamics.advance(made, SAW, chosen, steps, 0.0)
+    return dynamics.point_tracks(made, dynamics.instants_of(made, times, states, sensors), sensors)
+
+
+def rows(repeats: int) -> list[Row]:
+    """Ratios for each integrator."""
+    found = []
+    for integrator in INTEGRATORS:
+        chosen = settings(integrator)
+        made = build(SAW, chosen)
+        sides = {
+            # A run takes one step more than it has samples after the first: the last sample's sensors come with it.
+            BASE: partial(_stepping, made, STEPS + 1),
+            RECORDED: partial(cpu_seconds, partial(recorded, made, chosen, STEPS)),
+            WHOLE: partial(cpu_seconds, partial(dynamics.run, SAW, chosen, STEPS / STEPS_PER_TURN, 0.0)),
+        }
+        found += against(interleaved(sides, repeats), BASE, {RECORDED: 1.10}, f"MuJoCo, {integrator}")
+    return found
+
+
+def _stepping(made: Build, steps: int) -> float:
+    return cpu_seconds(partial(stepped, made, started(made), steps))

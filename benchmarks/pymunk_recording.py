@@ -1,0 +1,81 @@
+"""pymunk: a recorded run against a Python loop over the step function of the wheel, with nothing else in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pymunk
+from pymunk._chipmunk_cffi import lib
+
+from benchmarks.row import Row
+from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
+from conrod import PymunkSettings, Saw
+from conrod.engines.pymunk import dynamics
+from conrod.engines.pymunk.instants import staggered
+from conrod.engines.pymunk.points import point_tracks
+from conrod.engines.pymunk.space import Build, build
+from conrod.engines.pymunk.stepping import advance, repeat
+from conrod.motion import Array
+from conrod.trajectory import PointTracks
+
+SAW = Saw(speed=52.36)
+STEPS_PER_TURN, STEPS = 1000, 100_000
+BASE, DRIVEN = "a loop over cpSpaceStep", "that loop with the crank's angle written"
+RECORDED, WHOLE = "all points recorded", "the whole run, judged"
+# Rod and slider are bodies: the two-body form, which needs 30 iterations for order 2 in velocity.
+SETTINGS = replace(PymunkSettings.tuned(SAW, STEPS_PER_TURN), iterations=30)
+
+
+def started() -> Build:
+    """A space in the state that a run starts from."""
+    made = build(SAW, SETTINGS)
+    poses, slopes = SAW.kinematics.derivatives(np.zeros(1), 1)
+    made.place(poses[0], slopes[0] * SAW.speed)
+    return made
+
+
+def times_of(steps: int) -> Array:
+    """Times [s] of the samples of so many steps; the first included."""
+    return np.asarray(SETTINGS.timestep * np.arange(steps + 1), dtype=float)
+
+
+def stepped(made: Build, steps: int) -> None:
+    """The base: steps, and nothing else, the crank's angle left to the engine."""
+    # The first step by the public call, which checks the space.
+    made.space.step(SETTINGS.timestep)
+    space, step, take_step = made.space._space, SETTINGS.timestep, lib.cpSpaceStep
+    for _ in range(steps - 1):
+        take_step(space, step)
+
+
+def driven(made: Build, steps: int) -> None:
+    """The same steps with the crank's angle written before each, as a run does; nothing recorded."""
+    repeat(made.space, made.crank, made.pushed, SETTINGS.timestep, turns_of(times_of(steps)[:-1]).tolist())
+
+
+def recorded(made: Build, steps: int) -> Mapping[str, PointTracks]:
+    """What `run` does up to the tracks of all observed points."""
+    times = times_of(steps)
+    centres, rates = advance(made, SETTINGS, turns_of(times))
+    at = staggered(made.mechanism, SETTINGS.timestep, times, centres, rates)
+    return point_tracks(made.mechanism, at, centres, rates)
+
+
+def turns_of(times: Array) -> Array:
+    """Turns of the crank body [rad] at times [s]."""
+    driver = SAW.kinematics.mechanism.driver
+    return driver.start + driver.sense * SAW.speed * times
+
+
+def rows(repeats: int) -> list[Row]:
+    """Ratios to the bare loop."""
+    sides: dict[str, Side] = {
+        BASE: lambda: cpu_seconds(partial(stepped, started(), STEPS)),
+        DRIVEN: lambda: cpu_seconds(partial(driven, started(), STEPS)),
+        RECORDED: lambda: cpu_seconds(partial(recorded, started(), STEPS)),
+        WHOLE: partial(cpu_seconds, partial(dynamics.run, SAW, SETTINGS, STEPS / STEPS_PER_TURN, 0.0)),
+    }
+    return against(interleaved(sides, repeats), BASE, {RECORDED: 1.40}, f"pymunk {pymunk.version}")

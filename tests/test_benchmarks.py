@@ -1,0 +1,156 @@
+"""The benchmarks compare like with like: the same steps, the same states, and every step recorded. No clock here."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import ledger_cost, mujoco_recording, pymunk_recording
+from benchmarks.__main__ import table
+from benchmarks.row import Row
+from benchmarks.side_by_side import against, interleaved
+from conrod.engines.mujoco import dynamics
+from conrod.engines.mujoco.model import build
+from conrod.engines.pymunk.stepping import advance
+from conrod.studies.ledger import Ledger
+from conrod.studies.measurement import Measurement
+from conrod.trajectory import PointTracks
+
+STEPS = 300
+
+
+# -- MuJoCo ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("integrator", mujoco_recording.INTEGRATORS)
+def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str) -> None:
+    chosen = mujoco_recording.settings(integrator)
+    made = build(mujoco_recording.SAW, chosen)
+    _, states, sensors = dynamics.advance(made, mujoco_recording.SAW, chosen, STEPS, 0.0)
+    data = mujoco_recording.started(made)
+    for k in (0, 1, STEPS // 2, STEPS):
+        data = mujoco_recording.started(made)
+        mujoco_recording.stepped(made, data, k)
+        assert data.time == states[k, 0]
+        np.testing.assert_array_equal(np.concatenate([data.qpos, data.qvel]), states[k, 1 : 1 + made.model.nq * 2])
+    # One step more, which the timed base takes too: the sensors of the last sample.
+    mujoco_recording.stepped(made, data, 1)
+    np.testing.assert_array_equal(data.sensordata, sensors[STEPS])
+
+
+def test_mujocos_base_computes_the_sensors_that_are_recorded() -> None:
+    chosen = mujoco_recording.settings("Euler")
+    made = build(mujoco_recording.SAW, chosen)
+    assert made.model.nsensordata > 0
+    assert_recorded_at_every_step(mujoco_recording.recorded(made, chosen, STEPS))
+
+
+# -- pymunk ----------------------------------------------------------------------------------------------------------
+
+
+def test_pymunks_recorded_side_and_its_driven_loop_end_in_the_same_bits() -> None:
+    made = pymunk_recording.started()
+    pymunk_recording.driven(made, STEPS)
+    turns = pymunk_recording.turns_of(pymunk_recording.times_of(STEPS))
+    centres, rates = advance(pymunk_recording.started(), pymunk_recording.SETTINGS, turns)
+    for i, body in enumerate(made.bodies):
+        assert (*body.position, body.angle) == tuple(centres[-1, 3 * i : 3 * i + 3])
+        assert (*body.velocity, body.angular_velocity) == tuple(rates[-1, 3 * i : 3 * i + 3])
+
+
+def test_pymunks_bare_loop_takes_as_many_steps_and_drifts_by_rounding_alone() -> None:
+    bare, driven = pymunk_recording.started(), pymunk_recording.started()
+    pymunk_recording.stepped(bare, STEPS)
+    pymunk_recording.driven(driven, STEPS)
+    for first, second in zip(bare.bodies, driven.bodies, strict=True):
+        np.testing.assert_allclose(first.position, second.position, atol=1e-12)
+    # Negative control: one step fewer is seen.
+    fewer = pymunk_recording.started()
+    pymunk_recording.stepped(fewer, STEPS - 1)
+    step = pymunk_recording.SAW.speed * pymunk_recording.SETTINGS.timestep
+    assert bare.crank.angle - fewer.crank.angle == pytest.approx(step)
+
+
+def test_pymunks_recorded_side_records_every_step() -> None:
+    assert_recorded_at_every_step(pymunk_recording.recorded(pymunk_recording.started(), STEPS), missing=3)
+
+
+def assert_recorded_at_every_step(points: dict[str, PointTracks], missing: int = 0) -> None:
+    """Each quantity of each observed point has a finite value of its own at every step."""
+    assert set(points) == {"C", "M"}
+    for tracks in points.values():
+        for track, count in zip(
+            (tracks.position, tracks.velocity, tracks.acceleration), (0, missing and 1, missing), strict=True
+        ):
+            assert track.values.shape == (STEPS + 1 - count, 2)
+            assert np.isfinite(track.values).all()
+            assert (np.diff(track.instants.times) > 0.0).all()
+            assert (np.abs(np.diff(track.values, axis=0)).max(axis=1) > 0.0).all()
+
+
+# -- the ledger ------------------------------------------------------------------------------------------------------
+
+
+def test_a_resume_is_timed_only_where_no_run_was_lost(tmp_path: Path) -> None:
+    cells, path = ledger_cost.some_cells(20), tmp_path / "ledger.sqlite"
+    assert len({cell.key for cell in cells}) == 20
+    with Ledger.open(path) as ledger:
+        for cell in cells[1:]:
+            ledger.keep(cell, Measurement("completed"))
+    assert ledger_cost.time_to_resume(path, cells[1:]) > 0.0
+    with pytest.raises(AssertionError, match="1 runs were lost"):
+        ledger_cost.time_to_resume(path, cells)
+
+
+# -- repeats and bars ------------------------------------------------------------------------------------------------
+
+
+def test_repeats_are_interleaved_and_the_first_does_not_count() -> None:
+    calls: list[str] = []
+
+    def side(name: str) -> float:
+        calls.append(name)
+        return 2.0 * len(calls)
+
+    seconds = interleaved({name: partial(side, name) for name in ("bare", "recorded")}, 2)
+    assert calls == ["bare", "recorded"] * 3
+    assert seconds == {"bare": [6.0, 10.0], "recorded": [8.0, 12.0]}
+    (row,) = against(seconds, "bare", {"recorded": 1.25}, "engine")
+    assert row.repeats == [8.0 / 6.0, 12.0 / 10.0]
+    assert row.reached is False  # the median, 1.267, counts and not the best
+
+
+def test_a_missed_bar_is_printed_as_missed() -> None:
+    rows = [
+        Row("slow", "s", [3.0, 1.0, 2.0], 1.5),
+        Row("quick", "s", [1.0], 1.5),
+        Row("speed", "x", [1.7], 1.8, at_least=True),
+        Row("beside", "x", [9.0]),
+    ]
+    lines = table(rows).splitlines()[2:]
+    assert [("missed" in line, "reached" in line) for line in lines] == [
+        (True, False),
+        (False, True),
+        (True, False),
+        (False, False),
+    ]
+
+
+def test_an_unknown_group_is_refused_before_anything_is_measured() -> None:
+    root = Path(__file__).parents[1]
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "nothing"],
+        cwd=root,
+        env=os.environ | {"PYTHONPATH": str(root)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "unknown group nothing" in done.stderr
