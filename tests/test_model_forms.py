@@ -114,6 +114,25 @@ def test_a_machine_without_such_a_link_is_refused(engine: str) -> None:
 FORMS = {"pymunk": pymunk_form, "mujoco": mujoco_form}
 
 
+def test_what_is_pasted_is_the_form_that_was_asked_for() -> None:
+    engine = engine_named("mujoco")
+    hardened = replace(MuJoCoSettings.hardened(SAW, 100), rod=DISTANCE_JOINT)
+    text = engine.paste(SAW, hardened)
+    assert '<tendon name="rod" tendon1="rod"' in text
+    assert "tendon_invweight0" in text
+    assert "connect" not in text
+    assert "tendon" not in engine.paste(SAW, replace(hardened, rod=BODY))
+
+
+def test_near_a_limit_of_the_linkage_neither_form_always_holds_longer() -> None:
+    saw: Any = SAW
+    for other, holds in (({"offset": 0.0, "crank": 0.299}, BODY), ({"offset": 0.1999}, DISTANCE_JOINT)):
+        machine = saw.with_parameters(**other)
+        for rod in (BODY, DISTANCE_JOINT):
+            ended = run(machine, replace(PymunkSettings.tuned(machine, 2000), rod=rod)).outcome
+            assert (ended is Outcome.COMPLETED) == (rod == holds)
+
+
 @pytest.mark.parametrize("start_angle", [0.0, 2.5, -7.0])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_trajectory_is_complete(engine: str, start_angle: float) -> None:

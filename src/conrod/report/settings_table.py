@@ -29,9 +29,10 @@ MEANINGS = {
     "error_bias": "share of a joint's error left after 1 s",
     "collision_bias": "share of a contact's error left after 1 s",
     "collision_slop": "overlap that contacts may keep [m]",
+    "rod": "links with nothing but two pins: a body, or a distance joint",
 }
 OF_CONTACT = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
-OF_LOOPS = {"solref", "solimp", "hardening"}
+OF_LOOPS = {"solref", "solimp", "hardening", "rod"}
 NAMED_ELSEWHERE = {"preset", "steps_per_revolution"}
 
 

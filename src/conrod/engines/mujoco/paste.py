@@ -5,18 +5,19 @@ from __future__ import annotations
 from xml.etree import ElementTree as ET
 
 from conrod.engines.engine import Machine
+from conrod.engines.left_out_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.tree import spanning_tree
+from conrod.engines.tree import tree_of
 
 # What settings say in MJCF: the rest of a model is the machine itself.
-PARTS = ("option", "equality", "contact")
+PARTS = ("option", "tendon", "equality", "contact")
 
 
 def paste(machine: Machine, settings: MuJoCoSettings) -> str:
     """Options, loop closures or contacts and the drive as MJCF; hardening, which MJCF cannot say, as Python."""
-    kinematics = machine.kinematics
-    model = ET.fromstring(mjcf(spanning_tree(kinematics.mechanism, kinematics.start[0]), settings, "model"))
+    form = model_form(machine.kinematics.mechanism, settings.rod)
+    model = ET.fromstring(mjcf(tree_of(machine, form), settings, "model"))
     parts = [
         element for name in PARTS if (element := model.find(name)) is not None and len(element.attrib) + len(element)
     ]
@@ -28,6 +29,8 @@ def paste(machine: Machine, settings: MuJoCoSettings) -> str:
             f"model.body_invweight0[:] *= {settings.hardening:g}",
             f"model.dof_invweight0[:] *= {settings.hardening:g}",
         ]
+        if settings.rod == DISTANCE_JOINT:
+            lines.append(f"model.tendon_invweight0[:] *= {settings.hardening:g}")
     return "\n".join(lines)
 
 
