@@ -46,7 +46,7 @@ def time_run(
 
     Args:
         settings: of this engine, such that a run with them completes: what a step costs after a run has diverged is
-            of no use, and may be forty times as much.
+            of no use, and may be fifty times as much (MuJoCo, cam).
         repeats: how often; fewer (at least one) where the limit is reached.
         limit: longest CPU time [s] that this may take.
 

@@ -78,8 +78,15 @@ class _Closure:
 
 
 def predicted_softness(machine: Machine, settings: MuJoCoSettings) -> Softness | None:
-    """Position error of no step; None where the violations have no end, or no size that a machine can have."""
+    """Position error of no step.
+
+    Returns:
+        None where no loop is closed and nothing touches, where the violations have no end, or no size that a machine
+        can have.
+    """
     joints = _SoftJoints(machine, settings)
+    if not joints.closed().size:
+        return None
     state = self_consistent(joints.yielding, joints.closed())
     return None if state is None else joints.softness(joints.opened(state), LAW)
 
@@ -109,7 +116,7 @@ class _SoftJoints(OpenJoints):
         return self._near
 
     def yielding(self, state: Array) -> Array:
-        """The state from a start that is closed, under the forces and with the impedances of the motion of a state."""
+        """The state from a start that is closed, under the forces that the motion of a given state takes."""
         gaps, rates = state[:, : self._size], abs(self.speed) * state[:, self._size :]
         if np.abs(gaps).max() > LARGEST_GAP * self.kinematics.travel:
             return np.full_like(state, np.nan)
