@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -23,7 +24,12 @@ def engine_named(name: str) -> Engine[Any]:
     """
     if name not in ENGINES:
         raise unknown_choice("engine", name, ENGINES)
-    engine: Engine[Any] = import_module(ENGINES[name]).ENGINE
+    return _loaded(ENGINES[name])
+
+
+@cache
+def _loaded(module: str) -> Engine[Any]:
+    engine: Engine[Any] = import_module(module).ENGINE
     return engine
 
 

@@ -37,12 +37,15 @@ class Cell:
 
     def identity(self) -> dict[str, Any]:
         """All that determines the result, as plain values; the preset's name does not."""
+        return self._identity(dict(self.scene.parameters))
+
+    def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         settings = self.settings.as_dict()
         del settings["preset"]
         return {
             "result_version": RESULT_VERSION,
             "scene": type(self.scene).kind,
-            "parameters": dict(self.scene.parameters),
+            "parameters": parameters,
             "engine": self.settings.engine,
             "engine_version": engine_named(self.settings.engine).version,
             "settings": settings,
@@ -55,6 +58,6 @@ class Cell:
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
         # The scene's part is a long text that is the same for all its cells.
-        text = CANONICAL.encode(self.identity() | {"parameters": None})
+        text = CANONICAL.encode(self._identity(None))
         text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
         return hashlib.sha256(text.encode()).hexdigest()[:32]
