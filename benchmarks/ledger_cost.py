@@ -25,18 +25,23 @@ RUNS, BATCH = 100_000, 1000
 
 def rows(repeats: int) -> list[Row]:
     """Time to keep a run, by batches, and to start again over all of them."""
-    cells, shown = some_cells(RUNS), measure(some_cells(20)[-1])
     # Not in memory alone, where the system's folder for temporary files may be: a ledger outlives a loss of power.
     with tempfile.TemporaryDirectory(dir=Path(__file__).parent) as folder:
         path = Path(folder) / "ledger.sqlite"
-        with Ledger.open(path) as ledger:
-            batches = [cells[first : first + BATCH] for first in range(0, RUNS, BATCH)]
-            kept = [1e3 * wall_seconds(partial(_keep, ledger, batch, shown)) / BATCH for batch in batches]
+        kept = times_to_keep(path)
         resumed = [time_to_resume(path, some_cells(RUNS)) for _ in range(repeats)]
     return [
-        Row("ledger, a run kept", "ms", kept, 1.0),
+        Row("ledger, a run kept", "ms", [1e3 * seconds / BATCH for seconds in kept], 1.0),
         Row("ledger, start of a resume over 100 000 finished runs", "s", resumed, 2.0),
     ]
+
+
+def times_to_keep(path: Path) -> list[float]:
+    """Time [s] of each batch of runs, until all are kept."""
+    cells, shown = some_cells(RUNS), measure(some_cells(20)[-1])
+    with Ledger.open(path) as ledger:
+        batches = [cells[first : first + BATCH] for first in range(0, RUNS, BATCH)]
+        return [wall_seconds(partial(_keep, ledger, batch, shown)) for batch in batches]
 
 
 def some_cells(count: int) -> list[Cell]:
