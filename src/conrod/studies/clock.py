@@ -42,7 +42,7 @@ def time_run(
     limit: float = LIMIT,
     clock: Clock = time.thread_time_ns,
 ) -> Timing | None:
-    """The least CPU time of a revolution in so many repeats, after a warm-up of one revolution.
+    """The least CPU time of a revolution in so many repeats, after a warm-up of one revolution, or of its first steps.
 
     Args:
         settings: of this engine, such that a run with them completes: what a step costs after a run has diverged is
@@ -57,10 +57,11 @@ def time_run(
     reference, advance = engine.reference_loop(), engine.stepper(machine, settings)
     turn = settings.steps_per_revolution
     reference(REFERENCE_STEPS)
-    warm_up = _spent(advance, turn, clock, end)
+    first = min(turn, BLOCK)
+    warm_up = _spent(advance, first, clock, end)
     if warm_up is None:
         return None
-    steps = turn * max(1, min(MOST_REVOLUTIONS, math.ceil(1e9 * LEAST_TIME / max(1, warm_up))))
+    steps = turn * max(1, min(MOST_REVOLUTIONS, math.ceil(1e9 * LEAST_TIME / max(1.0, warm_up * turn / first))))
     references, spent = list[int](), list[int]()
     for _ in range(repeats):
         # In turns, so that whatever else the machine is doing then slows both alike.
