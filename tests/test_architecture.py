@@ -56,6 +56,10 @@ FORBIDDEN = [
             "mechanism",
             "trajectory",
             "kinematics",
+            "equations",
+            "elimination",
+            "branch_walk",
+            "chunks",
             "outcome",
             "cam",
             "motion",
@@ -65,7 +69,10 @@ FORBIDDEN = [
     ),
     *(
         (f"conrod.{low}", f"conrod.{high}", "mechanism and trajectory stand below all")
-        for low in ("mechanism", "trajectory", "kinematics", "joint_equations", "motion", "cam", "jet", "outcome")
+        for low in (
+            *("mechanism", "trajectory", "kinematics", "equations", "elimination", "branch_walk", "joint_equations"),
+            *("motion", "chunks", "cam", "jet", "outcome"),
+        )
         for high in ("scenes", "engines", "comparison")
     ),
 ]
