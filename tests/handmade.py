@@ -161,6 +161,7 @@ def handmade_sweep() -> SweepStudy:
             convergence("mujoco", HARD[0], Share(99, 1, 7, 0, 0, 1.25)),
             convergence("mujoco", FAST[0], Share(60, 40, 0, 0, 0, 1.1), "step with softness"),
         ),
+        both_ways=(convergence("mujoco", "stock", Share(9, 91, 0, 20, 5, 0.05)),),
         budgets=(BUDGET,),
         sensitivities=(SENSITIVITY,),
     )

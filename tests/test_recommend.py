@@ -114,6 +114,20 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) 
     assert len(answer.confirmations) == 4
 
 
+def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> None:
+    """Errors a tenth larger outside the grid: what only just does is rejected, the next step of the grid is not."""
+
+    def error(cell: Cell) -> float:
+        elsewhere = cell.start_angle != 0.0 or cell.revolutions != 2.0 or cell.scene.speed != SAW.speed
+        return second_order(cell) * (1.1 if elsewhere else 1.0)
+
+    # At 2000 steps the error is 1e-5: it just does in the grid, and there is no room for a step in between.
+    answer = recommended(PretendedRuns(error, per_step), position=1.05e-5)
+    assert isinstance(answer, Recommendation)
+    assert answer.cell.settings.steps_per_revolution == 4000
+    assert {rejected.steps_per_revolution for rejected in answer.rejected} == {2000}
+
+
 def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
     def error(cell: Cell) -> float:
         return math.nan if cell.revolutions == 5.0 else second_order(cell)

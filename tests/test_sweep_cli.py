@@ -10,10 +10,15 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import textwrap
 import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+
+from conrod import SCENES, PymunkSettings, compare, run
 
 # Runs of a coarse grid that take a second or two.
 QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
@@ -59,19 +64,41 @@ def test_a_recommendation_is_ready_to_paste_and_was_confirmed(folder: Path) -> N
         assert words in text, words
 
 
-def test_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
-    """The pasted statements, put on a space made of the same machine, are the settings that were measured."""
-    from conrod import SCENES, PymunkSettings, compare, run
+class PastedInto:
+    """Stands for a `pymunk.Space`; keeps what the pasted statements say."""
 
+    def __init__(self) -> None:
+        self.constraints = [SimpleNamespace()]
+        self.steps: list[float] = []
+
+    def step(self, length: float) -> None:
+        self.steps.append(length)
+
+
+def test_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
+    """The pasted statements are run, and what they set is run on the machine."""
     text = (folder / "first.txt").read_text()
-    pasted = dict(
-        line.strip().split(" = ") for line in text.splitlines() if line.strip().startswith("space.iterations")
-    )
-    step = float(text.split("space.step(")[1].split(")")[0])
+    space: Any = PastedInto()
+    exec(textwrap.dedent(text.split("to paste:\n")[1]), {"space": space})
     saw = SCENES["saw-500rpm"]
-    steps = round(saw.period / step)
-    settings = PymunkSettings("custom", steps, step, iterations=int(pasted["space.iterations"]), error_bias=0.0)
+    (step,) = space.steps
+    settings = PymunkSettings(
+        "custom",
+        round(saw.period / step),
+        step,
+        iterations=space.iterations,
+        error_bias=space.constraints[0].error_bias,
+    )
     assert compare(run(saw, settings), saw).worst("position") <= 1e-3
+
+
+def test_an_output_that_is_the_ledger_or_another_output_is_refused(folder: Path) -> None:
+    ledger = (folder / "ledger.sqlite").read_bytes()
+    told_in_one_line(conrod("results", "--csv", "ledger.sqlite", cwd=folder), "same file as the ledger")
+    told_in_one_line(conrod("results", "--csv", "x.out", "--json", "x.out", cwd=folder), "same file as --csv")
+    told_in_one_line(conrod("sweep", *QUICK, "--json", "./ledger.sqlite", cwd=folder), "same file as the ledger")
+    assert (folder / "ledger.sqlite").read_bytes() == ledger
+    assert not (folder / "x.out").exists()
 
 
 def test_finished_runs_are_not_run_again(folder: Path) -> None:
@@ -127,11 +154,17 @@ def test_results_are_chosen_by_an_expression_and_the_same_in_all_formats(folder:
     assert table == objects
 
 
-def test_an_expression_with_an_unknown_column_names_the_nearest(folder: Path) -> None:
-    told_in_one_line(conrod("results", "--where", "positon_max < 1", cwd=folder), "did you mean 'position_max'?")
+@pytest.mark.parametrize(
+    ("expression", "nearest"), [("positon_max < 1", "position_max"), ('"setting.iteration" = 10', "setting.iterations")]
+)
+def test_an_expression_with_an_unknown_column_names_the_nearest(expression: str, nearest: str, folder: Path) -> None:
+    told_in_one_line(conrod("results", "--where", expression, cwd=folder), f"did you mean '{nearest}'?")
 
 
-@pytest.mark.parametrize("harm", ["1); DROP TABLE results; --", "(SELECT writefile('x', 'y'))", "load_extension('x')"])
+@pytest.mark.parametrize(
+    "harm",
+    ["outcome = 'x') or (1", "1); DROP TABLE results; --", "(SELECT writefile('x', 'y'))", "load_extension('x')"],
+)
 def test_an_expression_can_only_read(harm: str, folder: Path) -> None:
     before = sorted(path.name for path in folder.iterdir())
     told_in_one_line(conrod("results", "--where", harm, cwd=folder), "--where")

@@ -43,7 +43,7 @@ from conrod.studies.observed_orders import order_of
 from conrod.studies.results import QUANTITIES
 from conrod.studies.sweep_results import SweepStudy, SweptPoint
 from conrod.studies.transfer import Transfer
-from handmade import FAST, SENSITIVITY, STEPS, STOCK, convergence, handmade_sweep, measurement
+from handmade import FAST, SENSITIVITY, STEPS, convergence, handmade_sweep, measurement
 
 COMMAND = "conrod sweep {scene} --out reports/sweep"
 LABEL = re.compile(r"[MP]\d+")
@@ -216,7 +216,7 @@ def sentence(study: SweepStudy, part: str) -> str | None:
         ("stop getting better", lambda s: replace(s, orders=())),
         ("stock error is made of", lambda s: replace(s, budgets=())),
         ("stock error depends on", lambda s: replace(s, sensitivities=())),
-        ("study of convergence alone", lambda s: replace(s, grid_convergence=())),
+        ("study of convergence alone", lambda s: replace(s, both_ways=())),
         ("How often that band", lambda s: replace(s, grid_convergence=())),
         ("The order of pymunk", lambda s: replace(s, orders=())),
         ("cheapest setting of MuJoCo", untimed),
@@ -278,8 +278,8 @@ def test_the_verdict_on_a_study_of_convergence_follows_the_share(study: SweepStu
     text = sentence(study, "study of convergence alone") or ""
     assert "would not have noticed" in text
     assert "9 % of 100 cells" in text
-    held = (convergence("mujoco", STOCK[0], Share(95, 5, 0, 0, 0, 1.25)),)
-    assert "would have noticed" in (sentence(replace(study, grid_convergence=held), "convergence alone") or "")
+    held = (convergence("mujoco", "stock", Share(95, 5, 0, 0, 0, 1.25)),)
+    assert "would have noticed" in (sentence(replace(study, both_ways=held), "convergence alone") or "")
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------
@@ -336,7 +336,7 @@ def test_failed_runs_stand_above_the_orders(study: SweepStudy) -> None:
 def test_transfers() -> None:
     found = Transfer("saw-40rpm", "mujoco", "position", 1e-5, "RK4", 100, {"shear-press": 2e-6}, 3e-5, 0.5)
     row = transfers_table([found]).splitlines()[-1]
-    assert "| **no** | 2.0 |" in row
+    assert "| **no** | n/a |" in row
     assert "position 1e-5" in row
     assert "| yes |" in transfers_table([replace(found, error=3e-6)])
     assert "did not complete | **no**" in transfers_table([replace(found, error=None, best=None)])

@@ -42,6 +42,24 @@ def folder_to_write(text: str, option: str) -> Path:
     return Path(text)
 
 
+def check_apart(files: Mapping[str, Path]) -> None:
+    """Refuse files that are one and the same: one would be lost by the other.
+
+    Args:
+        files: by what a user calls them.
+
+    Raises:
+        InvalidInput: names two of them.
+    """
+    seen: dict[str, str] = {}
+    for name, path in files.items():
+        # Compared without case: on some systems a.csv is A.csv.
+        real = str(real_path(path)).casefold()
+        if real in seen:
+            raise InvalidInput(f"{name} {path}: it is the same file as {seen[real]}")
+        seen[real] = name
+
+
 def check_writable_file(path: Path) -> None:
     """Refuse a path that a file cannot be written to, before any work is done; makes nothing.
 

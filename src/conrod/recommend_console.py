@@ -59,9 +59,7 @@ def _stock(found: Recommendation, allowed: Mapping[str, float]) -> list[str]:
         words.append(f"stock settings cost {stock.cost_factor:.3g} times as much for the same tolerance")
     else:
         best = ", ".join(f"{q} {e:.1e}" for q, e in stock.best.items() if e > allowed[q])
-        words.append(
-            f"stock settings never get there (at best {best})" if best else "no stock run of the grid completed"
-        )
+        words.append("stock settings never get there" + (f" (at best {best})" if best else ""))
     return [f"  against stock: {'; '.join(words)}"]
 
 

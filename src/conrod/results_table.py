@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
@@ -15,6 +16,7 @@ from conrod.errors import InvalidInput, unknown_choice
 
 Row = Mapping[str, Any]
 FORMATS = ("csv", "json", "parquet")
+QUOTED_TEXT, QUOTED_NAME = re.compile(r"'[^']*'"), re.compile(r'"([^"]*)"')
 NO_COLUMN = "no such column: "
 
 
@@ -27,6 +29,8 @@ class ResultsTable:
 
     def as_csv(self) -> str:
         """Comma-separated values; an empty cell where there is no value."""
+        if not self.columns:
+            return ""
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(self.columns)
@@ -82,13 +86,25 @@ def results_table(rows: Iterable[Row], where: Sequence[str] = ()) -> ResultsTabl
         memory.executemany(f"INSERT INTO results VALUES ({marks})", ([row.get(c) for c in columns] for row in kept))
         # Only what reads is allowed from here on: an expression is a user's, and may come from anywhere.
         memory.set_authorizer(_reading_only)
+        for expression in where:
+            _check(memory, expression, columns)
         condition = " AND ".join(f"({expression})" for expression in where) or "1"
         return ResultsTable(columns, tuple(_selected(memory, condition, columns)))
 
 
-def _selected(memory: sqlite3.Connection, condition: str, columns: Sequence[str]) -> list[Any]:
+def _check(memory: sqlite3.Connection, expression: str, columns: Sequence[str]) -> None:
+    """Refuse what is no expression of its own, or names a column that there is not."""
+    # SQLite takes a name in double quotes that is no column for a text, and then selects nothing.
+    for name in QUOTED_NAME.findall(QUOTED_TEXT.sub("", expression)):
+        if name not in columns:
+            raise unknown_choice("column", name, columns)
+    # Without parentheses around it: what only they would balance is not an expression.
+    _selected(memory, f"{expression}\n", columns, most=0)
+
+
+def _selected(memory: sqlite3.Connection, condition: str, columns: Sequence[str], most: int = -1) -> list[Any]:
     try:
-        return memory.execute(f"SELECT * FROM results WHERE {condition} ORDER BY rowid").fetchall()
+        return memory.execute(f"SELECT * FROM results WHERE {condition} ORDER BY rowid LIMIT {most}").fetchall()
     except (sqlite3.Error, sqlite3.Warning) as error:
         text = str(error)
         if text.startswith(NO_COLUMN):

@@ -22,6 +22,7 @@ ledger = click.option(
 RUNS = (
     ledger,
     click.option("--fresh", is_flag=True, help="Run and time again what the ledger has."),
+    click.option("--retime", is_flag=True, help="Time again what the ledger has, without running it again."),
     click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine [one a core]."),
     click.option("--cluster", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."),
     click.option("--cell-timeout", type=float, metavar="SECONDS", help="End a run that takes longer [600]."),

@@ -28,6 +28,7 @@ def recommend(
     assignments: tuple[str, ...],
     ledger: str | None,
     fresh: bool,
+    retime: bool,
     jobs: int | None,
     cluster: str | None,
     cell_timeout: float | None,
@@ -52,7 +53,7 @@ def recommend(
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
     chosen = select_scenes([scene], assignments)[scene]
     plan = plan_sweep(scene, chosen, select_engines(engine), grid_named(grid))
-    with Runner.of(Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)) as runner:
+    with Runner.of(Options(ledger, fresh, retime, jobs, cluster, cell_timeout, cell_memory)) as runner:
         found = recommend_for(plan, allowed, runner)
     with naming("standard output"):
         print_recommendations(found, allowed)

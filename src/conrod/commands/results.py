@@ -29,14 +29,15 @@ def results(
 
     Without a file the table goes to standard output as comma-separated values.
     """
-    from conrod.files import file_to_write, naming, single, write_together
+    from conrod.files import check_apart, file_to_write, naming, single, write_together
     from conrod.results_table import results_table
     from conrod.studies.ledger import Ledger, default_path
 
     named = {"csv": csv_file, "json": json_file, "parquet": parquet_file}
     files = {kind: file_to_write(text, f"--{kind}") for kind, text in named.items() if text is not None}
     path = default_path() if ledger is None else Path(ledger)
-    if not path.exists():
+    check_apart({"the ledger": path, **{f"--{kind}": file for kind, file in files.items()}})
+    if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         raise InvalidInput(f"there is no ledger {path}: `conrod sweep` makes one; --ledger names another")
     with Ledger.open(path) as opened:
         table = results_table(opened.rows(), where)

@@ -32,6 +32,7 @@ class Options:
 
     ledger: str | None
     fresh: bool
+    retime: bool
     jobs: int | None
     cluster: str | None
     cell_timeout: float | None
@@ -56,14 +57,26 @@ class Options:
         """Most memory of a cell [bytes]."""
         return None if self.cell_memory is None else round(parse_quantity("--cell-memory", self.cell_memory, "byte"))
 
+    @property
+    def ledger_file(self) -> Path:
+        """The ledger that was named, or the user's own."""
+        return default_path() if self.ledger is None else Path(self.ledger)
+
     def executor(self) -> Executor:
         """Where runs go."""
         if self.cluster is not None:
             from conrod.execution.cluster import DaskCluster
 
             return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
-        jobs = len(os.sched_getaffinity(0)) if self.jobs is None else self.jobs
+        jobs = available_cores() if self.jobs is None else self.jobs
         return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory)
+
+
+def available_cores() -> int:
+    """Cores that this process may use, as far as the system tells."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
@@ -77,7 +90,7 @@ class Runner:
     @contextmanager
     def of(cls, options: Options) -> Iterator[Self]:
         """A runner on the ledger that the options name; an interrupt says how to go on."""
-        path = default_path() if options.ledger is None else Path(options.ledger)
+        path = options.ledger_file
         with Ledger.open(path) as ledger:
             try:
                 yield cls(ledger, options)
@@ -94,5 +107,9 @@ class Runner:
         """Timings of all cells that can be timed, one at a time on this machine."""
         with CostBar(description) as bar:
             return time_cells(
-                cells, self.ledger, cell_timeout=self.options.timeout, fresh=self.options.fresh, watcher=bar
+                cells,
+                self.ledger,
+                cell_timeout=self.options.timeout,
+                fresh=self.options.fresh or self.options.retime,
+                watcher=bar,
             )

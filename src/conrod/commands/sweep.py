@@ -31,6 +31,7 @@ def sweep(
     assignments: tuple[str, ...],
     ledger: str | None,
     fresh: bool,
+    retime: bool,
     jobs: int | None,
     cluster: str | None,
     cell_timeout: float | None,
@@ -45,7 +46,7 @@ def sweep(
     from conrod.commands.reproduction import command_line
     from conrod.commands.runner import Options, Runner
     from conrod.engines.rule import grid_named
-    from conrod.files import file_to_write, folder_to_write, naming, write_together
+    from conrod.files import check_apart, file_to_write, folder_to_write, naming, write_together
     from conrod.selection import select_engines, select_scenes
     from conrod.studies.clock import fingerprint
     from conrod.studies.sweep import cells_to_time, plan_sweep, sweep_study
@@ -59,8 +60,10 @@ def sweep(
         from conrod.report.sweep.document import check_sweep_folder
 
         check_sweep_folder(folder, chosen)
+    asked_for = Options(ledger, fresh, retime, jobs, cluster, cell_timeout, cell_memory)
+    check_apart({"the ledger": asked_for.ledger_file, **({"--json": file} if file else {})})
     plans = [plan_sweep(name, scene, engines, wanted) for name, scene in chosen.items()]
-    with Runner.of(Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)) as runner:
+    with Runner.of(asked_for) as runner:
         measurements = runner.run([cell for plan in plans for cell in plan.cells])
         timings = runner.time([cell for plan in plans for cell in cells_to_time(plan, measurements)])
     studies = [sweep_study(plan, measurements, timings, fingerprint()) for plan in plans]

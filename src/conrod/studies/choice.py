@@ -81,19 +81,34 @@ def recommend_for(plan: SweepPlan, allowed: Mapping[str, float], runs: Runs) -> 
 def _for_engine(
     rules: Sequence[SweptRule], measurements: Mapping[str, Measurement], allowed: Mapping[str, float], runs: Runs
 ) -> Recommendation | Refusal:
-    candidates = _with_finer_steps(rules, measurements, allowed, runs)
-    name = rules[0].engine.name
-    timings = runs.time([c.cell for c in candidates], f"{name} costs")
-    timed = sorted((c for c in candidates if c.cell.key in timings), key=lambda c: timings[c.cell.key].ratio)
+    waiting = {c.cell.key: c for c in _with_finer_steps(rules, measurements, allowed, runs)}
+    timings = runs.time([c.cell for c in waiting.values()], f"{rules[0].engine.name} costs")
     rejected: list[Rejected] = []
-    for candidate in timed:
+    # What cannot be timed cannot be called the cheapest.
+    while waiting := {key: c for key, c in waiting.items() if key in timings}:
+        candidate = waiting.pop(min(waiting, key=lambda key: timings[key].ratio))
         confirmations = _confirmed(candidate, allowed, runs)
         lost = [c for c in confirmations if not c.held]
         if not lost:
             return _recommendation(candidate, rules, measurements, allowed, runs, confirmations, tuple(rejected))
         steps = candidate.cell.settings.steps_per_revolution
         rejected.append(Rejected(candidate.swept.rule.name, steps, "; ".join(_in_words(c) for c in lost)))
+        finer = _next_finer(candidate, measurements, allowed)
+        if finer is not None and finer.cell.key not in waiting:
+            waiting[finer.cell.key] = finer
+            timings = timings | runs.time([finer.cell], f"{rules[0].engine.name} costs")
     return _refusal(rules, measurements, allowed, tuple(rejected))
+
+
+def _next_finer(
+    candidate: Candidate, measurements: Mapping[str, Measurement], allowed: Mapping[str, float]
+) -> Candidate | None:
+    """The next finer step of the same rule that the grid has within tolerance."""
+    steps = candidate.cell.settings.steps_per_revolution
+    for cell in candidate.swept.cells:
+        if cell.settings.steps_per_revolution > steps and excess(measurements[cell.key], allowed) <= 1.0:
+            return Candidate(candidate.swept, cell, measurements[cell.key])
+    return None
 
 
 def _in_words(confirmation: Confirmation) -> str:
@@ -187,7 +202,6 @@ def _recommendation(
     swept, cell = candidate.swept, candidate.cell
     stock = [c for rule in rules for c in rule.cells if c.settings.preset == "stock"]
     completed = [c for c in stock if measurements[c.key].errors is not None]
-    # Timed with the stock settings in one go, so that what is compared was measured in one process.
     timings = runs.time([*completed, cell], "stock costs")
     return Recommendation(
         engine=swept.engine.name,

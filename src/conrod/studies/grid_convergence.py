@@ -210,8 +210,10 @@ def observed_order_of_three(d21: Array, d32: Array, r21: float, r32: float) -> A
     low, high = np.full_like(wanted, -LARGEST_ORDER), np.full_like(wanted, 1.01 * LARGEST_ORDER)
     for _ in range(60):
         middle = 0.5 * (low + high)
-        ratio = (r32**middle - sign) / (r21**middle - sign)
-        below = np.log(ratio) + middle * np.log(r21) < wanted
+        # An order of exactly zero gives 0/0, which is not below: the interval then closes on zero from above.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = (r32**middle - sign) / (r21**middle - sign)
+            below = np.log(ratio) + middle * np.log(r21) < wanted
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     return np.where(np.isnan(wanted), np.nan, 0.5 * (low + high))
 

@@ -15,15 +15,14 @@ from conrod.studies.error_budget import ErrorBudget, Prediction, budget_of, role
 from conrod.studies.grid_convergence import grid_convergence_of
 from conrod.studies.measurement import Measurement
 from conrod.studies.observed_orders import orders_along
-from conrod.studies.refinement import Family, Path
+from conrod.studies.refinement import PATHS, Family, Path, family_of
+from conrod.studies.results import QUANTITIES
 from conrod.studies.sensitivity import sensitivity_cells, sensitivity_of
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
+from conrod.studies.sweep_results import COMPLETED, SweepStudy, SweptPoint
 from conrod.studies.timing import Timing
-from conrod.trajectory import Outcome, Settings
+from conrod.trajectory import Settings
 
-# How a run ended tells whether its cost can be measured without ending the same way.
 BUDGET_STEPS = 1000  # per revolution
-NEVER_TIMED = {o.slug for o in (Outcome.CRASHED, Outcome.TIMED_OUT, Outcome.OUT_OF_MEMORY, Outcome.UNSUPPORTED)}
 
 
 @dataclass(frozen=True)
@@ -55,6 +54,7 @@ class SweepPlan:
     rules: tuple[SweptRule, ...]
     budgets: tuple[BudgetPlan, ...]  # of the presets
     sensitivities: tuple[Settings, ...]  # whose sensitivity is measured
+    both_ways: tuple[Family, ...] = ()  # each preset's own settings refined along one path and along the other
 
     @property
     def grid_cells(self) -> tuple[Cell, ...]:
@@ -63,14 +63,15 @@ class SweepPlan:
 
     @property
     def cells(self) -> tuple[Cell, ...]:
-        """All cells: those of the grid, and what the budgets and sensitivities of the presets need besides."""
+        """All cells: those of the grid, and what the studies of the presets need besides."""
         of_budgets = [cell for budget in self.budgets for cell in budget.cells.values()]
         of_sensitivities = [
             cell
             for settings in self.sensitivities
             for cell in sensitivity_cells(self.name, self.scene, settings).values()
         ]
-        return tuple({cell.key: cell for cell in (*self.grid_cells, *of_budgets, *of_sensitivities)}.values())
+        refined = [cell for family in self.both_ways for cell in family.cells]
+        return tuple({cell.key: cell for cell in (*self.grid_cells, *of_budgets, *of_sensitivities, *refined)}.values())
 
 
 def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Grid) -> SweepPlan:
@@ -83,7 +84,8 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
     ]
     presets = _preset_settings(scene, engines)
     budgets = tuple(budget_plan_of(name, scene, settings) for settings in presets)
-    return SweepPlan(name, scene, grid, tuple(rules), budgets, presets)
+    both_ways = tuple(family_of(name, scene, settings, path, steps) for settings in presets for path in PATHS)
+    return SweepPlan(name, scene, grid, tuple(rules), budgets, presets, both_ways)
 
 
 def _preset_settings(scene: Scene, engines: Sequence[Engine[Any]]) -> tuple[Settings, ...]:
@@ -93,8 +95,8 @@ def _preset_settings(scene: Scene, engines: Sequence[Engine[Any]]) -> tuple[Sett
 
 
 def cells_to_time(plan: SweepPlan, measurements: Mapping[str, Measurement]) -> list[Cell]:
-    """The cells whose cost is measured, cheapest first so that the first figures come soon."""
-    timed = [cell for cell in plan.grid_cells if measurements[cell.key].outcome not in NEVER_TIMED]
+    """The cells whose cost is measured, those of few steps first: what a step of a failed run costs is of no use."""
+    timed = [cell for cell in plan.grid_cells if measurements[cell.key].outcome == COMPLETED]
     return sorted(timed, key=lambda cell: cell.settings.steps_per_revolution)
 
 
@@ -115,12 +117,23 @@ def sweep_study(
         machine=machine,
         points=_points(plan, measurements, timings),
         orders=tuple(orders_along(family, measurements) for family in families),
-        grid_convergence=tuple(grid_convergence_of(family, measurements) for family in families),
+        grid_convergence=tuple(grid_convergence_of(f, measurements) for f in _different(families, measurements)),
+        both_ways=tuple(grid_convergence_of(family, measurements) for family in plan.both_ways),
         budgets=tuple(_budget(budget, measurements) for budget in plan.budgets),
         sensitivities=tuple(
             sensitivity_of(plan.name, plan.scene, settings, measurements) for settings in plan.sensitivities
         ),
     )
+
+
+def _different(families: Sequence[Family], measurements: Mapping[str, Measurement]) -> tuple[Family, ...]:
+    """Families without those that come to the same as another one: a knob that changes nothing must not count twice."""
+    found: dict[tuple[object, ...], Family] = {}
+    for family in families:
+        errors = [[measurements[cell.key].largest(quantity) for quantity in QUANTITIES] for cell in family.cells]
+        shown = tuple("" if error is None else f"{error:.2e}" for sizes in errors for error in sizes)
+        found.setdefault((family.engine, family.path, shown), family)
+    return tuple(found.values())
 
 
 def _budget(plan: BudgetPlan, measurements: Mapping[str, Measurement]) -> ErrorBudget:

@@ -71,7 +71,8 @@ class SweepStudy:
     machine: str  # that the timings are of
     points: tuple[SweptPoint, ...]
     orders: tuple[ObservedOrders, ...]
-    grid_convergence: tuple[GridConvergence, ...]
+    grid_convergence: tuple[GridConvergence, ...]  # of rules that differ in what they come to
+    both_ways: tuple[GridConvergence, ...]  # of the presets' settings, the step refined alone and with softness
     budgets: tuple[ErrorBudget, ...]
     sensitivities: tuple[Sensitivity, ...]
 
@@ -91,6 +92,7 @@ class SweepStudy:
             "points": [_point_dict(point) for point in self.points],
             "orders": [found.as_dict() for found in self.orders],
             "grid_convergence": [found.as_dict() for found in self.grid_convergence],
+            "both_ways": [found.as_dict() for found in self.both_ways],
             "budgets": [found.as_dict() for found in self.budgets],
             "sensitivities": [found.as_dict() for found in self.sensitivities],
         }

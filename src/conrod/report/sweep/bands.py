@@ -15,7 +15,6 @@ from conrod.motion import Array
 from conrod.report import numbers
 from conrod.report.canvas import on_grid
 from conrod.report.styles import colour, engine_title
-from conrod.report.sweep.choice import preset_curves
 from conrod.report.tables import table
 from conrod.studies.results import QUANTITIES
 from conrod.studies.sweep_results import SweepStudy
@@ -96,14 +95,12 @@ def rows_of(study: SweepStudy) -> tuple[Row, ...]:
 
 
 def preset_rows(study: SweepStudy) -> tuple[Row, ...]:
-    """The presets."""
-    rows = []
-    for curve in preset_curves(study):
-        own = [g for g in study.grid_convergence if (g.engine, g.label) == (curve.engine, curve.rule) and g.shares]
-        if own:
-            shares = {q: pooled(own, q) for q in QUANTITIES}
-            rows.append(Row(curve.engine, f"`{curve.preset}`", own[0].path, shares))
-    return tuple(rows)
+    """The presets, each refined along both paths from one and the same settings."""
+    return tuple(
+        Row(found.engine, f"`{found.label}`", found.path, {q: pooled([found], q) for q in QUANTITIES})
+        for found in study.both_ways
+        if found.shares
+    )
 
 
 def shares_table(study: SweepStudy) -> str:

@@ -91,6 +91,8 @@ def _law(part: Part) -> list[str]:
     named = "the law's" if part.named else "not named: the law does not give the size"
     # Two sizes that are both rounding agree about nothing.
     rounding = part.norms["position"].max < numbers.ROUNDING
+    if not part.norms["position"].told_from_zero:
+        return [numbers.measured(part.predicted), "not named: not told from zero"]
     return [numbers.measured(part.predicted), "not named: rounding" if rounding else named]
 
 

@@ -73,9 +73,10 @@ def _causes(study: SweepStudy) -> Iterator[str]:
         if not {"total", "iteration", "step", "model"} <= norms.keys():
             continue
         model = budget.part("model")
-        law = f", where the engine's documented law gives {with_unit(model.predicted, 'position')}" * model.named
+        told = model.named and norms["model"].told_from_zero
+        law = f", where the engine's documented law gives {with_unit(model.predicted, 'position')}" * told
         sizes = {
-            name: with_unit(norm.max, "position") + ("" if norm.told_from_zero else " (not told from zero)")
+            name: with_unit(norm.max, "position") if norm.told_from_zero else "what is not told from zero"
             for name, norm in norms.items()
         }
         yield (
@@ -167,7 +168,7 @@ def _unnoticed(study: SweepStudy) -> Iterator[str]:
             "" if position.ratio is None else f" The band is {numbers.measured(position.ratio)} of the error (median)."
         )
         yield (
-            f"**{engine_title(row.engine)}, stock: a study of convergence alone {lead}.** Refining the {row.path}, the "
+            f"**{engine_title(row.engine)}, stock: refining the {row.path}, a study of convergence alone {lead}.** The "
             "band of the grid convergence index holds the true position error in "
             f"{numbers.percent(shares['position'])} of {position.told} cells{beside}.{median}"
         )
@@ -181,8 +182,8 @@ def _shares(study: SweepStudy) -> Iterator[str]:
         said = [f"refining the {row.path}, in {_of_quantities(row)}" for row in rows if _of_quantities(row)]
         if said:
             yield (
-                f"**How often that band can be trusted, {engine_title(engine)}**, over all settings: it holds the true "
-                f"error, {'; '.join(said)}."
+                f"**How often that band can be trusted, {engine_title(engine)}**, over all settings that differ in effect: it "
+                f"holds the true error, {'; '.join(said)}."
             )
 
 

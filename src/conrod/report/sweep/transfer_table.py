@@ -26,7 +26,7 @@ def transfers_table(transfers: Sequence[Transfer]) -> str:
             "; ".join(f"{scene} {numbers.measured(error)}" for scene, error in found.errors.items()),
             "did not complete" if found.error is None else numbers.measured(found.error),
             "yes" if found.held else "**no**",
-            numbers.MISSING if found.best is None else numbers.measured(1.0 / found.best),
+            numbers.MISSING if found.best is None or not found.held else numbers.measured(1.0 / found.best),
         ]
         for found in transfers
     ]
@@ -41,5 +41,5 @@ def transfers_sentence(transfers: Sequence[Transfer]) -> str:
     held = sum(found.held for found in transfers)
     return (
         f"Of {len(transfers)} settings that were the cheapest within a tolerance on all scenes but one, {held} kept "
-        "that tolerance on the scene left out."
+        "that tolerance on the scene left out. (Scenes of one kind differ in speed alone.)"
     )
