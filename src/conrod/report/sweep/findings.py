@@ -182,8 +182,8 @@ def _shares(study: SweepStudy) -> Iterator[str]:
         said = [f"refining the {row.path}, in {_of_quantities(row)}" for row in rows if _of_quantities(row)]
         if said:
             yield (
-                f"**How often that band can be trusted, {engine_title(engine)}**, over all settings that differ in effect: it "
-                f"holds the true error, {'; '.join(said)}."
+                f"**How often that band can be trusted, {engine_title(engine)}**, over all settings that differ in "
+                f"effect: it holds the true error, {'; '.join(said)}."
             )
 
 
