@@ -23,10 +23,10 @@ PLAIN_WIDTH = 140
 CSV_SAMPLES = 360
 
 
-def console() -> Console:
-    """Standard output, as wide as the terminal, or wide enough."""
+def console(plain_width: int = PLAIN_WIDTH) -> Console:
+    """Standard output, as wide as the terminal, or wide enough where there is none."""
     out = Console(highlight=False)
-    return out if out.is_terminal else Console(highlight=False, width=PLAIN_WIDTH)
+    return out if out.is_terminal else Console(highlight=False, width=plain_width)
 
 
 # -- progress --------------------------------------------------------------------------------------------------------

@@ -11,14 +11,20 @@ from conrod.console import console
 from conrod.studies.results import QUANTITIES
 from conrod.studies.sweep_results import SweepStudy, SweptPoint
 
+WIDE = 170  # where there is no terminal to fit
+CAPTION = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
+
 
 def print_fronts(studies: Sequence[SweepStudy]) -> None:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
-    out = console()
+    out = console(WIDE)
     for study in studies:
-        table = Table(title=f"{study.name}: settings that none beats in both cost and position", title_justify="left")
-        for heading in ("point", "setting", "steps/rev", *QUANTITIES, "ms/rev", "reference steps/rev"):
-            table.add_column(heading, justify="left" if heading in ("point", "setting") else "right", no_wrap=True)
+        title = f"{study.name}: settings that none beats in both cost and position"
+        table = Table(title=title, title_justify="left", caption=CAPTION, caption_justify="left")
+        for heading in ("point", "setting", "steps/rev", *QUANTITIES, "ms/rev", "ratio"):
+            left = heading in ("point", "setting")
+            # A narrow terminal breaks the names of settings, never the figures.
+            table.add_column(heading, justify="left" if left else "right", no_wrap=heading != "setting")
         for engine in study.engines:
             for point in study.front("position", engine):
                 table.add_row(*_row(point))
