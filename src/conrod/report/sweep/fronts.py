@@ -37,14 +37,19 @@ def labelled_table(study: SweepStudy) -> str:
 
 
 def cheapest_rows(study: SweepStudy, quantity: str, tolerances: Sequence[float]) -> list[list[str]]:
-    """For each tolerance and engine the cheapest setting within it, or how near it comes; none without costs."""
-    rows = []
-    for allowed in tolerances:
-        for engine in study.engines:
+    """For each tolerance and engine the cheapest setting within it, or how near it comes; none without costs.
+
+    An engine that a tolerance is too tight for is left out of tighter ones.
+    """
+    rows, beyond = [], set[str]()
+    for allowed in sorted(tolerances, reverse=True):
+        for engine in (e for e in study.engines if e not in beyond):
             among = _of(engine)
             if not any(among(p) and p.completed and p.cost is not None for p in study.points):
                 continue
             best = cheapest_within(study, quantity, allowed, engine)
+            if best is None:
+                beyond.add(engine)
             rows.append([tolerance(allowed), engine_title(engine), *_choice(study, quantity, best, among)])
     return rows
 
