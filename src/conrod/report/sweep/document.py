@@ -36,8 +36,21 @@ def scene_entry(study: SweepStudy, command: str) -> dict[str, Any]:
         "command": command,
         "findings": found_in(study),
         "cheapest": cheapest_rows(study, "position", TOLERANCES),
-        "study": _rounded(study.as_dict()),
+        "study": _rounded(_brief(study.as_dict())),
     }
+
+
+def _brief(study: dict[str, Any]) -> dict[str, Any]:
+    """Without what the rest tells: a point's rule and steps are its settings, shares sum up the triples of grids.
+
+    `conrod sweep --json` and the ledger have them.
+    """
+    points = [{name: part for name, part in point.items() if name != "settings"} for point in study["points"]]
+    found = {
+        name: [{part: value for part, value in family.items() if part != "triples"} for family in study[name]]
+        for name in ("grid_convergence", "both_ways")
+    }
+    return {**study, "points": points, **found}
 
 
 def document_text(scenes: Mapping[str, Any], transfers: Sequence[Mapping[str, Any]]) -> str:
