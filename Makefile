@@ -14,10 +14,10 @@ sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an
 	$(BIN)/conrod sweep shear-press saw-40rpm saw-500rpm --out reports/sweep
 
 test: $(READY) ## the tests, about three minutes
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 test-all: $(READY) ## the slow tests too: all 25 cams, long runs
-	$(BIN)/python -m pytest -m "slow or not slow"
+	$(BIN)/python -m pytest -n auto -m "slow or not slow"
 
 lint: $(READY)
 	$(BIN)/ruff check src tests benchmarks
