@@ -103,7 +103,7 @@ def test_a_resume_is_timed_only_where_no_run_was_lost(tmp_path: Path) -> None:
     with Ledger.open(path) as ledger:
         for cell in cells[1:]:
             ledger.keep(cell, Measurement("completed"))
-    assert ledger_cost.time_to_resume(path, cells[1:]) > 0.0
+    assert min(ledger_cost.time_to_resume(path, cells[1:])) > 0.0
     with pytest.raises(AssertionError, match="1 runs were lost"):
         ledger_cost.time_to_resume(path, cells)
 
