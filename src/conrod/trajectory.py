@@ -140,3 +140,39 @@ class Trajectory:
     reason: str  # details of the outcome, empty when completed
     points: Mapping[str, PointTracks]
     bodies: BodyTracks | None
+
+
+@dataclass(frozen=True)
+class SolverState:
+    """How the engine's solver ended at one step.
+
+    Attributes:
+        iterations: that it took; None where the engine does not tell.
+        residual: what it left of what it was to solve: the largest gap acceleration [m/s^2] of a joint where it
+            solves for accelerations, the largest gap rate [m/s] where it solves for velocities.
+    """
+
+    iterations: int | None
+    residual: float
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretch of a run, recorded whole; the run itself may be of any length.
+
+    Attributes:
+        trajectory: of this stretch, its outcome judged from it alone (and from what the engine did in it).
+        first_step: index of its first new sample; samples before it, which derivatives need, are in no other piece.
+        clock: of the engine, or of a user of an engine that has none: the sum of its steps so far [s].
+        warnings: what the engine itself has warned of so far, and how often.
+        solver: at the last step; None where there is nothing to look at.
+        drive_torque: by the engine's account, at the instants of the accelerations (T,) [N m], about the crank in the
+            sense of the crank angle; None where it does not report it.
+    """
+
+    trajectory: Trajectory
+    first_step: int
+    clock: float
+    warnings: Mapping[str, int]
+    solver: SolverState | None
+    drive_torque: Array | None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Generic, Protocol
 
@@ -12,7 +12,7 @@ from conrod.engines.rule import Grid, Rule
 from conrod.engines.variations import AnySettings, Variations
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
-from conrod.trajectory import Trajectory
+from conrod.trajectory import Piece, Trajectory
 
 
 class Machine(Protocol):
@@ -30,6 +30,7 @@ class Machine(Protocol):
 
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
+PIECE = 4096  # steps recorded at a time where a run is streamed
 
 
 def step_length(machine: Machine, steps_per_revolution: int) -> float:
@@ -110,6 +111,14 @@ class Engine(ABC, Generic[AnySettings]):
     @abstractmethod
     def run(self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0) -> Trajectory:
         """Dynamic mode: real time stepping at constant crank speed, sampled at every step."""
+
+    def pieces(
+        self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+    ) -> Iterator[Piece]:
+        """The run of `run`, bit for bit, in pieces of so many steps: memory does not grow with the revolutions."""
+        trajectory = self.run(machine, settings, revolutions, start_angle)
+        clock = settings.timestep * round(settings.steps_per_revolution * revolutions)
+        yield Piece(trajectory, 0, clock, {}, None, None)
 
     @abstractmethod
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:

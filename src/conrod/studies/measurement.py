@@ -39,6 +39,7 @@ class Measurement:
             measured one.
         signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
             the last turn, the first at its start.
+        extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.extremes`.
     """
 
     outcome: str
@@ -49,6 +50,7 @@ class Measurement:
     drive: Sizes | None = None
     prediction: Mapping[str, Sizes] | None = None
     signed: Mapping[str, Mapping[str, list[list[float]]]] | None = None
+    extremes: Mapping[str, Any] | None = None
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         """Largest error of a quantity over the observed points; None unless the run completed."""

@@ -1,0 +1,50 @@
+"""One engine with one preset on one scene: what an axis is walked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from conrod.engines import Engine, engine_named
+from conrod.scenes import Scene
+from conrod.trajectory import Settings
+
+LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene in an engine, by the rule of a preset.
+
+    Attributes:
+        name: of the scene, for people.
+    """
+
+    name: str
+    scene: Scene = field(repr=False)
+    engine: str
+    preset: str
+
+    @property
+    def contact(self) -> bool:
+        """Whether the machine has a cam."""
+        return bool(self.scene.kinematics.mechanism.cam_contacts)
+
+    @property
+    def steps(self) -> int:
+        """Steps per revolution where an axis varies something else."""
+        return CONTACT_STEPS if self.contact else LINKAGE_STEPS
+
+    def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
+        """The preset's settings on this scene, or on another one that it became, at the usual or other steps."""
+        made: Settings = self.made_by.presets[self.preset](scene or self.scene, steps or self.steps)
+        return made
+
+    @property
+    def made_by(self) -> Engine[Any]:
+        """The engine."""
+        return engine_named(self.engine)
+
+    def refusal(self) -> str | None:
+        """None, or why the preset is not for this scene."""
+        return self.made_by.refusal(self.scene, self.settings())

@@ -1,0 +1,107 @@
+"""What is watched of a run at an engine's limits, beside its errors; plain values that a ledger can keep."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from conrod.studies.measurement import Measurement
+
+
+@dataclass(frozen=True)
+class SolverWatch:
+    """How the engine's solver ended, over the steps that were looked at.
+
+    Attributes:
+        looked_at: number of those steps.
+        allowed: iterations that it may take.
+        least, most: iterations that it took; None where the engine does not tell.
+        residual: largest part of what it was to solve that it left: of the joints' gap acceleration (MuJoCo), over
+            omega^2 L, or of their gap rate (pymunk), over omega L.
+    """
+
+    looked_at: int
+    allowed: int
+    least: int | None
+    most: int | None
+    residual: float | None
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A long run at the end of one of its revolutions; errors are the largest since the mark before.
+
+    Attributes:
+        revolution: how many have passed.
+        position: largest position error, normalised.
+        closure: largest gap of a joint, normalised.
+        phase: crank angle by the engine's account minus speed x (steps x step length) [rad].
+        clock: speed x (the clock that sums its steps, minus the one that counts them) [rad].
+    """
+
+    revolution: int
+    position: float
+    closure: float
+    phase: float
+    clock: float
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A stretch in which a follower is off its cam.
+
+    Attributes:
+        start, landing: crank angles [rad].
+        gap: the largest [m].
+    """
+
+    start: float
+    landing: float
+    gap: float
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """What was watched.
+
+    Attributes:
+        samples: how many were recorded and compared.
+        finite: whether every recorded number was.
+        warnings: what the engine itself warned of, and how often.
+        solver: None where the engine has none to look at.
+        torque: largest error of the drive torque over its exact peak; None where the engine does not report it.
+        penetration: how deep a follower sinks into its cam while it is held [m]; None without a cam.
+        flights: of a follower off its cam, the longest first.
+        history: marks of a long run, at 1, 2, 5, 10 .. revolutions.
+        fingerprint: of every recorded state and sensor value, to the last bit.
+    """
+
+    samples: int
+    finite: bool
+    warnings: Mapping[str, int]
+    solver: SolverWatch | None
+    torque: float | None
+    penetration: float | None
+    flights: tuple[Flight, ...]
+    history: tuple[Mark, ...]
+    fingerprint: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, measurement: Measurement) -> Extremes | None:
+        """What was watched of a measured run; None where it ended before anything could be."""
+        kept = measurement.extremes
+        if kept is None:
+            return None
+        return cls(
+            **{
+                **kept,
+                "solver": None if kept["solver"] is None else SolverWatch(**kept["solver"]),
+                "flights": tuple(Flight(**flight) for flight in kept["flights"]),
+                "history": tuple(Mark(**mark) for mark in kept["history"]),
+            }
+        )
