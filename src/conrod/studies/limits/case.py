@@ -18,12 +18,14 @@ class Case:
 
     Attributes:
         name: of the scene, for people.
+        steps_per_revolution: where an axis varies something else; None is the usual number.
     """
 
     name: str
     scene: Scene = field(repr=False)
     engine: str
     preset: str
+    steps_per_revolution: int | None = None
 
     @property
     def contact(self) -> bool:
@@ -33,7 +35,7 @@ class Case:
     @property
     def steps(self) -> int:
         """Steps per revolution where an axis varies something else."""
-        return CONTACT_STEPS if self.contact else LINKAGE_STEPS
+        return self.steps_per_revolution or (CONTACT_STEPS if self.contact else LINKAGE_STEPS)
 
     def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
         """The preset's settings on this scene, or on another one that it became, at the usual or other steps."""
