@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from conrod.studies.limits.extremes import Mark
+
 
 @dataclass(frozen=True)
 class Probe:
@@ -87,3 +89,26 @@ class Walk:
                 ),
             }
         )
+
+
+@dataclass(frozen=True)
+class LongRun:
+    """One run over many revolutions, with marks on the way; see `Mark`."""
+
+    scene: str
+    engine: str
+    preset: str
+    steps_per_revolution: int
+    revolutions: float
+    outcome: str
+    reason: str
+    marks: tuple[Mark, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> LongRun:
+        """The inverse of `as_dict`."""
+        return cls(**{**values, "marks": tuple(Mark(**mark) for mark in values["marks"])})

@@ -1,0 +1,60 @@
+"""How a machine fares over very many revolutions: one run, marked as it goes."""
+
+from __future__ import annotations
+
+from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.extremes import Extremes, Mark
+from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR, Level, grade_of
+from conrod.studies.limits.results import LongRun, Probe, Walk
+from conrod.studies.limits.search import Search
+from conrod.studies.limits.walk import CRITERIA, boundary_of, probe_of
+from conrod.studies.measurement import Measurement
+
+
+def length_search(axis: Axis, case: Case, revolutions: float) -> Search[tuple[Walk, LongRun]]:
+    """The longest run alone: its marks show all shorter ones.
+
+    Raises:
+        InvalidInput: the number of revolutions is out of range.
+    """
+    cell = axis.cell(case, revolutions)
+    measurement = (yield (cell,))[cell.key]
+    watched = Extremes.of(measurement)
+    marks = () if watched is None else watched.history
+    probes = [_marked(axis, case, mark, cell.key) for mark in marks]
+    last = probe_of(axis, case, _reached(cell, watched), cell, measurement, lambda _: None)
+    if not probes or probes[-1].value < last.value:
+        probes.append(last)
+    boundaries = tuple(boundary_of(probes, level) for level in CRITERIA)
+    walk = Walk(axis.name, case.name, case.engine, case.preset, "", tuple(probes), boundaries)
+    return walk, _long_run(case, cell, measurement, marks)
+
+
+def _reached(cell: LimitCell, watched: Extremes | None) -> float:
+    """Revolutions of which there are samples."""
+    if watched is None:
+        return cell.revolutions
+    return min(cell.revolutions, watched.samples / cell.settings.steps_per_revolution)
+
+
+def _marked(axis: Axis, case: Case, mark: Mark, key: str) -> Probe:
+    level = Level.SAFE if mark.position <= SAFE_ERROR else Level.ROUGH if mark.position <= ROUGH_ERROR else Level.WRONG
+    value = float(mark.revolution)
+    errors = {"position": mark.position}
+    quiet = level is Level.WRONG
+    return Probe(value, axis.text(case, value), level.slug, "completed", quiet, "", errors, None, "", None, key)
+
+
+def _long_run(case: Case, cell: LimitCell, measurement: Measurement, marks: tuple[Mark, ...]) -> LongRun:
+    return LongRun(
+        scene=case.name,
+        engine=case.engine,
+        preset=case.preset,
+        steps_per_revolution=cell.settings.steps_per_revolution,
+        revolutions=cell.revolutions,
+        outcome=grade_of(measurement).outcome,
+        reason=measurement.reason,
+        marks=marks,
+    )

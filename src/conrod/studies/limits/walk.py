@@ -1,0 +1,116 @@
+"""An axis walked from harmless to hopeless, and the boundaries on the way found by halving."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.extremes import Extremes
+from conrod.studies.limits.grade import Level, grade_of
+from conrod.studies.limits.results import Boundary, Probe, Walk
+from conrod.studies.limits.search import Answers, Search
+from conrod.studies.limits.solver_notes import solver_note
+from conrod.studies.limits.spacing import between, spaced
+from conrod.studies.measurement import Measurement
+from conrod.studies.results import QUANTITIES
+
+# Enough that an axis of four decades is looked at three times in each: an island of failure narrower than that is missed.
+SCANNED = 13
+LEVELS = tuple(Level)
+# The worst level that still counts, for each boundary that is looked for.
+CRITERIA = (Level.SAFE, Level.ROUGH, Level.WRONG, Level.BROKEN)
+
+Ruler = Callable[[LimitCell], float | None]
+
+
+def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler) -> Search[Walk]:
+    """Walk an axis between two values, the harmless one first.
+
+    Args:
+        ruler: own error of the reference in a cell, normalised; None where it is at its usual rounding.
+
+    Raises:
+        InvalidInput: the machine cannot be given with a value of the range.
+    """
+    cells: dict[float, LimitCell] = {}
+    answers: dict[str, Measurement] = {}
+    wanted = list(axis.values(case) if axis.scale is Scale.LISTED else spaced(axis.scale, first, last, SCANNED))
+    while wanted:
+        new = {value: axis.cell(case, value) for value in wanted}
+        cells |= new
+        answers |= yield tuple(new.values())
+        wanted = (
+            [] if axis.scale is Scale.LISTED else _halved(axis.scale, _in_order(cells, first, last), cells, answers)
+        )
+    ordered = sorted(cells) if axis.scale is Scale.LISTED else _in_order(cells, first, last)
+    probes = tuple(probe_of(axis, case, value, cells[value], answers[cells[value].key], ruler) for value in ordered)
+    boundaries = () if axis.scale is Scale.LISTED else tuple(boundary_of(probes, level) for level in CRITERIA)
+    return Walk(axis.name, case.name, case.engine, case.preset, "", probes, boundaries)
+
+
+def most_runs(axis: Axis, case: Case, first: float, last: float) -> int:
+    """The largest number of runs that a walk can ask for."""
+    if axis.scale is Scale.LISTED:
+        return len(axis.values(case))
+    scanned = spaced(axis.scale, first, last, SCANNED)
+    if len(scanned) < 2:
+        return len(scanned)
+    halvings, good, bad = 0, scanned[0], scanned[1]
+    while (middle := between(axis.scale, good, bad)) is not None:
+        halvings, good = halvings + 1, middle
+    return len(scanned) + len(CRITERIA) * (halvings + 1)
+
+
+def _in_order(cells: Mapping[float, LimitCell], first: float, last: float) -> list[float]:
+    return sorted(cells, reverse=last < first)
+
+
+def _halved(scale: Scale, ordered: Sequence[float], cells: Mapping[float, LimitCell], answers: Answers) -> list[float]:
+    """The value to look at next for every boundary that is not yet narrow enough."""
+    levels = [LEVELS.index(grade_of(answers[cells[value].key]).level) for value in ordered]
+    found = []
+    for criterion in CRITERIA:
+        k = _first_worse(levels, LEVELS.index(criterion))
+        if k is None or k == 0:
+            continue
+        middle = between(scale, ordered[k - 1], ordered[k])
+        if middle is not None:
+            found.append(middle)
+    return list(dict.fromkeys(found))
+
+
+def _first_worse(levels: Sequence[int], worst: int) -> int | None:
+    return next((k for k, level in enumerate(levels) if level > worst), None)
+
+
+def probe_of(axis: Axis, case: Case, value: float, cell: LimitCell, measurement: Measurement, ruler: Ruler) -> Probe:
+    """What a run on an axis showed."""
+    grade, watched = grade_of(measurement), Extremes.of(measurement)
+    errors = {q: measurement.largest(q) for q in QUANTITIES}
+    return Probe(
+        value=value,
+        text=axis.text(case, value),
+        level=grade.level.slug,
+        outcome=grade.outcome,
+        quiet=grade.quiet,
+        reason=measurement.reason,
+        errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
+        torque=None if watched is None else watched.torque,
+        solver="" if watched is None or watched.solver is None else solver_note(watched.solver),
+        ruler=ruler(cell),
+        key=cell.key,
+    )
+
+
+def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
+    """Up to where a criterion holds, among probes in the order from harmless to hopeless."""
+    slugs = [level.slug for level in LEVELS]
+    worst = slugs.index(criterion.slug)
+    k = _first_worse([slugs.index(probe.level) for probe in probes], worst)
+    if k is None:
+        return Boundary(criterion.slug, probes[-1].value, None, None, False, ())
+    again = tuple(probe.value for probe in probes[k:] if slugs.index(probe.level) <= worst)
+    last_good = probes[k - 1].value if k else None
+    return Boundary(criterion.slug, last_good, probes[k].value, probes[k].outcome, probes[k].quiet, again)

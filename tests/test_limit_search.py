@@ -1,0 +1,196 @@
+"""Boundaries are found by halving, to two per cent, by runs that depend on nothing but the answers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import pytest
+
+from conrod.scenes import scene_named
+from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.extremes import Extremes
+from conrod.studies.limits.results import Boundary, Walk
+from conrod.studies.limits.search import pursue
+from conrod.studies.limits.spacing import between, spaced
+from conrod.studies.limits.walk import most_runs, walk_search
+from conrod.studies.measurement import Measurement
+
+CASE = Case("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
+WATCHED = Extremes(1, True, {}, None, None, None, (), (), "").as_dict()
+
+Rule = Callable[[float], float | str]  # value -> position error, or outcome
+
+
+class StartAngle(Axis):
+    """Values go into a parameter of the cell that no search looks at, so that answers can be made up for them."""
+
+    name: ClassVar[str] = "made-up"
+    title: ClassVar[str] = "made up"
+    label: ClassVar[str] = "value (1)"
+    scale: ClassVar[Scale] = Scale.LOG
+    harmless: ClassVar[float] = 1.0
+    hopeless: ClassVar[float] = 1e4
+
+    def refusal(self, case: Case) -> str | None:
+        return None
+
+    def cell(self, case: Case, value: float) -> LimitCell:
+        return LimitCell(case.name, case.scene, case.settings(), start_angle=value)
+
+
+class Whole(StartAngle):
+    scale: ClassVar[Scale] = Scale.COUNT
+    harmless: ClassVar[float] = 20000.0
+    hopeless: ClassVar[float] = 2.0
+
+
+class Near(StartAngle):
+    scale: ClassVar[Scale] = Scale.NEARNESS
+    harmless: ClassVar[float] = 0.1
+    hopeless: ClassVar[float] = 1.0 - 1e-9
+
+
+def answer(rule: Rule, value: float) -> Measurement:
+    found = rule(value)
+    if isinstance(found, str):
+        return Measurement(found, "made up", extremes=WATCHED)
+    errors = {"C": {q: {"max": found, "rms": found, "final": found} for q in ("position", "velocity", "acceleration")}}
+    return Measurement("completed", errors=errors, extremes=WATCHED)
+
+
+def walked(axis: Axis, rule: Rule) -> tuple[Walk, list[int]]:
+    """The walk, and how many runs each of its batches asked for."""
+    batches: list[int] = []
+
+    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+        batches.append(len(cells))
+        return {cell.key: answer(rule, cell.start_angle) for cell in cells}
+
+    search = walk_search(axis, CASE, axis.harmless, axis.hopeless, lambda _: None)
+    return pursue([search], run)[0], batches
+
+
+def boundaries(walk: Walk) -> dict[str, Boundary]:
+    return {boundary.criterion: boundary for boundary in walk.boundaries}
+
+
+def graded(value: float) -> float | str:
+    """Worse and worse: safe to 10, rough to 100, wrong to 500, open to 2000, then not finite."""
+    if value > 500.0:
+        return "opened" if value <= 2000.0 else "diverged"
+    return 1e-3 if value <= 10.0 else 0.05 if value <= 100.0 else 0.2
+
+
+def test_every_boundary_is_found_to_two_per_cent() -> None:
+    walk, _ = walked(StartAngle(), graded)
+    for criterion, true in (("safe", 10.0), ("rough", 100.0), ("wrong", 500.0), ("broken", 2000.0)):
+        found = boundaries(walk)[criterion]
+        assert found.last_good is not None
+        assert found.first_bad is not None
+        assert found.last_good <= true < found.first_bad
+        assert found.first_bad <= 1.02 * found.last_good
+        assert found.good_again == ()
+    assert boundaries(walk)["wrong"].outcome == "opened"
+    assert boundaries(walk)["broken"].outcome == "diverged"
+
+
+def test_a_failure_with_finite_numbers_and_no_warning_is_quiet_and_one_with_a_warning_is_not() -> None:
+    walk, _ = walked(StartAngle(), graded)
+    assert boundaries(walk)["wrong"].quiet
+    WATCHED["warnings"] = {"BADQACC": 1}
+    try:
+        warned, _ = walked(StartAngle(), graded)
+    finally:
+        WATCHED["warnings"] = {}
+    assert not any(probe.quiet for probe in warned.probes)
+
+
+def test_whole_numbers_are_told_apart_to_the_last_one_where_they_are_few() -> None:
+    walk, _ = walked(Whole(), lambda n: 1e-4 if n >= 17 else "diverged")
+    found = boundaries(walk)["safe"]
+    assert (found.last_good, found.first_bad) == (17.0, 16.0)
+
+
+def test_nearness_is_measured_by_what_is_left_to_one() -> None:
+    edge = 1.0 - 3e-7
+    walk, _ = walked(Near(), lambda x: 1e-4 if x <= edge else "flipped")
+    found = boundaries(walk)["safe"]
+    assert found.last_good is not None
+    assert found.first_bad is not None
+    assert found.last_good <= edge < found.first_bad
+    assert (1.0 - found.last_good) <= 1.0201 * (1.0 - found.first_bad)
+
+
+def test_what_never_fails_has_no_boundary_and_what_always_fails_has_no_good_side() -> None:
+    never, batches = walked(StartAngle(), lambda _: 1e-6)
+    assert all(b.first_bad is None and b.last_good == 1e4 for b in never.boundaries)
+    assert len(batches) == 1
+    always, batches = walked(StartAngle(), lambda _: "opened")
+    assert boundaries(always)["safe"].last_good is None
+    assert boundaries(always)["safe"].first_bad == 1.0
+    assert boundaries(always)["broken"].first_bad is None
+    assert len(batches) == 1
+
+
+def test_what_holds_again_beyond_its_boundary_is_told() -> None:
+    walk, _ = walked(StartAngle(), lambda x: "opened" if 5.0 < x < 50.0 else 1e-4)
+    found = boundaries(walk)["safe"]
+    assert found.first_bad is not None
+    assert 5.0 < found.first_bad <= 5.1
+    assert found.good_again
+    assert min(found.good_again) >= 50.0
+
+
+@pytest.mark.parametrize("axis", [StartAngle(), Whole(), Near()], ids=lambda axis: axis.scale.value)
+def test_a_walk_never_asks_for_more_runs_than_were_announced(axis: Axis) -> None:
+    announced = most_runs(axis, CASE, axis.harmless, axis.hopeless)
+    for k in range(1, 12):
+        ordered = spaced(axis.scale, axis.harmless, axis.hopeless, 12)
+
+        def rule(value: float, edge: float = ordered[k]) -> float | str:
+            beyond = value > edge if axis.hopeless > axis.harmless else value < edge
+            return graded(3000.0) if beyond else 1e-3
+
+        assert sum(walked(axis, rule)[1]) <= announced
+    assert sum(walked(axis, lambda v: graded(1.0 + 3e4 * abs(v - axis.harmless)))[1]) <= announced
+
+
+def test_searches_share_batches_and_runs() -> None:
+    batches: list[list[str]] = []
+
+    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+        batches.append([cell.key for cell in cells])
+        return {cell.key: answer(graded, cell.start_angle) for cell in cells}
+
+    def search() -> Any:
+        return walk_search(StartAngle(), CASE, 1.0, 1e4, lambda _: None)
+
+    (alone,) = pursue([search()], run)
+    rounds = len(batches)
+    batches.clear()
+    both = pursue([search(), search()], run)
+    assert both == [alone, alone]
+    assert len(batches) == rounds
+    asked = [key for batch in batches for key in batch]
+    assert len(asked) == len(set(asked))
+
+
+def test_values_are_spaced_evenly_and_hold_both_ends() -> None:
+    assert spaced(Scale.LOG, 1.0, 1e4, 5) == pytest.approx((1.0, 10.0, 100.0, 1000.0, 1e4))
+    assert spaced(Scale.COUNT, 4.0, 2.0, 13) == (4.0, 3.0, 2.0)
+    near = spaced(Scale.NEARNESS, 0.1, 1.0 - 1e-9, 9)
+    assert near[0] == 0.1
+    assert near[-1] == 1.0 - 1e-9
+    ratios = [(1.0 - b) / (1.0 - a) for a, b in zip(near, near[1:], strict=False)]
+    assert ratios == pytest.approx([ratios[0]] * len(ratios), rel=1e-6)
+
+
+def test_halving_ends() -> None:
+    assert between(Scale.LOG, 1.0, 1.019) is None
+    assert between(Scale.LOG, 1.0, 1.03) == pytest.approx(math.sqrt(1.03))
+    assert between(Scale.COUNT, 17.0, 16.0) is None
+    assert between(Scale.COUNT, 4.0, 2.0) == 3.0
