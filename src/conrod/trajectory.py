@@ -163,7 +163,8 @@ class Piece:
     Attributes:
         trajectory: of this stretch, its outcome judged from it alone (and from what the engine did in it).
         first_step: index of its first new sample; samples before it, which derivatives need, are in no other piece.
-        clock: of the engine, or of a user of an engine that has none: the sum of its steps so far [s].
+        clock: of the engine, or of a user of an engine that has none: the sum of its steps so far, at the instants of
+            the positions (T,) [s].
         warnings: what the engine itself has warned of so far, and how often.
         solver: at the last step; None where there is nothing to look at.
         drive_torque: by the engine's account, at the instants of the accelerations (T,) [N m], about the crank in the
@@ -172,7 +173,7 @@ class Piece:
 
     trajectory: Trajectory
     first_step: int
-    clock: float
+    clock: Array
     warnings: Mapping[str, int]
     solver: SolverState | None
     drive_torque: Array | None

@@ -117,8 +117,8 @@ class Engine(ABC, Generic[AnySettings]):
     ) -> Iterator[Piece]:
         """The run of `run`, bit for bit, in pieces of so many steps: memory does not grow with the revolutions."""
         trajectory = self.run(machine, settings, revolutions, start_angle)
-        clock = settings.timestep * round(settings.steps_per_revolution * revolutions)
-        yield Piece(trajectory, 0, clock, {}, None, None)
+        assert trajectory.bodies is not None
+        yield Piece(trajectory, 0, trajectory.bodies.position.instants.times, {}, None, None)
 
     @abstractmethod
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:

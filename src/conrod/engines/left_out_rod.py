@@ -68,10 +68,13 @@ class ModelForm:
             return stacked
         return np.concatenate([stacked[..., self._columns(body.name)] for body in self.mechanism.bodies], axis=-1)
 
-    def completed(self, derivatives: Sequence[Array]) -> list[Array]:
+    def completed(self, derivatives: Sequence[Array], after: Array | None = None) -> list[Array]:
         """Poses of all links (T, 3 n), their rates and accelerations, as many as are given of the engine's (T, 3 m).
 
         Instants follow each other closely enough that no left-out link turns by half a turn between two.
+
+        Args:
+            after: poses (3 n,) of all links that these follow in a run told in pieces; None at its beginning.
         """
         if not self.distances:
             return list(derivatives)
@@ -83,7 +86,9 @@ class ModelForm:
         with np.errstate(all="ignore"):
             bodies = pose_jets(self.mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
             for joint in self.distances:
-                for k, values in enumerate(zip(*(c.coefficients for c in _between_pins(joint, bodies)), strict=True)):
+                near = joint.start_turn if after is None else float(after[self._columns(joint.link)][2])
+                pose = _between_pins(joint, bodies, near)
+                for k, values in enumerate(zip(*(c.coefficients for c in pose), strict=True)):
                     whole[k][:, self._columns(joint.link)] = math.factorial(k) * np.column_stack(values)
         return whole
 
@@ -92,8 +97,8 @@ class ModelForm:
         return slice(i, i + 3)
 
 
-def _between_pins(joint: DistanceJoint, bodies: dict[str, PoseJet]) -> tuple[Jet, Jet, Jet]:
-    """Pose of the left-out link: along the line of its pins, its middle in theirs."""
+def _between_pins(joint: DistanceJoint, bodies: dict[str, PoseJet], near: float) -> tuple[Jet, Jet, Jet]:
+    """Pose of the left-out link: along the line of its pins, its middle in theirs; its first turn near the given."""
     (ax, ay), (bx, by) = bodies[joint.a].point(joint.point_a), bodies[joint.b].point(joint.point_b)
     dx, dy = bx - ax, by - ay
     inverse = _reciprocal(square_root(dx * dx + dy * dy))
@@ -103,7 +108,7 @@ def _between_pins(joint: DistanceJoint, bodies: dict[str, PoseJet]) -> tuple[Jet
     middle_x, middle_y = (0.5 * (p + q) for p, q in zip(joint.pin_a, joint.pin_b, strict=True))
     x = 0.5 * (ax + bx) - cosine * middle_x + sine * middle_y
     y = 0.5 * (ay + by) - sine * middle_x - cosine * middle_y
-    return x, y, _angle(cosine, sine, joint.start_turn)
+    return x, y, _angle(cosine, sine, near)
 
 
 def _reciprocal(jet: Jet) -> Jet:
@@ -118,8 +123,10 @@ def _reciprocal(jet: Jet) -> Jet:
 def _angle(cosine: Jet, sine: Jet, near: float) -> Jet:
     """The angle of a direction, continuous, by phi' = c s' - s c'; its first value within half a turn of `near`."""
     c, s = cosine.coefficients, sine.coefficients
-    turn = np.unwrap(np.arctan2(s[0], c[0]))
-    angle = [turn + 2.0 * np.pi * np.rint((near - turn[:1]) / (2.0 * np.pi))]
+    turn = np.arctan2(s[0], c[0])
+    # Whole turns are counted, so that the same comes of it wherever a run is cut.
+    back = np.rint(np.diff(turn, prepend=near) / (2.0 * np.pi))
+    angle = [turn - 2.0 * np.pi * np.cumsum(back)]
     for k in range(1, len(c)):
         angle.append(sum((j * (c[k - j] * s[j] - s[k - j] * c[j]) for j in range(1, k + 1)), start=0.0 * c[0]) / k)
     return Jet(angle)
