@@ -10,6 +10,7 @@ import click
 
 from conrod.commands import exit_status
 from conrod.commands.export import export
+from conrod.commands.limits import limits
 from conrod.commands.recommend import recommend
 from conrod.commands.results import results
 from conrod.commands.show import show
@@ -26,7 +27,7 @@ def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
 
 
-for command in (show, validate, sweep, recommend, results, export):
+for command in (show, validate, sweep, recommend, limits, results, export):
     cli.add_command(command)
 
 

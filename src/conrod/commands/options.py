@@ -18,11 +18,11 @@ grid = click.option("--grid", default=DEFAULT_GRID, show_default=True, metavar="
 ledger = click.option(
     "--ledger", metavar="FILE", help="Where finished runs are kept [a file in the user's cache folder]."
 )
+retime = click.option("--retime", is_flag=True, help="Time again what the ledger has, without running it again.")
 
 RUNS = (
     ledger,
-    click.option("--fresh", is_flag=True, help="Run and time again what the ledger has."),
-    click.option("--retime", is_flag=True, help="Time again what the ledger has, without running it again."),
+    click.option("--fresh", is_flag=True, help="Do again what the ledger has."),
     click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine [one a core]."),
     click.option("--cluster", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."),
     click.option("--cell-timeout", type=float, metavar="SECONDS", help="End a run that takes longer [600]."),

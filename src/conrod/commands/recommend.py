@@ -18,6 +18,7 @@ from conrod.commands import exit_status, options
 @options.grid
 @options.assignments
 @options.runs
+@options.retime
 def recommend(
     scene: str,
     position: float | None,
@@ -28,11 +29,11 @@ def recommend(
     assignments: tuple[str, ...],
     ledger: str | None,
     fresh: bool,
-    retime: bool,
     jobs: int | None,
     cluster: str | None,
     cell_timeout: float | None,
     cell_memory: str | None,
+    retime: bool,
 ) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
@@ -53,7 +54,7 @@ def recommend(
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
     chosen = select_scenes([scene], assignments)[scene]
     plan = plan_sweep(scene, chosen, select_engines(engine), grid_named(grid))
-    with Runner.of(Options(ledger, fresh, retime, jobs, cluster, cell_timeout, cell_memory)) as runner:
+    with Runner.of(Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory, retime)) as runner:
         found = recommend_for(plan, allowed, runner)
     with naming("standard output"):
         print_recommendations(found, allowed)

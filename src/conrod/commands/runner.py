@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import click
 
@@ -16,7 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.execution.costs import time_cells
 from conrod.execution.dispatch import run_cells
 from conrod.execution.local import LocalProcesses
-from conrod.execution.progress import CostBar, ProgressBar
+from conrod.execution.progress import CostBar, ProgressBar, RoundsBar
 from conrod.studies.cell import Cell
 from conrod.studies.ledger import Ledger, default_path
 from conrod.studies.measurement import Measurement
@@ -32,11 +32,11 @@ class Options:
 
     ledger: str | None
     fresh: bool
-    retime: bool
     jobs: int | None
     cluster: str | None
     cell_timeout: float | None
     cell_memory: str | None
+    retime: bool = False
 
     def __post_init__(self) -> None:
         """Refuse options that exclude each other.
@@ -102,6 +102,23 @@ class Runner:
         """Measurements of all cells; those that the ledger lacks are run."""
         with self.options.executor() as executor, ProgressBar(description) as bar:
             return run_cells(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
+
+    @contextmanager
+    def answering(
+        self, task: Callable[[Any], Measurement], description: str = "runs"
+    ) -> Iterator[Callable[[Sequence[Cell]], dict[str, Measurement]]]:
+        """A function that gives the measurements of cells, batch after batch: one set of processes, one bar."""
+        answered: dict[str, Measurement] = {}
+        with self.options.executor() as executor, RoundsBar(description) as bar:
+
+            def answer(cells: Sequence[Cell]) -> dict[str, Measurement]:
+                # What is asked for twice runs once, with --fresh too.
+                new = [cell for cell in cells if cell.key not in answered]
+                fresh = self.options.fresh
+                answered.update(run_cells(new, self.ledger, executor, fresh=fresh, watcher=bar, task=task))
+                return {cell.key: answered[cell.key] for cell in cells}
+
+            yield answer
 
     def time(self, cells: list[Cell], description: str = "costs") -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @options.grid
 @options.assignments
 @options.runs
+@options.retime
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
 def sweep(
@@ -31,11 +32,11 @@ def sweep(
     assignments: tuple[str, ...],
     ledger: str | None,
     fresh: bool,
-    retime: bool,
     jobs: int | None,
     cluster: str | None,
     cell_timeout: float | None,
     cell_memory: str | None,
+    retime: bool,
     out: str | None,
     document: str | None,
 ) -> None:
@@ -60,7 +61,7 @@ def sweep(
         from conrod.report.sweep.document import check_sweep_folder
 
         check_sweep_folder(folder, chosen)
-    asked_for = Options(ledger, fresh, retime, jobs, cluster, cell_timeout, cell_memory)
+    asked_for = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory, retime)
     check_apart({"the ledger": asked_for.ledger_file, **({"--json": file} if file else {})})
     plans = [plan_sweep(name, scene, engines, wanted) for name, scene in chosen.items()]
     with Runner.of(asked_for) as runner:

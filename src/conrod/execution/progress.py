@@ -102,6 +102,23 @@ class ProgressBar(_Bar):
         self._count(measurement.outcome)
 
 
+class RoundsBar(ProgressBar):
+    """A watcher of `run_cells` called again and again, each time with what the answers so far ask for."""
+
+    def __init__(self, description: str = "runs", console: Console | None = None) -> None:
+        super().__init__(description, console)
+        self._asked = 0
+
+    def started(self, total: int, already_finished: int) -> None:
+        """A round of so many different cells begins; what comes after it is not known yet."""
+        if self._begun is None:
+            super().started(total, already_finished)
+        elif not self._console.is_terminal:
+            self._say(f"{self._description}: {total - already_finished} more to do, {already_finished} in the ledger")
+        self._asked += total - already_finished
+        self._bar.update(self._task, total=self._asked)
+
+
 class CostBar(_Bar):
     """A watcher of `time_cells`."""
 

@@ -16,7 +16,7 @@ from conrod.studies.limits.spacing import between, spaced
 from conrod.studies.measurement import Measurement
 from conrod.studies.results import QUANTITIES
 
-# Enough that an axis of four decades is looked at three times in each: an island of failure narrower than that is missed.
+# Three looks in each of four decades: what fails and holds again between two of them is missed.
 SCANNED = 13
 LEVELS = tuple(Level)
 # The worst level that still counts, for each boundary that is looked for.
@@ -36,7 +36,8 @@ def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler)
     """
     cells: dict[float, LimitCell] = {}
     answers: dict[str, Measurement] = {}
-    wanted = list(axis.values(case) if axis.scale is Scale.LISTED else spaced(axis.scale, first, last, SCANNED))
+    listed = axis.scale is Scale.LISTED
+    wanted = list(axis.values(case) if listed else spaced(axis.scale, first, last, SCANNED))
     while wanted:
         new = {value: axis.cell(case, value) for value in wanted}
         cells |= new
@@ -46,7 +47,7 @@ def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler)
         )
     ordered = sorted(cells) if axis.scale is Scale.LISTED else _in_order(cells, first, last)
     probes = tuple(probe_of(axis, case, value, cells[value], answers[cells[value].key], ruler) for value in ordered)
-    boundaries = () if axis.scale is Scale.LISTED else tuple(boundary_of(probes, level) for level in CRITERIA)
+    boundaries = () if listed else tuple(boundary_of(probes, level) for level in CRITERIA)
     return Walk(axis.name, case.name, case.engine, case.preset, "", probes, boundaries)
 
 

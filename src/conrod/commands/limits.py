@@ -1,0 +1,113 @@
+"""`conrod limits`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from conrod.commands import options
+
+if TYPE_CHECKING:
+    from conrod.files import Batch
+    from conrod.studies.limits.gallery import Exhibit
+    from conrod.studies.limits.study import LimitStudy
+
+MOST_RUNS = 50_000
+
+
+@click.command()
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.option(
+    "--axis", "axes", multiple=True, metavar="AXIS", help="One axis, or a pair such as steps:mass-ratio [all]."
+)
+@click.option("--range", "span", metavar="FROM..TO", help="Other ends for the one axis, in its own unit.")
+@options.engine
+@click.option("--preset", metavar="PRESET", help="One preset only.")
+@options.assignments
+@click.option("--revolutions", type=float, metavar="N", help="Of the long runs [1000].")
+@click.option("--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse to need more.")
+@options.runs
+@click.option("--out", metavar="DIR", help="Write the report there.")
+@click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
+def limits(
+    scenes: tuple[str, ...],
+    axes: tuple[str, ...],
+    span: str | None,
+    engine: str | None,
+    preset: str | None,
+    assignments: tuple[str, ...],
+    revolutions: float | None,
+    most_runs: int,
+    ledger: str | None,
+    fresh: bool,
+    jobs: int | None,
+    cluster: str | None,
+    cell_timeout: float | None,
+    cell_memory: str | None,
+    out: str | None,
+    document: str | None,
+) -> None:
+    """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.
+
+    Each axis is walked from harmless to hopeless, and its boundaries are found to 2 %. Finished runs are kept in the
+    ledger: an interrupted study goes on where it stopped.
+    """
+    from conrod.commands.limits_request import request_of
+    from conrod.commands.reproduction import command_line
+    from conrod.commands.runner import Options, Runner
+    from conrod.files import check_apart, file_to_write, folder_to_write, naming, write_together
+    from conrod.limits_console import print_limits
+    from conrod.selection import select_engines, select_presets, select_scenes
+    from conrod.studies.limits.gallery import gallery_search
+    from conrod.studies.limits.perform import perform
+    from conrod.studies.limits.plan import check_runs, plan_limits, pursue_plans
+    from conrod.studies.limits.search import pursue
+
+    chosen = select_scenes(scenes, assignments)
+    engines = select_engines(engine)
+    select_presets(engines, preset)
+    asked = request_of(axes, span, revolutions)
+    folder = None if out is None else folder_to_write(out, "--out")
+    file = None if document is None else file_to_write(document, "--json")
+    if folder:
+        from conrod.report.limits.document import check_limits_folder
+
+        check_limits_folder(folder, chosen)
+    how = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)
+    check_apart({"the ledger": how.ledger_file, **({"--json": file} if file else {})})
+    plans = [plan_limits(name, scene, engines, preset, asked) for name, scene in chosen.items()]
+    check_runs(plans, most_runs)
+    with Runner.of(how) as runner, runner.answering(perform) as run:
+        studies = pursue_plans(plans, run)
+        gallery = pursue([gallery_search()], run)[0] if asked.everything and engine is preset is None else ()
+    with naming("standard output"):
+        print_limits(studies)
+    batches = [_results_file(studies, gallery, file)] if file else []
+    if folder:
+        from conrod.report.limits.writer import limits_report_batch
+
+        given = {"--axis": axes[0] if axes else None, "--range": span, "--engine": engine, "--preset": preset}
+        command = command_line("limits", {**given, "--revolutions": revolutions}, assignments, folder)
+        batches.append(limits_report_batch(studies, gallery, folder, command))
+    write_together(batches)
+    if folder:
+        click.echo(f"report: {folder / 'README.md'}")
+
+
+def _results_file(studies: Sequence[LimitStudy], gallery: Sequence[Exhibit], file: Path) -> Batch:
+    import json
+    from importlib.metadata import version
+
+    from conrod.files import single
+    from conrod.studies.serialise import environment
+
+    document = {
+        "conrod": version("conrod"),
+        "environment": environment(),
+        "limits": [study.as_dict() for study in studies],
+        "gallery": [exhibit.as_dict() for exhibit in gallery],
+    }
+    return single(file, json.dumps(document, indent=1, allow_nan=False) + "\n")

@@ -1,0 +1,64 @@
+"""What a user of `conrod limits` asked for, from the words that were typed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.ranges import check_number
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS
+from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.limits.maps import PAIRS
+from conrod.studies.limits.plan import REVOLUTIONS, Request
+from conrod.units import parse_quantity
+
+SEPARATOR = ".."
+MOST_REVOLUTIONS = 1e6
+
+
+def request_of(names: Sequence[str], span: str | None, revolutions: float | None) -> Request:
+    """The request; everything where nothing is named.
+
+    Raises:
+        InvalidInput: an unknown axis, or a range that is none, is empty, or is for no single axis.
+    """
+    if revolutions is not None:
+        check_number("--revolutions", revolutions, 1.0, MOST_REVOLUTIONS)
+    length = REVOLUTIONS if revolutions is None else float(revolutions)
+    if not names:
+        if span is not None:
+            raise InvalidInput(f"--range {span} needs one --axis to be the range of")
+        return Request(revolutions=length)
+    pairs = {pair.name: pair for pair in PAIRS}
+    for name in names:
+        if name not in AXES and name not in pairs:
+            raise unknown_choice("axis", name, [*AXES, *pairs])
+    axes = tuple(AXES[name] for name in dict.fromkeys(names) if name in AXES)
+    mapped = tuple(pairs[name] for name in dict.fromkeys(names) if name in pairs)
+    return Request(axes, mapped, _span(span, axes, mapped), length, everything=False)
+
+
+def _span(text: str | None, axes: Sequence[Axis], pairs: Sequence[object]) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    if len(axes) != 1 or pairs:
+        raise InvalidInput(f"--range {text} needs one --axis to be the range of")
+    axis = axes[0]
+    if axis.scale is Scale.LISTED:
+        raise InvalidInput(f"--range {text} does not go with {axis.name}: its values are a list, all of which are run")
+    first, separator, last = text.partition(SEPARATOR)
+    if not separator:
+        raise InvalidInput(f"--range {text!r} is no range: give FROM..TO, for instance {_example(axis)}")
+    ends = tuple(parse_quantity("--range", part, "") for part in (first, last))
+    for value in ends:
+        check_number(f"--range of {axis.name}", value, *axis.allowed)
+        if axis.scale is Scale.COUNT and value != round(value):
+            raise InvalidInput(f"--range of {axis.name}: {value:g} is not a whole number")
+    if ends[0] == ends[1]:
+        raise InvalidInput(f"--range {text} is empty: give two different ends, for instance {_example(axis)}")
+    # A run of many revolutions shows all shorter ones; of any other axis the harmless end comes first, as typed.
+    return (min(ends), max(ends)) if axis.name == LENGTH_AXIS else (ends[0], ends[1])
+
+
+def _example(axis: Axis) -> str:
+    return f"{axis.harmless:g}{SEPARATOR}{axis.hopeless:g}"

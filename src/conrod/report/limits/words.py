@@ -1,0 +1,55 @@
+"""Boundaries and stretches in words."""
+
+from __future__ import annotations
+
+from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR
+from conrod.studies.limits.results import Boundary, Probe, Walk
+from conrod.studies.limits.stretches import Stretch, stretches
+
+# Criterion -> the heading of its column.
+BOUNDARIES = {
+    "safe": f"within {100 * SAFE_ERROR:g} %",
+    "rough": f"within {100 * ROUGH_ERROR:g} %",
+    "wrong": "in one piece",
+    "broken": "bounded",
+}
+EVERYWHERE, NOWHERE = "all of it", "none of it"
+LEVELS = {"safe": "safe", "rough": "rough", "wrong": "wrong", "broken": "broken", "unbounded": "broken"}
+
+
+def up_to(walk: Walk, criterion: str) -> str:
+    """The last value at which a criterion holds, coming from the harmless end."""
+    boundary = boundary_of(walk, criterion)
+    if boundary.first_bad is None:
+        return EVERYWHERE
+    if boundary.last_good is None:
+        return NOWHERE
+    return text_at(walk, boundary.last_good) + (" *" if boundary.good_again else "")
+
+
+def boundary_of(walk: Walk, criterion: str) -> Boundary:
+    """The boundary of a criterion; StopIteration where the walk has none."""
+    return next(boundary for boundary in walk.boundaries if boundary.criterion == criterion)
+
+
+def text_at(walk: Walk, value: float) -> str:
+    """A value of a walk as people read it."""
+    return next(probe.text for probe in walk.probes if probe.value == value)
+
+
+def beyond(walk: Walk) -> str:
+    """How the runs beyond ten per cent ended, from harmless to hopeless."""
+    bad = [stretch for stretch in stretches(walk) if stretch.level not in ("safe", "rough")]
+    return ", ".join(dict.fromkeys(how(stretch) for stretch in bad))
+
+
+def how(ended: Stretch | Probe) -> str:
+    """How a run ended, and whether it did so quietly."""
+    name = "wrong" if ended.outcome == "completed" else ended.outcome
+    return f"{name} (quiet)" if ended.quiet else name
+
+
+def stretch_text(stretch: Stretch) -> str:
+    """The values of a stretch, as `from .. to`, or the only one."""
+    first, last = stretch.first.text, stretch.last.text
+    return first if first == last else f"{first} .. {last}"

@@ -1,0 +1,179 @@
+"""Which runs a study of a scene's limits needs, and what they show together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from conrod.engines import Engine
+from conrod.errors import InvalidInput
+from conrod.scenes import Scene
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS
+from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.conditioning import reference_error
+from conrod.studies.limits.determinism import determinism_search
+from conrod.studies.limits.follower_float import float_search
+from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
+from conrod.studies.limits.results import Walk
+from conrod.studies.limits.run_length import length_search
+from conrod.studies.limits.search import Answers, Search, pursue
+from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.walk import most_runs, walk_search
+
+REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
+# Runs that the searches of a case which are no walks or maps ask for at most; measured on the scenes.
+DETERMINISM_RUNS, FLOAT_RUNS = 1, 200
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be looked at; everything where nothing is named.
+
+    Attributes:
+        axes: walked alone.
+        pairs: mapped together.
+        span: first and last value of the only axis, where its own ends are not wanted.
+        revolutions: of the long runs.
+        everything: determinism and the flight of followers too.
+    """
+
+    axes: tuple[Axis, ...] = tuple(AXES.values())
+    pairs: tuple[Pair, ...] = PAIRS
+    span: tuple[float, float] | None = None
+    revolutions: float = REVOLUTIONS
+    everything: bool = True
+
+
+@dataclass(frozen=True)
+class LimitPlan:
+    """The searches of one scene.
+
+    Attributes:
+        refused: walks of axes that the scene or an engine does not have.
+        most: how many runs all searches together can ask for.
+    """
+
+    name: str
+    scene: Scene = field(repr=False)
+    engines: tuple[Engine[Any], ...]
+    refused: tuple[Walk, ...]
+    searches: Mapping[str, tuple[Callable[[], Search[Any]], ...]]
+    most: int
+
+    def study(self, found: Mapping[str, Sequence[Any]]) -> LimitStudy:
+        """The study, from what the searches of each kind found."""
+        lengths = found["lengths"]
+        return LimitStudy(
+            name=self.name,
+            kind=type(self.scene).kind,
+            title=type(self.scene).title,
+            parameters=self.scene.parameters,
+            engines={engine.name: engine.version for engine in self.engines},
+            walks=_in_order((*found["walks"], *(walk for walk, _ in lengths), *self.refused)),
+            long_runs=tuple(run for _, run in lengths),
+            maps=tuple(found["maps"]),
+            determinism=tuple(found["determinism"]),
+            floats=tuple(found["floats"]),
+        )
+
+
+def plan_limits(
+    name: str, scene: Scene, engines: Sequence[Engine[Any]], preset: str | None, asked: Request
+) -> LimitPlan:
+    """The plan of a scene.
+
+    Raises:
+        InvalidInput: the machine cannot be given with an end of the range.
+    """
+    cases = [Case(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
+    cases = [case for case in cases if case.refusal() is None]
+    plan = _Planner(asked)
+    for axis in asked.axes:
+        for case in cases:
+            plan.walk(axis, case)
+    for pair in asked.pairs:
+        for case in cases:
+            plan.map(pair, case)
+    if asked.everything:
+        for case in cases:
+            plan.add("determinism", lambda case=case: determinism_search(case), DETERMINISM_RUNS)
+            if case.contact:
+                plan.add("floats", lambda case=case: float_search(case), FLOAT_RUNS)
+    searches = {kind: tuple(made) for kind, made in plan.searches.items()}
+    return LimitPlan(name, scene, tuple(engines), tuple(plan.refused), searches, plan.most)
+
+
+class _Planner:
+    def __init__(self, asked: Request) -> None:
+        self._asked = asked
+        self.refused: list[Walk] = []
+        self.searches: dict[str, list[Callable[[], Search[Any]]]] = {
+            kind: [] for kind in ("walks", "lengths", "maps", "determinism", "floats")
+        }
+        self.most = 0
+
+    def add(self, kind: str, made: Callable[[], Search[Any]], runs: int) -> None:
+        self.searches[kind].append(made)
+        self.most += runs
+
+    def walk(self, axis: Axis, case: Case) -> None:
+        refusal = axis.refusal(case)
+        if refusal is not None:
+            self.refused.append(Walk(axis.name, case.name, case.engine, case.preset, refusal, (), ()))
+        elif axis.name == LENGTH_AXIS:
+            last = self._asked.revolutions if self._asked.span is None else max(self._asked.span)
+            axis.cell(case, last)
+            self.add("lengths", lambda: length_search(axis, case, last), 1)
+        else:
+            for first, last in (self._asked.span,) if self._asked.span else axis.spans(case):
+                _check_ends(axis, case, first, last)
+                self.add(
+                    "walks",
+                    lambda first=first, last=last: walk_search(axis, case, first, last, _ruler(axis)),
+                    most_runs(axis, case, first, last),
+                )
+
+    def map(self, pair: Pair, case: Case) -> None:
+        if pair.refusal(case) is None:
+            self.add("maps", lambda: map_search(case, pair), most_map_runs(case, pair))
+
+
+def _check_ends(axis: Axis, case: Case, first: float, last: float) -> None:
+    for value in (first, last):
+        axis.cell(case, value)
+
+
+def _ruler(axis: Axis) -> Callable[[LimitCell], float | None]:
+    """The reference is in doubt only where an axis makes the machine ill-conditioned."""
+    return (lambda cell: reference_error(cell.scene)) if axis.near_singular else (lambda _: None)
+
+
+def _in_order(walks: Sequence[Walk]) -> tuple[Walk, ...]:
+    names = list(AXES)
+    return tuple(sorted(walks, key=lambda walk: names.index(walk.axis)))
+
+
+def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCell]], Answers]) -> list[LimitStudy]:
+    """The studies of all plans, their runs in common batches."""
+    places = [(plan, kind, made) for plan in plans for kind, all_made in plan.searches.items() for made in all_made]
+    found = pursue([made() for _, _, made in places], run)
+    by_place: dict[tuple[str, str], list[Any]] = {}
+    for (plan, kind, _), result in zip(places, found, strict=True):
+        by_place.setdefault((plan.name, kind), []).append(result)
+    return [plan.study({kind: by_place.get((plan.name, kind), []) for kind in plan.searches}) for plan in plans]
+
+
+def check_runs(plans: Sequence[LimitPlan], most: int) -> None:
+    """Refuse before it starts what may need more runs than are allowed.
+
+    Raises:
+        InvalidInput: with both figures.
+    """
+    needed = sum(plan.most for plan in plans)
+    if needed > most:
+        raise InvalidInput(
+            f"this may need up to {needed} runs, and --most-runs allows {most}: name one scene or one --axis, or allow more"
+        )
