@@ -39,6 +39,29 @@ class Variations(ABC, Generic[AnySettings]):
         """With another stabilisation of what closes the joints or of the contacts; None where there is none."""
 
     @abstractmethod
+    def stabilised(self, machine: Machine, settings: AnySettings, steps: float) -> AnySettings:
+        """With a time constant of so many steps, of what closes the joints or, of a cam, of the contacts.
+
+        Guards of the engine against short ones are off where they would act.
+        """
+
+    @abstractmethod
+    def regularised(self, machine: Machine, settings: AnySettings, share: float) -> AnySettings | None:
+        """With so much regularisation; None where the engine has none.
+
+        Args:
+            share: in (0, 1], of what the engine puts on a joint by itself; of a contact what its impedance lacks of one.
+        """
+
+    @abstractmethod
+    def iterated(self, settings: AnySettings, iterations: int) -> AnySettings:
+        """With so many iterations of the solver at most."""
+
+    @abstractmethod
+    def rounded(self, settings: AnySettings, single: bool) -> AnySettings:
+        """With the state rounded to single precision after each step, or not."""
+
+    @abstractmethod
     def gravity_switched(self, settings: AnySettings) -> AnySettings:
         """Without gravity, or with it where there was none."""
 

@@ -46,12 +46,12 @@ def mass(default: float, meaning: str) -> Any:
 
 def inertia(default: float, meaning: str) -> Any:
     """A moment of inertia about the centre of gravity [kg m^2]."""
-    return _parameter(default, "kg*m^2", meaning, 1e-9, 1e9)
+    return _parameter(default, "kg*m^2", meaning, 1e-12, 1e9)
 
 
 def gravity(meaning: str) -> Any:
     """The acceleration of free fall [m/s^2]; zero switches it off."""
-    return _parameter(9.81, "m/s^2", meaning, 0.0, 1e3)
+    return _parameter(9.81, "m/s^2", meaning, 0.0, 1e5)
 
 
 def factor(default: float, meaning: str, lowest: float, highest: float) -> Any:

@@ -54,6 +54,27 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
             return replace(settings, contact_solref=_other_constant(settings.contact_solref, settings.timestep))
         return replace(settings, solref=_other_constant(settings.solref, settings.timestep))
 
+    def stabilised(self, machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
+        """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
+        guarded = settings.refsafe and steps >= LEAST_CONSTANT
+        same = replace(settings, preset="custom", refsafe=guarded)
+        if machine.kinematics.mechanism.cam_contacts:
+            return replace(same, contact_solref=(steps * settings.timestep, settings.contact_solref[1]))
+        return replace(same, solref=(steps * settings.timestep, settings.solref[1]))
+
+    def regularised(self, machine: Machine, settings: MuJoCoSettings, share: float) -> MuJoCoSettings:
+        """Loops by hardening; contacts, which it is not for, by an impedance that does not change with the overlap."""
+        if machine.kinematics.mechanism.cam_contacts:
+            impedance = (1.0 - share, 1.0 - share, *settings.contact_solimp[2:])
+            return replace(settings, preset="custom", contact_solimp=impedance)
+        return replace(settings, preset="custom", hardening=share)
+
+    def iterated(self, settings: MuJoCoSettings, iterations: int) -> MuJoCoSettings:
+        return replace(settings, preset="custom", iterations=iterations)
+
+    def rounded(self, settings: MuJoCoSettings, single: bool) -> MuJoCoSettings:
+        return replace(settings, preset="custom", rounded_state=single)
+
     def gravity_switched(self, settings: MuJoCoSettings) -> MuJoCoSettings:
         return replace(settings, preset="custom", gravity=not settings.gravity)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from conrod.engines.engine import Machine, step_length
@@ -52,6 +53,27 @@ class PymunkVariations(Variations[PymunkSettings]):
         if machine.kinematics.mechanism.cam_contacts:
             return replace(settings, collision_bias=_other_bias(settings.collision_bias))
         return replace(settings, error_bias=_other_bias(settings.error_bias))
+
+    def stabilised(self, machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
+        """The share left after a step is e^(-1 / steps), which the engine wants as that left after a second.
+
+        That one is no number any more where the second has very many time constants (745): it becomes zero, and a step
+        mends all.
+        """
+        bias = math.exp(-1.0 / (steps * settings.timestep))
+        if machine.kinematics.mechanism.cam_contacts:
+            return replace(settings, preset="custom", collision_bias=bias)
+        return replace(settings, preset="custom", error_bias=bias)
+
+    def regularised(self, machine: Machine, settings: PymunkSettings, share: float) -> None:
+        """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
+        return
+
+    def iterated(self, settings: PymunkSettings, iterations: int) -> PymunkSettings:
+        return replace(settings, preset="custom", iterations=iterations)
+
+    def rounded(self, settings: PymunkSettings, single: bool) -> PymunkSettings:
+        return replace(settings, preset="custom", rounded_state=single)
 
     def gravity_switched(self, settings: PymunkSettings) -> PymunkSettings:
         return replace(settings, preset="custom", gravity=not settings.gravity)

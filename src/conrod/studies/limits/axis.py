@@ -26,7 +26,9 @@ class Axis(ABC):
         name: on the command line.
         title: in the report.
         label: of a figure's axis, with the unit in which values are given.
-        harmless, hopeless: its ends, in that unit.
+        harmless, hopeless: its usual ends, in that unit; a listed axis has none. See `spans`.
+        allowed: lowest and highest value of a range that may be asked for.
+        near_singular: whether it leads to machines whose exact motion itself is ill-conditioned.
     """
 
     name: ClassVar[str]
@@ -35,6 +37,8 @@ class Axis(ABC):
     scale: ClassVar[Scale]
     harmless: ClassVar[float]
     hopeless: ClassVar[float]
+    allowed: ClassVar[tuple[float, float]]
+    near_singular: ClassVar[bool] = False
 
     @abstractmethod
     def refusal(self, case: Case) -> str | None:
@@ -42,15 +46,26 @@ class Axis(ABC):
 
     @abstractmethod
     def cell(self, case: Case, value: float) -> LimitCell:
-        """The run at a value.
+        """The run at a value, or at the nearest one that exists.
 
         Raises:
             InvalidInput: the machine or the engine cannot be given with this value.
         """
 
+    def spans(self, case: Case) -> tuple[tuple[float, float], ...]:
+        """The ways to walk it, each from a harmless value to a hopeless one."""
+        if self.scale is Scale.LISTED:
+            listed = self.values(case)
+            return ((listed[0], listed[-1]),)
+        return ((self.harmless, self.hopeless),)
+
     def values(self, case: Case) -> tuple[float, ...]:
         """All values of a listed axis."""
         raise NotImplementedError(f"{self.name} is not a listed axis")
+
+    def nearest(self, value: float) -> float:
+        """The value that is run where this one is asked for; on most axes there are all."""
+        return value
 
     def text(self, case: Case, value: float) -> str:
         """A value as people read it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 from conrod.engines import Engine, engine_named
@@ -10,6 +11,8 @@ from conrod.scenes import Scene
 from conrod.trajectory import Settings
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000
+# Machines that an axis makes of a scene: their tables, which presets read, are then computed once for all cases.
+VARIANTS_KEPT = 64
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,10 @@ class Case:
         made: Settings = self.made_by.presets[self.preset](scene or self.scene, steps or self.steps)
         return made
 
+    def variant(self, **parameters: float) -> Scene:
+        """The scene with other parameter values, SI; raises InvalidInput as its constructor does."""
+        return _known(self.scene.with_parameters(**parameters))
+
     @property
     def made_by(self) -> Engine[Any]:
         """The engine."""
@@ -50,3 +57,8 @@ class Case:
     def refusal(self) -> str | None:
         """None, or why the preset is not for this scene."""
         return self.made_by.refusal(self.scene, self.settings())
+
+
+@lru_cache(VARIANTS_KEPT)
+def _known(scene: Scene) -> Scene:
+    return scene
