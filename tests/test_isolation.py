@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import subprocess
+import sys
 import time
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pymunk
 import pytest
 
 from conrod import InvalidInput, Outcome, PymunkSettings, Saw, Trajectory, compare, run
 from conrod.engines.engine import Machine
-from conrod.isolation import run_isolated
+from conrod.isolation import Ended, isolated, run_isolated
 from conrod.mechanism import Body
 from conrod.trajectory import Settings
 
@@ -36,6 +41,30 @@ def exhaust(machine: Machine, settings: Settings, revolutions: float) -> Traject
         hoard.append(bytearray(50_000_000))
 
 
+def exhaust_and_keep(machine: Machine, settings: Settings, revolutions: float) -> Trajectory:
+    """To the last kilobyte, held by what outlives the call."""
+    hold_all(HELD)
+    return run(machine, settings, revolutions)
+
+
+HELD: list[Any] = []
+
+
+def hold_all(held: list[Any]) -> None:
+    size = 1 << 30
+    while True:
+        try:
+            held.append(np.empty(size, dtype=np.uint8))
+        except MemoryError:
+            if size < 1024:
+                raise
+            size //= 2
+
+
+def mistake(machine: Machine, settings: Settings, revolutions: float) -> Trajectory:
+    raise ZeroDivisionError("a mistake in the task")
+
+
 def leave(machine: Machine, settings: Settings, revolutions: float) -> Trajectory:
     os._exit(3)
 
@@ -53,6 +82,7 @@ def test_an_isolated_run_is_the_run_itself() -> None:
         (leave, {"timeout": 60.0}, Outcome.CRASHED, "status 3"),
         (hang, {"timeout": 3.0}, Outcome.TIMED_OUT, "3 s"),
         (exhaust, {"timeout": 60.0, "memory": 4_000_000_000}, Outcome.OUT_OF_MEMORY, "4000000000"),
+        (exhaust_and_keep, {"timeout": 60.0, "memory": 4_000_000_000}, Outcome.OUT_OF_MEMORY, "4000000000"),
     ],
 )
 def test_a_fault_ends_as_its_outcome_and_has_no_errors(task, limits, outcome, reason) -> None:  # type: ignore[no-untyped-def]
@@ -61,6 +91,51 @@ def test_a_fault_ends_as_its_outcome_and_has_no_errors(task, limits, outcome, re
     assert reason in trajectory.reason
     with pytest.raises(ValueError, match=outcome.slug):
         compare(trajectory, SAW)
+
+
+def test_memory_is_limited_from_what_the_process_begins_with_too() -> None:
+    assert isolated(take, 10_000_000, headroom=100_000_000) == 10_000_000
+    ended = isolated(take, 200_000_000, headroom=100_000_000)
+    assert ended == Ended(Outcome.OUT_OF_MEMORY, "the limit was 100000000 bytes more than it began with")
+
+
+def take(size: int) -> int:
+    return len(bytearray(size))
+
+
+def test_a_mistake_in_a_task_is_raised() -> None:
+    with pytest.raises(ZeroDivisionError, match="a mistake"):
+        run_isolated(SAW, SETTINGS, 1.0, timeout=60.0, task=mistake)
+
+
+OWNER = """
+import os, sys, time
+sys.path.insert(0, {tests!r})
+from conrod.isolation import isolated
+from test_isolation import tell_and_hang
+if __name__ == "__main__":
+    isolated(tell_and_hang)
+"""
+
+
+def tell_and_hang() -> None:
+    print(os.getpid(), flush=True)
+    time.sleep(1000.0)
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc to see the processes")
+def test_a_hang_ends_with_the_one_who_waits_for_it(tmp_path: Path) -> None:
+    script = tmp_path / "owner.py"
+    script.write_text(OWNER.format(tests=str(Path(__file__).parent)))
+    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as owner:
+        assert owner.stdout is not None
+        alone = int(owner.stdout.readline())
+        assert Path(f"/proc/{alone}").exists()
+        owner.kill()
+    give_up = time.monotonic() + 60.0
+    while Path(f"/proc/{alone}").exists() and time.monotonic() < give_up:
+        time.sleep(0.05)
+    assert not Path(f"/proc/{alone}").exists()
 
 
 def test_bad_usage_is_no_outcome_in_isolation_either() -> None:

@@ -19,7 +19,7 @@ from conrod.execution.local import LocalProcesses
 from conrod.execution.progress import CostBar, ProgressBar, RoundsBar
 from conrod.studies.cell import Cell
 from conrod.studies.ledger import Ledger, default_path
-from conrod.studies.measurement import Measurement
+from conrod.studies.measurement import Measurement, measure
 from conrod.studies.timing import Timing
 from conrod.units import parse_quantity
 
@@ -98,10 +98,12 @@ class Runner:
                 click.echo(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
                 raise
 
-    def run(self, cells: list[Cell], description: str = "runs") -> dict[str, Measurement]:
-        """Measurements of all cells; those that the ledger lacks are run."""
+    def run(
+        self, cells: Sequence[Cell], description: str = "runs", task: Callable[[Any], Measurement] = measure
+    ) -> dict[str, Measurement]:
+        """Measurements of all cells; those that the ledger lacks are run, each by the task."""
         with self.options.executor() as executor, ProgressBar(description) as bar:
-            return run_cells(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
+            return run_cells(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar, task=task)
 
     @contextmanager
     def answering(

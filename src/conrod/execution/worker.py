@@ -15,6 +15,7 @@ import traceback
 from typing import IO
 
 from conrod.errors import InvalidInput
+from conrod.process import RESERVE, address_space
 
 LENGTH = 8  # bytes
 # Sent before a call is looked at: a process that dies without this word has not died of the call.
@@ -54,11 +55,12 @@ def main(memory: int | None) -> None:
     os.dup2(2, 1)
     calls: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(calls,), daemon=True).start()
+    reserve = bytearray(0 if memory is None else RESERVE)
     send(answers, pickle.dumps(_limit(memory)))
     while True:
         call = calls.get()
         send(answers, BEGUN)
-        send(answers, _answer(call))
+        send(answers, _answer(call, reserve))
 
 
 def _listen(calls: queue.SimpleQueue[bytes]) -> None:
@@ -78,7 +80,7 @@ def _limit(memory: int | None) -> InvalidInput | None:
 
     import conrod.studies.measurement  # noqa: F401  what every cell loads is loaded before the limit is compared
 
-    used = _address_space()
+    used = address_space()
     if memory <= used:
         return InvalidInput(
             f"a cell's memory limit of {memory} bytes is less than the {used} that a process starts with"
@@ -87,20 +89,14 @@ def _limit(memory: int | None) -> InvalidInput | None:
     return None
 
 
-def _address_space() -> int:
-    """Address space of this process [bytes]; 0 where the system does not tell."""
-    try:
-        with open("/proc/self/statm", encoding="ascii") as file:
-            return int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
-    except FileNotFoundError:
-        return 0
-
-
-def _answer(call: bytes) -> bytes:
+def _answer(call: bytes, reserve: bytearray) -> bytes:
     """The pickled pair of whether the call returned, and what it returned or raised."""
     try:
         function, arguments, named = pickle.loads(call)
         return pickle.dumps((True, function(*arguments, **named)))
+    except MemoryError as error:
+        reserve.clear()
+        return pickle.dumps((False, _portable(error)))
     except Exception as error:
         return pickle.dumps((False, _portable(error)))
 

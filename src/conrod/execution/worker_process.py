@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import signal
 import subprocess
 import sys
 import threading
@@ -15,6 +14,7 @@ from typing import Any, TypeVar
 from conrod.errors import InvalidInput
 from conrod.execution.limits import Limits
 from conrod.execution.worker import BEGUN, receive, send
+from conrod.process import how_it_ended
 
 Result = TypeVar("Result")
 
@@ -124,13 +124,6 @@ class WorkerProcess:
     def _stop(self, late: threading.Event) -> None:
         late.set()
         self._process.kill()
-
-
-def how_it_ended(status: int | None) -> str:
-    """How a process ended, by its exit status as Python gives it: negative for a signal."""
-    if status is not None and status < 0:
-        return f"ended by signal {signal.Signals(-status).name}"
-    return f"ended with status {status}"
 
 
 def _started(limits: Limits) -> subprocess.Popen[bytes]:
