@@ -1,0 +1,137 @@
+"""Which class every node of a grid has, from runs along the boundaries between classes alone.
+
+Three rules say which nodes are run, all of them until none asks for another:
+
+1. A coarse grid: every node of some rows that is also in some columns.
+2. Where neighbours along a line differ and lie apart, the one in the middle is run: first along the lines of the coarse
+   grid, in the end along all.
+3. Where two corners of a unit cell differ, its other corners are run. A boundary is followed by this rule from wherever
+   it was met, out of a coarse cell through any side, bent or not.
+
+A node that was never run then lies in an area around which all nodes were run and are of one class: it inherits that.
+So a boundary is found, whole, if it parts two nodes of the coarse grid or joins one that does. What the rules cannot
+see is an area of a class of its own without a node of the coarse grid in it: an island, or a strip from edge to edge,
+that slips between two coarse lines.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Generator, Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+STRIDE = 8
+UNKNOWN = -1
+
+Node = tuple[int, int]  # indices along the two axes
+Class = TypeVar("Class", bound=Hashable)
+Codes = NDArray[np.int_]  # a number for each class, or UNKNOWN
+# Yields the nodes it wants next, is sent their classes, returns the whole map.
+Refinement = Generator[tuple[Node, ...], Mapping[Node, Class], "Refined[Class]"]
+
+
+@dataclass(frozen=True)
+class Refined(Generic[Class]):
+    """A whole map.
+
+    Attributes:
+        shape: number of nodes along the two axes.
+        found: class of every node that was run, in the order in which they were.
+    """
+
+    shape: tuple[int, int]
+    found: Mapping[Node, Class]
+
+    @cached_property
+    def sources(self) -> Mapping[Node, Node]:
+        """Of every node the one that it has its class from: itself if it was run."""
+        return nearest_runs(self.shape, self.found)
+
+    def class_of(self, node: Node) -> Class:
+        """The class of a node, run or inherited."""
+        return self.found[self.sources[node]]
+
+    @property
+    def share(self) -> float:
+        """Runs over nodes."""
+        return len(self.found) / (self.shape[0] * self.shape[1])
+
+
+def refine(shape: tuple[int, int], stride: int = STRIDE) -> Refinement[Class]:
+    """Find the class of every node of a grid.
+
+    Args:
+        shape: number of nodes along the two axes, at least 2 each.
+        stride: of the coarse grid, in nodes. The last row and the last column are in it whatever their distance.
+
+    Raises:
+        ValueError: a grid or a stride without meaning.
+    """
+    if min(shape) < 2 or stride < 1:
+        raise ValueError(f"a grid of {shape[0]} x {shape[1]} nodes cannot be refined from every {stride}th")
+    rows, columns = (_coarse(length, stride) for length in shape)
+    found: dict[Node, Class] = {}
+    codes: dict[Class, int] = {}
+    known = np.full(shape, UNKNOWN)
+    wanted = {(i, j) for i in rows for j in columns}
+    while wanted:
+        asked = tuple(sorted(wanted))
+        answers = yield asked
+        for node in asked:
+            found[node] = answers[node]
+            known[node] = codes.setdefault(answers[node], len(codes))
+        wanted = set(_middles(known, rows, columns)) | set(_corners(known))
+        wanted = wanted or set(_middles(known, range(shape[0]), range(shape[1])))
+    return Refined(shape, found)
+
+
+def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node]:
+    """Of every node the run one that is reached from it in the fewest steps along the grid's lines."""
+    sources = {node: node for node in sorted(run)}
+    ahead = deque(sources)
+    while ahead:
+        i, j = ahead.popleft()
+        for node in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
+            if node not in sources and 0 <= node[0] < shape[0] and 0 <= node[1] < shape[1]:
+                sources[node] = sources[i, j]
+                ahead.append(node)
+    return sources
+
+
+def _coarse(length: int, stride: int) -> tuple[int, ...]:
+    return (*range(0, length - 1, stride), length - 1)
+
+
+def _middles(known: Codes, rows: Iterable[int], columns: Iterable[int]) -> Iterator[Node]:
+    """Nodes in the middle of a gap between two that differ, along some rows and columns."""
+    for i in rows:
+        yield from ((i, j) for j in _gaps(known[i]))
+    for j in columns:
+        yield from ((i, j) for i in _gaps(known[:, j]))
+
+
+def _gaps(line: Codes) -> list[int]:
+    at = np.flatnonzero(line != UNKNOWN)
+    first, last = at[:-1], at[1:]
+    apart = (line[first] != line[last]) & (last - first > 1)
+    middles: list[int] = ((first[apart] + last[apart]) // 2).tolist()
+    return middles
+
+
+def _corners(known: Codes) -> list[Node]:
+    """Unknown corners of the unit cells of which two corners differ."""
+    corners = np.stack([known[:-1, :-1], known[:-1, 1:], known[1:, :-1], known[1:, 1:]])
+    unknown = corners == UNKNOWN
+    least = np.where(unknown, np.iinfo(known.dtype).max, corners).min(axis=0)
+    crossed = corners.max(axis=0) > least
+    wanted = np.zeros(known.shape, dtype=bool)
+    wanted[:-1, :-1] |= crossed
+    wanted[:-1, 1:] |= crossed
+    wanted[1:, :-1] |= crossed
+    wanted[1:, 1:] |= crossed
+    return [(int(i), int(j)) for i, j in np.argwhere(wanted & (known == UNKNOWN))]
