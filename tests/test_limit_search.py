@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import pytest
@@ -34,12 +35,20 @@ class StartAngle(Axis):
     scale: ClassVar[Scale] = Scale.LOG
     harmless: ClassVar[float] = 1.0
     hopeless: ClassVar[float] = 1e4
+    allowed: ClassVar[tuple[float, float]] = (1.0, 1e4)
 
     def refusal(self, case: Case) -> str | None:
         return None
 
     def cell(self, case: Case, value: float) -> LimitCell:
         return LimitCell(case.name, case.scene, case.settings(), start_angle=value)
+
+
+class Even(StartAngle):
+    """Only even numbers exist."""
+
+    def nearest(self, value: float) -> float:
+        return 2.0 * max(1, round(value / 2.0))
 
 
 class Whole(StartAngle):
@@ -115,6 +124,12 @@ def test_whole_numbers_are_told_apart_to_the_last_one_where_they_are_few() -> No
     assert (found.last_good, found.first_bad) == (17.0, 16.0)
 
 
+def test_a_boundary_lies_between_neighbouring_values_where_not_all_values_exist() -> None:
+    walk, _ = walked(Even(), lambda x: 1e-4 if x <= 31.0 else "opened")
+    found = boundaries(walk)["safe"]
+    assert (found.last_good, found.first_bad) == (30.0, 32.0)
+
+
 def test_nearness_is_measured_by_what_is_left_to_one() -> None:
     edge = 1.0 - 3e-7
     walk, _ = walked(Near(), lambda x: 1e-4 if x <= edge else "flipped")
@@ -185,7 +200,7 @@ def test_values_are_spaced_evenly_and_hold_both_ends() -> None:
     near = spaced(Scale.NEARNESS, 0.1, 1.0 - 1e-9, 9)
     assert near[0] == 0.1
     assert near[-1] == 1.0 - 1e-9
-    ratios = [(1.0 - b) / (1.0 - a) for a, b in zip(near, near[1:], strict=False)]
+    ratios = [(1.0 - b) / (1.0 - a) for a, b in pairwise(near)]
     assert ratios == pytest.approx([ratios[0]] * len(ratios), rel=1e-6)
 
 

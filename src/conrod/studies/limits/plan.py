@@ -175,5 +175,5 @@ def check_runs(plans: Sequence[LimitPlan], most: int) -> None:
     needed = sum(plan.most for plan in plans)
     if needed > most:
         raise InvalidInput(
-            f"this may need up to {needed} runs, and --most-runs allows {most}: name one scene or one --axis, or allow more"
+            f"this may need up to {needed} runs, and --most-runs allows {most}: name one scene or --axis, or allow more"
         )

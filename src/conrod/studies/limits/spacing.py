@@ -18,7 +18,7 @@ def spaced(scale: Scale, first: float, last: float, count: int) -> tuple[float, 
     """Different values from the first to the last, evenly along the scale; fewer where whole numbers are fewer."""
     begin, end = measure_of(scale, first), measure_of(scale, last)
     inner = [_value(scale, begin + (end - begin) * k / (count - 1)) for k in range(1, count - 1)]
-    return tuple(dict.fromkeys([first, *inner, last])) if first != last else (first,)
+    return tuple(dict.fromkeys([first, *inner, last]))
 
 
 def between(scale: Scale, good: float, bad: float) -> float | None:

@@ -34,18 +34,17 @@ def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler)
     Raises:
         InvalidInput: the machine cannot be given with a value of the range.
     """
+    listed = axis.scale is Scale.LISTED
     cells: dict[float, LimitCell] = {}
     answers: dict[str, Measurement] = {}
     listed = axis.scale is Scale.LISTED
-    wanted = list(axis.values(case) if listed else spaced(axis.scale, first, last, SCANNED))
+    wanted = list(axis.values(case)) if listed else _scanned(axis, first, last)
     while wanted:
         new = {value: axis.cell(case, value) for value in wanted}
         cells |= new
         answers |= yield tuple(new.values())
-        wanted = (
-            [] if axis.scale is Scale.LISTED else _halved(axis.scale, _in_order(cells, first, last), cells, answers)
-        )
-    ordered = sorted(cells) if axis.scale is Scale.LISTED else _in_order(cells, first, last)
+        wanted = [] if listed else _halved(axis, _in_order(cells, first, last), cells, answers)
+    ordered = list(cells) if listed else _in_order(cells, first, last)
     probes = tuple(probe_of(axis, case, value, cells[value], answers[cells[value].key], ruler) for value in ordered)
     boundaries = () if listed else tuple(boundary_of(probes, level) for level in CRITERIA)
     return Walk(axis.name, case.name, case.engine, case.preset, "", probes, boundaries)
@@ -55,20 +54,31 @@ def most_runs(axis: Axis, case: Case, first: float, last: float) -> int:
     """The largest number of runs that a walk can ask for."""
     if axis.scale is Scale.LISTED:
         return len(axis.values(case))
-    scanned = spaced(axis.scale, first, last, SCANNED)
+    scanned = _scanned(axis, first, last)
     if len(scanned) < 2:
         return len(scanned)
     halvings, good, bad = 0, scanned[0], scanned[1]
-    while (middle := between(axis.scale, good, bad)) is not None:
+    while (middle := _middle(axis, good, bad)) is not None:
         halvings, good = halvings + 1, middle
     return len(scanned) + len(CRITERIA) * (halvings + 1)
+
+
+def _scanned(axis: Axis, first: float, last: float) -> list[float]:
+    return list(dict.fromkeys(axis.nearest(value) for value in spaced(axis.scale, first, last, SCANNED)))
+
+
+def _middle(axis: Axis, good: float, bad: float) -> float | None:
+    """The value that exists half-way between two; None where they are near enough, or none does."""
+    found = between(axis.scale, good, bad)
+    nearest = None if found is None else axis.nearest(found)
+    return None if nearest in (good, bad) else nearest
 
 
 def _in_order(cells: Mapping[float, LimitCell], first: float, last: float) -> list[float]:
     return sorted(cells, reverse=last < first)
 
 
-def _halved(scale: Scale, ordered: Sequence[float], cells: Mapping[float, LimitCell], answers: Answers) -> list[float]:
+def _halved(axis: Axis, ordered: Sequence[float], cells: Mapping[float, LimitCell], answers: Answers) -> list[float]:
     """The value to look at next for every boundary that is not yet narrow enough."""
     levels = [LEVELS.index(grade_of(answers[cells[value].key]).level) for value in ordered]
     found = []
@@ -76,7 +86,7 @@ def _halved(scale: Scale, ordered: Sequence[float], cells: Mapping[float, LimitC
         k = _first_worse(levels, LEVELS.index(criterion))
         if k is None or k == 0:
             continue
-        middle = between(scale, ordered[k - 1], ordered[k])
+        middle = _middle(axis, ordered[k - 1], ordered[k])
         if middle is not None:
             found.append(middle)
     return list(dict.fromkeys(found))
