@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
 import numpy as np
 import pymunk
 
@@ -10,30 +13,68 @@ from conrod.engines.left_out_rod import ModelForm
 from conrod.engines.pymunk.instants import Staggered, staggered
 from conrod.engines.pymunk.points import point_tracks
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import build
-from conrod.engines.pymunk.stepping import advance
+from conrod.engines.pymunk.space import Build, build
+from conrod.engines.pymunk.stepping import advance, state
 from conrod.joint_equations import pose_jets
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
 from conrod.outcome import judge
 from conrod.trajectory import BodyStates, BodyTracks, PointTracks, Track, Trajectory
 
+KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Consecutive samples of a run.
+
+    Attributes:
+        first: index of the first one.
+        bodies, points: of the links and of the observed points.
+        centres, rates: of the engine's bodies at the last one; each (1, 3 n).
+    """
+
+    first: int
+    bodies: BodyTracks
+    points: Mapping[str, PointTracks]
+    centres: Array
+    rates: Array
+
 
 def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> Trajectory:
     """One run at constant crank speed, sampled at every step."""
-    made = build(machine, settings)
+    steps = round(settings.steps_per_revolution * revolutions)
+    (whole,) = stretches(machine, build(machine, settings), settings, start_angle, steps, max(steps, 1))
+    return trajectory_of(machine, settings, revolutions, whole)
+
+
+def stretches(
+    machine: Machine, made: Build, settings: PymunkSettings, start_angle: float, steps: int, length: int
+) -> Iterator[Stretch]:
+    """A run of so many steps, in stretches of a length; the first has the start beside its steps."""
     poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
     made.place(poses[0], slopes[0] * machine.speed)
-    steps = round(settings.steps_per_revolution * revolutions)
-    times = np.asarray(start_angle / machine.speed + settings.timestep * np.arange(steps + 1), dtype=float)
-    # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift of a
-    # whole turn, put right at once, would be seen in the acceleration.
     driver = made.mechanism.driver
-    centres, rates = advance(made, settings, driver.start + driver.sense * machine.speed * times)
-    at = staggered(made.mechanism, settings.timestep, times, centres, rates)
-    bodies = body_tracks(made.form, at, centres, rates)
-    points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
-    verdict = judge(machine.kinematics, bodies, machine.speed)
+    known, before = state(made), None
+    for first in (0, *range(length + 1, steps + 1, length)):
+        last = min(max(first, 1) + length, steps + 1)
+        index = np.arange(max(first, 1) - len(known[0]), last)
+        times = np.asarray(start_angle / machine.speed + settings.timestep * index, dtype=float)
+        # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
+        # of a whole turn, put right at once, would be seen in the acceleration.
+        turns = driver.start + driver.sense * machine.speed * times
+        centres, rates = advance(made, settings, turns, known)
+        at = staggered(made.mechanism, settings.timestep, times, centres, rates)
+        bodies = body_tracks(made.form, at, centres, rates, before)
+        points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
+        old = len(times) - (last - first)
+        yield Stretch(first, _new_states(bodies, old), _new_points(points, old), centres[-1:], rates[-1:])
+        known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
+
+
+def trajectory_of(machine: Machine, settings: PymunkSettings, revolutions: float, stretch: Stretch) -> Trajectory:
+    """A stretch of a run, judged by itself."""
+    verdict = judge(machine.kinematics, stretch.bodies, machine.speed)
     return Trajectory(
         engine="pymunk",
         engine_version=pymunk.version,
@@ -42,22 +83,54 @@ def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_an
         revolutions=revolutions,
         outcome=verdict.outcome,
         reason=verdict.reason,
-        points=points,
-        bodies=bodies,
+        points=stretch.points,
+        bodies=stretch.bodies,
     )
 
 
-def body_tracks(form: ModelForm, at: Staggered, centres: Array, rates: Array) -> BodyTracks:
-    """States of all links at the instants that positions, velocities and accelerations belong to."""
-    here = _states(form, centres, rates)
-    middle = _states(form, centres[1:] + at.ahead * rates[1:], rates[1:])
-    between = _states(form, centres[3:] + at.back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]))
+def _new_states(bodies: BodyTracks, old: int) -> BodyTracks:
+    """Without those of samples that the stretch before has; of these accelerations are not told again."""
+
+    def cut(states: BodyStates, old: int) -> BodyStates:
+        return BodyStates(states.instants[old:], states.poses[old:], states.rates[old:], states.accelerations[old:])
+
+    return BodyTracks(cut(bodies.position, old), cut(bodies.velocity, max(old - 1, 0)), bodies.acceleration)
+
+
+def _new_points(points: Mapping[str, PointTracks], old: int) -> dict[str, PointTracks]:
+    def cut(track: Track, old: int) -> Track:
+        return Track(track.instants[old:], track.values[old:])
+
+    return {
+        name: PointTracks(cut(tracks.position, old), cut(tracks.velocity, max(old - 1, 0)), tracks.acceleration)
+        for name, tracks in points.items()
+    }
+
+
+def body_tracks(
+    form: ModelForm, at: Staggered, centres: Array, rates: Array, before: BodyTracks | None = None
+) -> BodyTracks:
+    """States of all links at the instants that positions, velocities and accelerations belong to.
+
+    Args:
+        before: those of the stretch before, the last samples of which begin this one.
+    """
+    after = (None, None, None) if before is None else _followed(before)
+    here = _states(form, centres, rates, after[0])
+    middle = _states(form, centres[1:] + at.ahead * rates[1:], rates[1:], after[1])
+    between = _states(form, centres[3:] + at.back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]), after[2])
     rest = np.zeros_like
     return BodyTracks(
         BodyStates(at.position, *here, rest(here[0])),
         BodyStates(at.velocity, *middle, rest(middle[0])),
         BodyStates(at.acceleration, *between, np.diff(middle[1], axis=0)[1:] / at.step),
     )
+
+
+def _followed(before: BodyTracks) -> list[Array | None]:
+    """Poses that the next stretch begins with, or after: it has three of these positions, two velocities."""
+    told = ((before.position, KEPT), (before.velocity, KEPT - 1), (before.acceleration, 1))
+    return [states.poses[-back] if len(states.poses) >= back else None for states, back in told]
 
 
 def unseen_points(form: ModelForm, at: Staggered, bodies: BodyTracks) -> dict[str, PointTracks]:
@@ -77,9 +150,9 @@ def unseen_points(form: ModelForm, at: Staggered, bodies: BodyTracks) -> dict[st
     }
 
 
-def _states(form: ModelForm, centres: Array, rates: Array) -> tuple[Array, Array]:
+def _states(form: ModelForm, centres: Array, rates: Array, after: Array | None) -> tuple[Array, Array]:
     """Poses and rates of the frames of all links from those of the engine's centres of gravity."""
-    poses, speeds = form.completed(body_states(form.mechanism, centres, rates))
+    poses, speeds = form.completed(body_states(form.mechanism, centres, rates), after)
     return poses, speeds
 
 

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pymunk
 
-from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.pymunk import drift, dynamics, kinematic, law
 from conrod.engines.pymunk.bare import BareRun, started
 from conrod.engines.pymunk.grid import rules
 from conrod.engines.pymunk.paste import paste
+from conrod.engines.pymunk.pieces import pieces
 from conrod.engines.pymunk.reference_loop import reference_loop
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
 from conrod.engines.pymunk.variations import PymunkVariations
 from conrod.engines.rule import Grid, Rule
 from conrod.motion import Array
-from conrod.trajectory import Trajectory
+from conrod.trajectory import Piece, Trajectory
 
 
 class Pymunk(Engine[PymunkSettings]):
@@ -36,6 +39,16 @@ class Pymunk(Engine[PymunkSettings]):
         self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
     ) -> Trajectory:
         return dynamics.run(machine, settings, revolutions, start_angle)
+
+    def pieces(
+        self,
+        machine: Machine,
+        settings: PymunkSettings,
+        revolutions: float,
+        start_angle: float = 0.0,
+        steps: int = PIECE,
+    ) -> Iterator[Piece]:
+        return pieces(machine, settings, revolutions, start_angle, steps)
 
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
         return kinematic.solve(machine, PymunkSettings.tuned(machine, 1000), angle)

@@ -34,17 +34,37 @@ BLOCK = 4096  # steps whose copies are kept together, so that they stay in the c
 PrivatePushed = list[tuple[Any, tuple[float, float]]]
 
 
-def advance(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array, Array]:
+def state(made: Build) -> tuple[Array, Array]:
+    """Centres of gravity with turns, and their rates, as they are now; each (1, 3 n)."""
+    centres, rates = np.empty((1, 3 * len(made.bodies))), np.empty((1, 3 * len(made.bodies)))
+    _record(made.bodies, centres[0], rates[0])
+    return centres, rates
+
+
+def advance(
+    made: Build, settings: PymunkSettings, turns: Array, known: tuple[Array, Array] | None = None
+) -> tuple[Array, Array]:
     """Step through the given crank turns.
 
     Args:
-        turns: (T,) [rad], of the crank body at the start of each step, and one at the end.
+        turns: (T,) [rad], of the crank body at each sample, which is the start of the step that follows it.
+        known: the first samples, where the space is at the last of them; None where it is at the first one.
 
     Returns:
-        Centres of gravity with turns, and their rates, before the first and after every step; each (T, 3 n).
+        Centres of gravity with turns, and their rates, at all samples; each (T, 3 n).
     """
+    begun = state(made) if known is None else known
+    first = len(begun[0])
+    centres, rates = np.empty((2, len(turns), 3 * len(made.bodies)))
+    centres[:first], rates[:first] = begun
     way = _by_memory if memory_is_known() else _by_properties
-    return way(made, settings, turns)
+    turned = turns[first - 1 : -1]
+    if settings.rounded_state:
+        turned = turned.astype(np.float32).astype(np.float64)
+    # A number too large for single precision becomes infinite: the run diverges, which is told from what it recorded.
+    with np.errstate(over="ignore"):
+        way(made, settings, turned, centres[first:], rates[first:])
+    return centres, rates
 
 
 def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: float, turns: list[float]) -> None:
@@ -69,17 +89,26 @@ def _repeat_private(space: Any, crank: Any, pushed: PrivatePushed, timestep: flo
         take_step(space, timestep)
 
 
-def _by_properties(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array, Array]:
+def _by_properties(made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array) -> None:
+    """Take a step from each turn, and fill in the samples after it."""
     bodies, crank = made.bodies, made.crank
-    centres, rates = np.empty((len(turns), 3 * len(bodies))), np.empty((len(turns), 3 * len(bodies)))
-    _record(bodies, centres[0], rates[0])
-    for n, turn in enumerate(turns[:-1].tolist(), start=1):
+    for n, turn in enumerate(turns.tolist()):
         crank.angle = turn
         for body, force in made.pushed:
             body.force = force
         made.space.step(settings.timestep)
+        if settings.rounded_state:
+            _round(bodies)
         _record(bodies, centres[n], rates[n])
-    return centres, rates
+
+
+def _round(bodies: tuple[pymunk.Body, ...]) -> None:
+    for body in bodies:
+        x, y, turn, vx, vy, spin = np.array(
+            [*body.position, body.angle, *body.velocity, body.angular_velocity], dtype=np.float32
+        ).tolist()
+        body.position, body.angle = (x, y), turn
+        body.velocity, body.angular_velocity = (vx, vy), spin
 
 
 def _record(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) -> None:
@@ -88,22 +117,21 @@ def _record(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) -> No
         rates[3 * i : 3 * i + 3] = (*body.velocity, body.angular_velocity)
 
 
-def _by_memory(made: Build, settings: PymunkSettings, turns: Array) -> tuple[Array, Array]:
-    # The public call once: it checks the bodies' masses, which the private one does not.
-    begun = min(2, len(turns))
-    centres, rates = np.empty((len(turns), 3 * len(made.bodies))), np.empty((len(turns), 3 * len(made.bodies)))
-    centres[:begun], rates[:begun] = _by_properties(made, settings, turns[:begun])
+def _by_memory(made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array) -> None:
+    # A new space takes its first step by the public call: it checks the bodies' masses, which the private one does not.
+    begun = int(made.space.current_time_step == 0.0)
+    _by_properties(made, settings, turns[:begun], centres, rates)
     memory = [memory_of(body) for body in made.bodies]
     crank, pushed = memory_of(made.crank), [(body._body, force) for body, force in made.pushed]
-    for steps in chunks(len(turns) - begun, BLOCK):
-        turned = turns[begun - 1 :][steps].tolist()
-        copies = _step_and_copy(made.space._space, crank, pushed, settings.timestep, turned, memory)
-        states = np.frombuffer(copies).reshape(len(turned), -1)
+    step_and_copy = _step_round_and_copy if settings.rounded_state else _step_and_copy
+    for steps in chunks(len(turns[begun:]), BLOCK):
+        turned = turns[begun:][steps].tolist()
+        copies = step_and_copy(made.space._space, crank, pushed, settings.timestep, turned, memory)
+        states = np.frombuffer(copies).reshape(len(turned), WIDTH * len(memory))
         rows = slice(begun + steps.start, begun + steps.stop)
         # Without a mode, `take` would first fill an array of its own.
         np.take(states, _columns(CENTRE, len(memory)), axis=1, out=centres[rows], mode="clip")
         np.take(states, _columns(RATE, len(memory)), axis=1, out=rates[rows], mode="clip")
-    return centres, rates
 
 
 def _columns(of_body: tuple[int, ...], bodies: int) -> list[int]:
@@ -125,6 +153,20 @@ def _step_and_copy(
             set_force(body, force)
         take_step(space, timestep)
         copies += join(memory)
+    return copies
+
+
+def _step_round_and_copy(
+    space: Any, crank: memoryview, pushed: PrivatePushed, timestep: float, turns: list[float], memory: list[memoryview]
+) -> bytearray:
+    """As `_step_and_copy`, with all numbers rounded to single precision after each step."""
+    numbers = [np.frombuffer(body) for body in memory]
+    copies = bytearray()
+    for turn in turns:
+        _step_and_copy(space, crank, pushed, timestep, [turn], memory)
+        for own in numbers:
+            own[:] = own.astype(np.float32)  # the forces among them are zero after a step
+        copies += b"".join(memory)
     return copies
 
 
