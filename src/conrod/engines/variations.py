@@ -50,7 +50,7 @@ class Variations(ABC, Generic[AnySettings]):
         """With so much regularisation; None where the engine has none.
 
         Args:
-            share: in (0, 1], of what the engine puts on a joint by itself; of a contact what its impedance lacks of one.
+            share: in (0, 1], of what the engine puts on a joint by itself; of a contact what impedance lacks of 1.
         """
 
     @abstractmethod
