@@ -1,0 +1,93 @@
+"""Up to where each engine and preset can be relied on along one axis, and what was not walked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.report import numbers
+from conrod.report.limits.passages import largest_error
+from conrod.report.limits.words import BOUNDARIES, beyond, up_to
+from conrod.report.styles import engine_title
+from conrod.report.sweep.naming import listed
+from conrod.report.tables import paragraphs, table
+from conrod.studies.limits.results import Probe, Walk
+
+NO_SOLVER_NOTE = "-"
+HELD_AGAIN = "\\* further on there are runs that keep the criterion again."
+
+
+def boundaries_table(walks: Sequence[Walk]) -> str:
+    """The boundaries of all walks of an axis; of a list of values how many ended how."""
+    with_boundaries = [walk for walk in walks if walk.boundaries]
+    if not with_boundaries:
+        return _listed_table([walk for walk in walks if walk.probes])
+    noted = any(probe.solver for walk in with_boundaries for probe in walk.probes)
+    head = ["engine", "preset", "from .. to", *BOUNDARIES.values(), "beyond 10 %", *(["its solver"] if noted else [])]
+    rows = [
+        [
+            *_name(walk),
+            f"{walk.probes[0].text} .. {walk.probes[-1].text}",
+            *(up_to(walk, criterion) for criterion in BOUNDARIES),
+            beyond(walk) or NO_SOLVER_NOTE,
+            *([solver_notes(walk.probes) or NO_SOLVER_NOTE] if noted else []),
+        ]
+        for walk in with_boundaries
+    ]
+    again = any(boundary.good_again for walk in with_boundaries for boundary in walk.boundaries)
+    return paragraphs(table(head, rows), HELD_AGAIN if again else "")
+
+
+def _listed_table(walks: Sequence[Walk]) -> str:
+    noted = any(probe.solver for walk in walks for probe in walk.probes)
+    head = ["engine", "preset", "runs", "within 10 %", "largest position error / L", "ended otherwise"]
+    rows = [
+        [
+            *_name(walk),
+            str(len(walk.probes)),
+            str(sum(probe.level in ("safe", "rough") for probe in walk.probes)),
+            numbers.measured(largest_error(walk.probes)),
+            _ends(walk) or NO_SOLVER_NOTE,
+            *([solver_notes(walk.probes) or NO_SOLVER_NOTE] if noted else []),
+        ]
+        for walk in walks
+    ]
+    return table([*head, *(["its solver"] if noted else [])], rows)
+
+
+def _ends(walk: Walk) -> str:
+    """How runs of a list ended that did not complete: 3 opened, 1 diverged."""
+    ends: dict[str, int] = {}
+    for probe in walk.probes:
+        if probe.outcome != "completed":
+            ends[probe.outcome] = ends.get(probe.outcome, 0) + 1
+    return ", ".join(f"{count} {outcome}" for outcome, count in ends.items())
+
+
+def solver_notes(probes: Sequence[Probe]) -> str:
+    """What is to be said of the solver, with the first and the last value of which it is said."""
+    where: dict[str, list[Probe]] = {}
+    for probe in probes:
+        if probe.solver:
+            where.setdefault(probe.solver, []).append(probe)
+    return "; ".join(f"{note}: {_ends_of(noted)} ({len(noted)} of {len(probes)} runs)" for note, noted in where.items())
+
+
+def _ends_of(probes: Sequence[Probe]) -> str:
+    first, last = probes[0].text, probes[-1].text
+    return first if first == last else f"{first} .. {last}"
+
+
+def refusals(walks: Sequence[Walk]) -> list[str]:
+    """Why an axis was not walked, each reason once, with those that it is for."""
+    who: dict[str, dict[str, list[str]]] = {}
+    for walk in walks:
+        if walk.refusal:
+            who.setdefault(walk.refusal, {}).setdefault(walk.engine, []).append(f"`{walk.preset}`")
+    return [
+        f"Not walked with {'; '.join(f'{engine_title(e)} {listed(presets)}' for e, presets in of.items())}: {reason}."
+        for reason, of in who.items()
+    ]
+
+
+def _name(walk: Walk) -> list[str]:
+    return [engine_title(walk.engine), walk.preset]

@@ -1,0 +1,115 @@
+"""The boundary chart: how far along an axis each engine and preset is safe, and what comes beyond."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+from conrod.motion import Array
+from conrod.report.canvas import on_grid
+from conrod.report.limits.axis_scale import AxisScale, place
+from conrod.report.limits.marks import (
+    OUTCOME_MARKS,
+    QUIET_COLOUR,
+    level_colour,
+    level_handles,
+    mark_style,
+    outcome_handles,
+)
+from conrod.report.styles import engine_title
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.results import Probe, Walk
+from conrod.studies.limits.stretches import Stretch, stretches
+
+WIDTH, LANE = 9.5, 0.42  # [inch]
+LEFT, RIGHT, TOP, BOTTOM = 1.5, 0.25, 0.62, 0.62  # margins [inch]
+HALF_BAR, HALF_TICK = 0.27, 0.09  # of a lane
+QUIET_LINE = 3.2  # [pt]
+MARK_APART = 0.022  # of the width: closer marks would cover each other
+
+Key = tuple[str, str]
+
+
+def boundary_chart(walks: Sequence[Walk]) -> Figure | None:
+    """A bar for each engine and preset along one axis; None where nothing was walked between two ends."""
+    walked = [walk for walk in walks if walk.boundaries and len(walk.probes) > 1]
+    if not walked:
+        return None
+    lanes = list(dict.fromkeys((walk.engine, walk.preset) for walk in walked))
+    axis = AXES[walked[0].axis]
+    scale = AxisScale.of(axis.scale, walked)
+    height = TOP + LANE * len(lanes) + BOTTOM
+    figure = Figure(figsize=(WIDTH, height))
+    axes = figure.add_axes(
+        (LEFT / WIDTH, BOTTOM / height, (WIDTH - LEFT - RIGHT) / WIDTH, LANE * len(lanes) / height)
+    )
+    for walk in walked:
+        _draw_walk(axes, scale, lanes.index((walk.engine, walk.preset)), walk)
+    scale.apply(axes, axis.label)
+    axes.set_ylim(len(lanes) - 0.5, -0.5)
+    axes.set_yticks(range(len(lanes)), [f"{engine_title(engine)} {preset}" for engine, preset in lanes])
+    axes.tick_params(axis="y", length=0)
+    axes.grid(visible=False, axis="y")
+    axes.spines["left"].set_visible(False)
+    at = (0.5, 1.0 - 0.04 / height)
+    handles = _legend(walked)
+    figure.legend(handles=handles, loc="upper center", ncol=min(len(handles), 7), bbox_to_anchor=at, columnspacing=1.6)
+    return figure
+
+
+def _draw_walk(axes: Axes, scale: AxisScale, lane: int, walk: Walk) -> None:
+    span = scale.high - scale.low
+    found = stretches(walk)
+    edges = _edges(scale, found, span)
+    marked: list[float] = []
+    for stretch, (start, end) in zip(found, pairwise(edges), strict=True):
+        left, wide = min(start, end), abs(end - start)
+        axes.add_patch(
+            Rectangle((left, lane - HALF_BAR), wide, 2 * HALF_BAR, facecolor=level_colour(stretch.level), linewidth=0.0)
+        )
+        if stretch.quiet:
+            axes.plot(
+                [start, end],
+                [lane + HALF_BAR] * 2,
+                color=QUIET_COLOUR,
+                linewidth=QUIET_LINE,
+                solid_capstyle="butt",
+                zorder=4,
+            )
+        centre = 0.5 * (start + end)
+        near = min((abs(centre - other) for other in marked), default=span)
+        if stretch.outcome in OUTCOME_MARKS and near >= MARK_APART * span:
+            marked.append(centre)
+            axes.plot([centre], [lane - 0.03], zorder=5, **mark_style(stretch.outcome, stretch.level))
+    places = _places(scale, walk.probes, span)
+    axes.vlines(places, lane - HALF_BAR - HALF_TICK, lane - HALF_BAR, color="#555555", linewidth=0.6, zorder=3)
+
+
+def _edges(scale: AxisScale, found: Sequence[Stretch], span: float) -> list[float]:
+    """Where colours change: half-way between the last run of one stretch and the first of the next."""
+    ends = [_places(scale, (stretch.first, stretch.last), span) for stretch in found]
+    middles = [0.5 * (one[1] + other[0]) for one, other in pairwise(ends)]
+    return [float(ends[0][0]), *(float(middle) for middle in middles), float(ends[-1][1])]
+
+
+def _places(scale: AxisScale, probes: Sequence[Probe], span: float) -> Array:
+    return on_grid(np.array([place(scale.scale, probe.value) for probe in probes]), span)
+
+
+def _legend(walks: Sequence[Walk]) -> list[object]:
+    """Only what occurs."""
+    found = [stretch for walk in walks for stretch in stretches(walk)]
+    quiet = Line2D([], [], color=QUIET_COLOUR, linewidth=QUIET_LINE, label="quiet: nothing says so")
+    run = Line2D([], [], linestyle="none", marker="|", markersize=5.0, color="#555555", label="a run")
+    return [
+        *level_handles({stretch.level for stretch in found}),
+        *([quiet] if any(stretch.quiet for stretch in found) else []),
+        *outcome_handles({stretch.outcome for stretch in found}),
+        run,
+    ]

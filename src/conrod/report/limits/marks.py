@@ -1,0 +1,76 @@
+"""How runs look in the figures of limits: a colour for each level, a mark for each way of ending, a frame for quiet.
+
+Levels darken from safe to unbounded, so that they are told apart in print without colour too.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from conrod.studies.limits.grade import Level
+from conrod.trajectory import Outcome
+
+LEVEL_COLOURS = {
+    Level.SAFE.slug: "#d9efe2",
+    Level.ROUGH.slug: "#ecd060",
+    Level.WRONG.slug: "#e6862a",
+    Level.BROKEN.slug: "#a03c5e",
+    Level.UNBOUNDED.slug: "#332f45",
+}
+DARK = (Level.BROKEN.slug, Level.UNBOUNDED.slug)
+OUTCOME_MARKS = {
+    Outcome.DIVERGED.slug: "x",
+    Outcome.EXPLODED.slug: "*",
+    Outcome.RESET.slug: "P",
+    Outcome.FLIPPED.slug: ">",
+    Outcome.LOCKED.slug: "s",
+    Outcome.OPENED.slug: "v",
+    Outcome.LOST_CONTACT.slug: "^",
+    Outcome.TUNNELLED.slug: "D",
+    Outcome.STALLED.slug: "d",
+    Outcome.CRASHED.slug: "X",
+    Outcome.TIMED_OUT.slug: "h",
+    Outcome.OUT_OF_MEMORY.slug: "p",
+    Outcome.UNSUPPORTED.slug: "+",
+}
+# A run that ran to its end and is wrong is quiet: the mark of what nothing gives away.
+QUIET_COLOUR = "#d40000"
+
+
+def level_colour(level: str) -> str:
+    """The colour of a level."""
+    return LEVEL_COLOURS[level]
+
+
+def mark_style(outcome: str, level: str, size: float = 5.0) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for the mark of a way of ending, on the colour of a level."""
+    hue = "white" if level in DARK else "black"
+    return {
+        "linestyle": "none",
+        "marker": OUTCOME_MARKS[outcome],
+        "markersize": size,
+        "color": hue,
+        "markeredgewidth": 1.1,
+        "markeredgecolor": hue,
+    }
+
+
+def level_handles(levels: set[str]) -> list[Patch]:
+    """Legend entries of levels, from good to bad, with what they mean."""
+    return [
+        Patch(facecolor=LEVEL_COLOURS[level.slug], edgecolor="#666666", linewidth=0.4, label=level.slug)
+        for level in Level
+        if level.slug in levels
+    ]
+
+
+def outcome_handles(outcomes: set[str]) -> list[Line2D]:
+    """Legend entries of ways of ending, in the order of the list of outcomes."""
+    return [
+        Line2D([], [], label=outcome.slug, **(mark_style(outcome.slug, Level.SAFE.slug)))
+        for outcome in Outcome
+        if outcome.slug in outcomes and outcome.slug in OUTCOME_MARKS
+    ]

@@ -1,0 +1,102 @@
+"""Each axis in plain words: safe here, wrong but quiet there, broken from there on; presets that behave alike together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from conrod.report.limits.passages import MOST_TOLD, Passage, falling, passages
+from conrod.report.styles import engine_title
+from conrod.report.sweep.naming import listed
+from conrod.studies.limits.results import Walk
+
+
+def sentences(walks: Sequence[Walk]) -> list[str]:
+    """A sentence for each group of walks of one axis that pass through the same, in the same direction."""
+    groups: dict[tuple[object, ...], list[Walk]] = {}
+    for walk in walks:
+        if walk.boundaries and walk.probes:
+            ends = walk.probes[0].text, walk.probes[-1].text
+            groups.setdefault((ends, _shape(walk)), []).append(walk)
+    several = len({walk.probes[-1].text for walk in walks if walk.boundaries and walk.probes}) > 1
+    return [_sentence(group, several) for group in groups.values()]
+
+
+def _shape(walk: Walk) -> tuple[object, ...]:
+    found = passages(walk)
+    if len(found) > MOST_TOLD:
+        # Walks that come and go are alike in no useful sense.
+        return (walk.engine, walk.preset)
+    return tuple(passage.kind for passage in found)
+
+
+def _sentence(walks: Sequence[Walk], several: bool) -> str:
+    towards = f", towards {walks[0].probes[-1].text}" if several else ""
+    found = [passages(walk) for walk in walks]
+    told = _comes_and_goes(walks[0]) if len(found[0]) > MOST_TOLD else _in_turn(walks, found)
+    return f"{_names(walks)}{towards}: {told}."
+
+
+def _names(walks: Iterable[Walk]) -> str:
+    """Engines, each with its presets: MuJoCo `tuned` and `hardened`, pymunk `stock`."""
+    presets: dict[str, list[str]] = {}
+    for walk in walks:
+        presets.setdefault(walk.engine, []).append(f"`{walk.preset}`")
+    return "; ".join(f"{engine_title(engine)} {listed(names)}" for engine, names in presets.items())
+
+
+def _in_turn(walks: Sequence[Walk], found: Sequence[Sequence[Passage]]) -> str:
+    """All passages of walks that have the same ones, in turn."""
+    count = len(found[0])
+    if count == 1:
+        return f"{_condition(found[0][0])} throughout"
+    way = "down to" if falling(walks[0]) else "up to"
+    parts = []
+    for k in range(count):
+        these = [passes[k] for passes in found]
+        condition = _condition(these[0])
+        if k == count - 1:
+            parts.append(f"{condition} from {_values(walks, [p.probes[0].text for p in these])} on")
+        elif these[0].good:
+            parts.append(f"{condition} {way} {_values(walks, [p.probes[-1].text for p in these])}")
+        else:
+            ranges = [_from_to(p.probes[0].text, p.probes[-1].text) for p in these]
+            parts.append(f"{condition} {_values(walks, ranges)}")
+    return ", ".join(parts)
+
+
+def _comes_and_goes(walk: Walk) -> str:
+    """A walk with many passages: what holds before the first bad run, and all that is met beyond."""
+    found = passages(walk)
+    # Where all is good, it comes and goes between safe and rough.
+    first = next((k for k, passage in enumerate(found) if not passage.good), 1)
+    way = "down to" if falling(walk) else "up to"
+    before = [f"{_condition(p)} {way} {p.probes[-1].text}" for p in found[:first]]
+    beyond = found[first:]
+    met = listed(list(dict.fromkeys(_condition(p) for p in beyond)))
+    return ", ".join([*before, f"from {beyond[0].probes[0].text} on it comes and goes: {met}"])
+
+
+def _condition(passage: Passage) -> str:
+    """In what condition the motion is; what is dangerous is bold."""
+    ended = [outcome for outcome in passage.outcomes if outcome != "completed"]
+    how = f" ({listed(ended)})" if ended else ""
+    if passage.quiet:
+        return f"**{passage.level} but quiet**{how}"
+    return f"wrong, and the engine warns{how}" if passage.level == "wrong" else f"{passage.level}{how}"
+
+
+def _from_to(first: str, last: str) -> str:
+    return f"at {first}" if first == last else f"from {first} to {last}"
+
+
+def _values(walks: Sequence[Walk], texts: Sequence[str]) -> str:
+    """One text for all walks, or each with its walk's name."""
+    if len(set(texts)) == 1:
+        return texts[0]
+    engines = {walk.engine for walk in walks}
+    names: dict[str, list[str]] = {}
+    for walk, text in zip(walks, texts, strict=True):
+        who = f"`{walk.preset}`" if len(engines) == 1 else f"{engine_title(walk.engine)} `{walk.preset}`"
+        names.setdefault(text, []).append(who)
+    return listed([f"{text} ({listed(who)})" for text, who in names.items()])

@@ -1,0 +1,82 @@
+"""Wrong, and nothing says so: the dangerous runs, which come first in every report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from conrod.report import numbers
+from conrod.report.limits.passages import largest_error
+from conrod.report.styles import engine_title
+from conrod.report.tables import table
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.grade import Level
+from conrod.studies.limits.results import Probe, Walk
+from conrod.studies.limits.stretches import stretches
+
+LEVELS = [level.slug for level in Level]
+HEAD = ["axis", "engine", "preset", "where", "what it is", "how it ended", "largest position error / L"]
+MOST_NAMED = 4  # values of a list that are given one by one
+
+
+@dataclass(frozen=True)
+class QuietRange:
+    """Runs of one walk that are wrong in the same way and that nothing gives away.
+
+    Attributes:
+        of: how many runs the walk has.
+    """
+
+    walk: Walk
+    level: str
+    outcome: str
+    probes: tuple[Probe, ...]
+    of: int
+
+    @property
+    def where(self) -> str:
+        """The values, as people read them."""
+        if self.walk.boundaries:
+            first, last = self.probes[0].text, self.probes[-1].text
+            return first if first == last else f"{first} .. {last}"
+        named = ", ".join(probe.text for probe in self.probes[:MOST_NAMED])
+        more = len(self.probes) - MOST_NAMED
+        return f"{len(self.probes)} of {self.of}: {named}" + (f" and {more} more" if more > 0 else "")
+
+    @property
+    def row(self) -> list[str]:
+        """The cells of its row."""
+        ended = "ran to its end" if self.outcome == "completed" else f"`{self.outcome}`"
+        error = largest_error(self.probes)
+        return [
+            AXES[self.walk.axis].title,
+            engine_title(self.walk.engine),
+            self.walk.preset,
+            self.where,
+            self.level,
+            ended,
+            "none kept" if error is None else numbers.measured(error),
+        ]
+
+
+def quiet_ranges(walks: Sequence[Walk]) -> list[QuietRange]:
+    """All of them; a motion in one piece first, since it is the hardest to tell from a right one."""
+    found = [one for walk in walks for one in _of_walk(walk)]
+    return sorted(found, key=lambda one: LEVELS.index(one.level))
+
+
+def _of_walk(walk: Walk) -> list[QuietRange]:
+    if walk.boundaries:
+        quiet = [stretch for stretch in stretches(walk) if stretch.quiet]
+        return [QuietRange(walk, s.level, s.outcome, s.probes, len(walk.probes)) for s in quiet]
+    # Values of a list are no neighbours: those that ended alike are taken together, wherever they stand.
+    alike: dict[tuple[str, str], list[Probe]] = {}
+    for probe in walk.probes:
+        if probe.quiet:
+            alike.setdefault((probe.level, probe.outcome), []).append(probe)
+    return [QuietRange(walk, *kind, tuple(probes), len(walk.probes)) for kind, probes in alike.items()]
+
+
+def quiet_table(walks: Sequence[Walk]) -> str:
+    """A row for each range; nothing where there is none."""
+    return table(HEAD, [one.row for one in quiet_ranges(walks)])
