@@ -75,6 +75,7 @@ class Extremes:
         flights: of a follower off its cam, the longest first.
         history: marks of a long run, at 1, 2, 5, 10 .. revolutions.
         fingerprint: of every recorded state and sensor value, to the last bit.
+        again: the same of further runs, see `conrod.studies.limits.determinism`.
     """
 
     samples: int
@@ -86,6 +87,7 @@ class Extremes:
     flights: tuple[Flight, ...]
     history: tuple[Mark, ...]
     fingerprint: str
+    again: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
@@ -103,5 +105,6 @@ class Extremes:
                 "solver": None if kept["solver"] is None else SolverWatch(**kept["solver"]),
                 "flights": tuple(Flight(**flight) for flight in kept["flights"]),
                 "history": tuple(Mark(**mark) for mark in kept["history"]),
+                "again": tuple(kept["again"]),
             }
         )
