@@ -40,6 +40,7 @@ class Cell:
         return self._identity(dict(self.scene.parameters))
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
+        # Fields that settings gained later are not in it where they are as they always were: keys stay what they were.
         settings = self.settings.as_dict()
         del settings["preset"]
         return {

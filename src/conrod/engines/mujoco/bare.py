@@ -7,21 +7,31 @@ from dataclasses import dataclass
 import mujoco
 
 from conrod.engines.engine import Machine
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.engines.mujoco.model import build
+from conrod.engines.mujoco.recorder import round_state, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings
 
 
 @dataclass(frozen=True)
 class BareRun:
-    """A model with its state; calling it advances the state by so many steps, in one call of the engine."""
+    """A model with its state; calling it advances the state by so many steps, in one call of the engine.
+
+    Attributes:
+        rounded: to single precision after each step, which takes a call for each.
+    """
 
     model: mujoco.MjModel
     data: mujoco.MjData
+    rounded: bool = False
 
     def __call__(self, steps: int) -> None:
         with warnings_kept_quiet():
-            mujoco.mj_step(self.model, self.data, nstep=steps)
+            if not self.rounded:
+                mujoco.mj_step(self.model, self.data, nstep=steps)
+                return
+            for _ in range(steps):
+                mujoco.mj_step(self.model, self.data)
+                round_state(self.data)
 
 
 def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
@@ -29,4 +39,4 @@ def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
     made = build(machine, settings, sensors=False)
     data = mujoco.MjData(made.model)
     data.qpos[:], data.qvel[:] = made.start_state(machine, 0.0)
-    return BareRun(made.model, data)
+    return BareRun(made.model, data, settings.rounded_state)

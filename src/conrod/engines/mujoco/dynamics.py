@@ -3,76 +3,93 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 
 from conrod.engines.engine import Machine
+from conrod.engines.mujoco.ending import ended_by_engine
 from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.recorder import Recorder
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.motion import Array
 from conrod.outcome import Verdict, judge
-from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
-
-STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track, Trajectory
 
 
 def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float) -> Trajectory:
     """One run at constant crank speed, sampled at every step."""
-    made = build(machine, settings)
     steps = round(settings.steps_per_revolution * revolutions)
-    times, states, sensors = advance(made, machine, settings, steps, start_angle)
-    instants = instants_of(made, times, states, sensors)
-    points = point_tracks(made, instants, sensors)
-    bodies = body_states(made, instants, states, sensors)
-    points |= unseen_points(machine, made, bodies)
-    tracks = BodyTracks(bodies, bodies, bodies)
-    verdict = _ended_by_engine(states, settings)
-    if verdict is None or verdict.outcome is not Outcome.RESET:
-        seen = judge(machine.kinematics, tracks, machine.speed)
-        verdict = seen if verdict is None or seen.outcome is not Outcome.COMPLETED else verdict
-    return Trajectory(
-        engine="mujoco",
-        engine_version=mujoco.__version__,
-        settings=settings,
-        speed=machine.speed,
-        revolutions=revolutions,
-        outcome=verdict.outcome,
-        reason=verdict.reason,
-        points=points,
-        bodies=tracks,
-    )
+    (whole,) = pieces(machine, settings, revolutions, start_angle, max(steps, 1))
+    return whole.trajectory
+
+
+def pieces(
+    machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float, steps: int
+) -> Iterator[Piece]:
+    """The same run in pieces of so many steps; the first one has the start beside its steps."""
+    made = build(machine, settings)
+    recorder = Recorder(made, machine, settings, start_angle)
+    samples = round(settings.steps_per_revolution * revolutions) + 1
+    poses, clock, ended = None, -settings.timestep, None  # of the sample before
+    for first in (0, *range(steps + 1, samples, steps)):
+        last = min(max(first, 1) + steps, samples)
+        states, sensors = recorder.next(last - first)
+        instants = instants_of(made, _times(machine, settings, start_angle, first, last), states, sensors)
+        bodies = body_states(made, instants, states, sensors, poses)
+        points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
+        tracks = BodyTracks(bodies, bodies, bodies)
+        ended = ended or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
+        verdict = _verdict(machine, tracks, ended)
+        yield Piece(
+            trajectory=Trajectory(
+                engine="mujoco",
+                engine_version=mujoco.__version__,
+                settings=settings,
+                speed=machine.speed,
+                revolutions=revolutions,
+                outcome=verdict.outcome,
+                reason=verdict.reason,
+                points=points,
+                bodies=tracks,
+            ),
+            first_step=first,
+            clock=states[:, 0],
+            warnings=recorder.warnings,
+            solver=recorder.solver,
+            drive_torque=drive_torque(settings, instants),
+        )
+        poses, clock = bodies.poses[-1], float(states[-1, 0])
 
 
 def advance(
     made: Build, machine: Machine, settings: MuJoCoSettings, steps: int, start_angle: float
 ) -> tuple[Array, Array, Array]:
     """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
-    model, data = made.model, mujoco.MjData(made.model)
-    data.qpos[:], data.qvel[:] = made.start_state(machine, start_angle)
-    # After a step, sensor data belongs to the instant before it: one step more than needed gives the last sample its
-    # sensors, and pairs sensors[k] with the state before step k.
-    states = np.empty((1, steps + 2, mujoco.mj_stateSize(model, STATE)))
-    sensors = np.empty((1, steps + 1, model.nsensordata))
-    mujoco.mj_getState(model, data, states[0, 0], STATE)
-    with warnings_kept_quiet():
-        rollout.rollout(model, [data], states[:, 0], nstep=steps + 1, state=states[:, 1:], sensordata=sensors)
-    # Time from the step index: a clock that sums its steps drifts.
-    times = np.asarray(start_angle / machine.speed + settings.timestep * np.arange(steps + 1), dtype=float)
-    return times, states[0, :-1], sensors[0]
+    states, sensors = Recorder(made, machine, settings, start_angle).next(steps + 1)
+    return _times(machine, settings, start_angle, 0, steps + 1), states, sensors
 
 
-@contextmanager
-def warnings_kept_quiet() -> Iterator[None]:
-    """MuJoCo writes a log file into the working folder at a warning; a run's outcome says more, and litters nothing."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
+def _times(machine: Machine, settings: MuJoCoSettings, start_angle: float, first: int, last: int) -> Array:
+    """Nominal times of the samples from one to before another."""
+    # From the step index: a clock that sums its steps drifts.
+    return np.asarray(start_angle / machine.speed + settings.timestep * np.arange(first, last), dtype=float)
+
+
+def _verdict(machine: Machine, tracks: BodyTracks, ended: Verdict | None) -> Verdict:
+    """What the motion shows, unless the engine's own end says more."""
+    if ended is not None and ended.outcome is Outcome.RESET:
+        return ended
+    seen = judge(machine.kinematics, tracks, machine.speed)
+    return seen if ended is None or seen.outcome is not Outcome.COMPLETED else ended
+
+
+def drive_torque(settings: MuJoCoSettings, instants: Instants) -> Array | None:
+    """Torque of the drive on the machine (T,) [N m], in the sense of the crank angle; None without a drive.
+
+    The drive is a flywheel: what it gives is what it loses.
+    """
+    return -settings.armature * instants.acceleration if settings.armature > 0.0 else None
 
 
 def instants_of(made: Build, times: Array, states: Array, sensors: Array) -> Instants:
@@ -103,10 +120,16 @@ def _acceleration(made: Build, sensors: Array, name: str) -> Array:
     return made.sensor(sensors, f"{name}.acceleration")[:, :2] + fall
 
 
-def body_states(made: Build, instants: Instants, states: Array, sensors: Array) -> BodyStates:
-    """States of all links."""
+def body_states(
+    made: Build, instants: Instants, states: Array, sensors: Array, after: Array | None = None
+) -> BodyStates:
+    """States of all links.
+
+    Args:
+        after: poses (3 n,) that these follow in a run told in pieces; None at its beginning.
+    """
     nq, nv = made.model.nq, made.model.nv
-    poses, speeds = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
+    poses, speeds = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv], after)
     read = [
         column
         for body in made.form.mechanism.bodies
@@ -115,7 +138,7 @@ def body_states(made: Build, instants: Instants, states: Array, sensors: Array) 
             made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2:],
         )
     ]
-    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)])[2]
+    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)], after)[2]
     return BodyStates(instants, poses, speeds, accelerations)
 
 
@@ -130,18 +153,3 @@ def unseen_points(machine: Machine, made: Build, bodies: BodyStates) -> dict[str
         for name, derivatives in told.items()
         if name not in seen
     }
-
-
-def _ended_by_engine(states: Array, settings: MuJoCoSettings) -> Verdict | None:
-    """What MuJoCo did after a warning, told from its clock: its own reset starts it again, a stop lets it stand."""
-    clock = states[:, 0]
-    if not np.all(np.isfinite(clock)):
-        return None
-    expected = settings.timestep * np.arange(len(clock))
-    off = np.abs(clock - expected) > 0.5 * settings.timestep
-    if not off.any():
-        return None
-    first = int(np.argmax(off))
-    if clock[first] < clock[first - 1]:
-        return Verdict(Outcome.RESET, f"the engine reset its state at step {first}")
-    return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first}")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 
-from conrod.engines.engine import Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mujoco import dynamics, kinematic, law, softness
 from conrod.engines.mujoco.bare import BareRun, started
@@ -15,7 +17,7 @@ from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.variations import MuJoCoVariations
 from conrod.engines.rule import Grid, Rule
 from conrod.motion import Array
-from conrod.trajectory import Trajectory
+from conrod.trajectory import Piece, Trajectory
 
 
 class MuJoCo(Engine[MuJoCoSettings]):
@@ -38,6 +40,16 @@ class MuJoCo(Engine[MuJoCoSettings]):
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
     ) -> Trajectory:
         return dynamics.run(machine, settings, revolutions, start_angle)
+
+    def pieces(
+        self,
+        machine: Machine,
+        settings: MuJoCoSettings,
+        revolutions: float,
+        start_angle: float = 0.0,
+        steps: int = PIECE,
+    ) -> Iterator[Piece]:
+        return dynamics.pieces(machine, settings, revolutions, start_angle, steps)
 
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
         return kinematic.solve(machine, MuJoCoSettings.tuned(machine, 1000), angle)

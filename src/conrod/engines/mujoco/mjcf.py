@@ -79,10 +79,8 @@ def _add_option(root: ET.Element, mechanism: Mechanism, settings: MuJoCoSettings
         tolerance=number(settings.tolerance),
         gravity=numbers([*gravity, 0.0]),
     )
-    flags = {} if settings.autoreset else {"autoreset": "disable"}
-    if not mechanism.cam_contacts:
-        flags["contact"] = "disable"
-    add(option, "flag", **flags)
+    kept = {"autoreset": settings.autoreset, "refsafe": settings.refsafe, "contact": bool(mechanism.cam_contacts)}
+    add(option, "flag", **{name: "disable" for name, on in kept.items() if not on})
 
 
 def _depth_first(tree: Tree, body: str) -> list[Branch]:

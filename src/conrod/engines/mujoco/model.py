@@ -53,10 +53,10 @@ class Build:
         """Model rates (T, nv) of rates of the poses (T, 3 n); a joint's rate is linear in them."""
         return self.tree.rates(self.form.kept(poses), self.form.kept(rates))[:, self.order]
 
-    def forward(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
-        """Poses and their rates (T, 3 n) of model coordinates and rates (T, nv)."""
+    def forward(self, coordinates: Array, rates: Array, after: Array | None = None) -> tuple[Array, Array]:
+        """Poses and their rates (T, 3 n) of model coordinates and rates (T, nv); for `after` see `completed`."""
         inverse = np.argsort(self.order)
-        poses, speeds = self.form.completed(self.tree.forward(coordinates[:, inverse], rates[:, inverse]))
+        poses, speeds = self.form.completed(self.tree.forward(coordinates[:, inverse], rates[:, inverse]), after)
         return poses, speeds
 
     def sensor(self, data: Array, name: str) -> Array:

@@ -15,7 +15,7 @@ PARTS = ("option", "tendon", "equality", "contact")
 
 
 def paste(machine: Machine, settings: MuJoCoSettings) -> str:
-    """Options, loop closures or contacts and the drive as MJCF; hardening, which MJCF cannot say, as Python."""
+    """Options, closures or contacts and the drive as MJCF; what MJCF cannot say (hardening, rounding) as Python."""
     form = model_form(machine.kinematics.mechanism, settings.rod)
     model = ET.fromstring(mjcf(tree_of(machine, form), settings, "model"))
     parts = [
@@ -31,6 +31,12 @@ def paste(machine: Machine, settings: MuJoCoSettings) -> str:
         ]
         if settings.rod == DISTANCE_JOINT:
             lines.append(f"model.tendon_invweight0[:] *= {settings.hardening:g}")
+    if settings.rounded_state:
+        lines += [
+            "# after each step, in Python",
+            "data.qpos[:] = data.qpos.astype(np.float32)",
+            "data.qvel[:] = data.qvel.astype(np.float32)",
+        ]
     return "\n".join(lines)
 
 

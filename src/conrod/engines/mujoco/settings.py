@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.left_out_rod import BODY, ROD_FORMS
 from conrod.engines.mujoco.hardening import HARDENING
+from conrod.engines.plain import plain
 from conrod.errors import unknown_choice
 from conrod.ranges import check_count, check_number
 
@@ -46,6 +47,8 @@ class MuJoCoSettings:
     contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
     cam_vertices: int = 4000
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
+    refsafe: bool = True  # a time constant below two steps is raised to them
+    rounded_state: bool = False  # coordinates and rates to single precision, after each step
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning in MuJoCo.
@@ -79,9 +82,8 @@ class MuJoCoSettings:
         return (self.contact_solref if contact else self.solref)[0]
 
     def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        # Plain already: `asdict` would copy each, which took most of the time to find a finished run.
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in vars(self).items()}
+        """All fields as plain values, see `plain`."""
+        return plain(self)
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:

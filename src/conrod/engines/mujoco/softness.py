@@ -204,8 +204,8 @@ def _given(made: Build, settings: MuJoCoSettings) -> Mechanism:
 
 def _closures(made: Build, settings: MuJoCoSettings) -> list[_Closure]:
     model, found = made.model, []
-    spring = Spring.of(settings.solref, settings.solimp, settings.timestep)
-    contact_spring = Spring.of(settings.contact_solref, settings.contact_solimp, settings.timestep)
+    spring = Spring.of(settings.solref, settings.solimp, settings.timestep, settings.refsafe)
+    contact_spring = Spring.of(settings.contact_solref, settings.contact_solimp, settings.timestep, settings.refsafe)
     for joint in made.form.mechanism.joints:
         if isinstance(joint, CamContact):
             bodies = [model.body(name).id for name in (joint.a, joint.b)]

@@ -25,14 +25,18 @@ class Spring:
 
     @classmethod
     def of(
-        cls, solref: tuple[float, float], solimp: tuple[float, float, float, float, float], timestep: float
+        cls,
+        solref: tuple[float, float],
+        solimp: tuple[float, float, float, float, float],
+        timestep: float,
+        refsafe: bool = True,
     ) -> Spring:
-        """The spring that MuJoCo makes of these parameters at a time step [s]."""
+        """The spring that MuJoCo makes of these parameters at a time step [s], by which it raises short constants."""
         least, most, midpoint = (min(max(solimp[k], LEAST_IMPEDANCE), MOST_IMPEDANCE) for k in (0, 1, 3))
         kept = (least, most, max(solimp[2], 0.0), midpoint, max(solimp[4], 1.0))
         constant, ratio = solref
         if constant > 0.0:
-            constant = max(constant, LEAST_STEPS * timestep)
+            constant = max(constant, LEAST_STEPS * timestep) if refsafe else constant
             return cls(1.0 / (most * constant * ratio) ** 2, 2.0 / (most * constant), kept)
         return cls(-constant / most**2, -ratio / most, kept)
 

@@ -51,8 +51,8 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
     def restabilised(self, machine: Machine, settings: MuJoCoSettings) -> MuJoCoSettings:
         """Half the time constant, or twice where half would be less than MuJoCo admits."""
         if machine.kinematics.mechanism.cam_contacts:
-            return replace(settings, contact_solref=_other_constant(settings.contact_solref, settings.timestep))
-        return replace(settings, solref=_other_constant(settings.solref, settings.timestep))
+            return replace(settings, contact_solref=_other_constant(settings.contact_solref, settings))
+        return replace(settings, solref=_other_constant(settings.solref, settings))
 
     def stabilised(self, machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
         """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
@@ -92,8 +92,9 @@ def _stiffer(solimp: tuple[float, float, float, float, float]) -> tuple[float, f
     return (0.5 * (1.0 + solimp[0]), 0.5 * (1.0 + solimp[1]), *solimp[2:])
 
 
-def _other_constant(solref: tuple[float, float], timestep: float) -> tuple[float, float]:
+def _other_constant(solref: tuple[float, float], settings: MuJoCoSettings) -> tuple[float, float]:
     constant, damping = solref
     if constant <= 0.0:  # MuJoCo's other form, minus stiffness and minus damping: half the constant is 4 and 2 times
         return 4.0 * constant, 2.0 * damping
-    return (0.5 if 0.5 * constant >= LEAST_CONSTANT * timestep else 2.0) * constant, damping
+    admitted = 0.5 * constant >= LEAST_CONSTANT * settings.timestep or not settings.refsafe
+    return (0.5 if admitted else 2.0) * constant, damping

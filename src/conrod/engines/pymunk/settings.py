@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.left_out_rod import BODY, ROD_FORMS
+from conrod.engines.plain import plain
 from conrod.errors import unknown_choice
 from conrod.mass_ratio import mass_ratio
 from conrod.mechanism import Mechanism
@@ -34,6 +35,7 @@ class PymunkSettings:
     gravity: bool = True
     cam_vertices: int = 4000
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
+    rounded_state: bool = False  # to single precision, after each step
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning, or what Chipmunk aborts the interpreter on.
@@ -57,9 +59,8 @@ class PymunkSettings:
         return math.inf if bias >= 1.0 else 0.0 if bias == 0.0 else -1.0 / math.log(bias)
 
     def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        # Plain already: `asdict` would copy each, which took most of the time to find a finished run.
-        return dict(vars(self))
+        """All fields as plain values, see `plain`."""
+        return plain(self)
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
