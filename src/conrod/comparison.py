@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from conrod.mechanism import Mechanism
 from conrod.motion import Array, Motion
 from conrod.outcome import joint_gaps
-from conrod.trajectory import Outcome, PointTracks, Track, Trajectory
+from conrod.trajectory import Instants, Outcome, PointTracks, Track, Trajectory
 
 QUANTITIES = ("position", "velocity", "acceleration", "total")
 
@@ -117,12 +117,11 @@ def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
     if trajectory.outcome is not Outcome.COMPLETED or trajectory.bodies is None:
         raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
     speed = abs(trajectory.speed)
-    points = {name: _point_errors(name, tracks, ruler, trajectory) for name, tracks in trajectory.points.items()}
     peaks = {name: _peak(name, tracks, ruler) for name, tracks in trajectory.points.items()}
     position, velocity = trajectory.bodies.position.instants, trajectory.bodies.velocity.instants
     phase = np.abs(position.angle - trajectory.speed * position.times)
     return Comparison(
-        points=points,
+        points=point_errors(trajectory, ruler),
         peaks=peaks,
         closure=_closure(trajectory, ruler, max(ruler.lengths.values())),
         phase_max=float(phase.max()),
@@ -132,16 +131,50 @@ def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
     )
 
 
-def _point_errors(name: str, tracks: PointTracks, ruler: Ruler, trajectory: Trajectory) -> PointErrors:
-    length, speed = ruler.lengths[name], abs(trajectory.speed)
-    nominal = ruler.motion(trajectory.speed * tracks.position.instants.times, trajectory.speed).point(name).position
+def point_errors(trajectory: Trajectory, ruler: Ruler) -> dict[str, PointErrors]:
+    """Errors of all observed points at every sample, whatever became of the run."""
+    exact = _Exact(ruler)
+    return {name: _point_errors(name, tracks, exact, trajectory.speed) for name, tracks in trajectory.points.items()}
+
+
+class _Exact:
+    """A ruler's motions of all points; what several tracks are compared with is computed once."""
+
+    def __init__(self, ruler: Ruler) -> None:
+        self.lengths = ruler.lengths
+        self._ruler = ruler
+        self._at: dict[int, tuple[Instants, Motion]] = {}  # by identity of the instants, which are kept for it
+        self._nominal: dict[int, tuple[Instants, Motion]] = {}
+
+    def at(self, instants: Instants) -> Motion:
+        """Where the crank was."""
+        if id(instants) not in self._at:
+            motion = self._ruler.motion(instants.angle, instants.rate, instants.acceleration)
+            self._at[id(instants)] = instants, motion
+        return self._at[id(instants)][1]
+
+    def nominal(self, instants: Instants, speed: float) -> Motion:
+        """Where it was to be."""
+        if id(instants) not in self._nominal:
+            self._nominal[id(instants)] = instants, self._ruler.motion(speed * instants.times, speed)
+        return self._nominal[id(instants)][1]
+
+
+def _point_errors(name: str, tracks: PointTracks, exact: _Exact, speed: float) -> PointErrors:
+    length = exact.lengths[name]
+
+    def series(track: Track, against: Array, norm: float) -> ErrorSeries:
+        return ErrorSeries(track.instants.angle, np.linalg.norm(track.values - against, axis=1) / norm)
+
+    def error(quantity: str, norm: float) -> ErrorSeries:
+        track: Track = getattr(tracks, quantity)
+        return series(track, getattr(exact.at(track.instants).point(name), quantity), norm)
+
     return PointErrors(
-        position=_error(name, "position", tracks.position, ruler, length),
-        velocity=_error(name, "velocity", tracks.velocity, ruler, length * speed),
-        acceleration=_error(name, "acceleration", tracks.acceleration, ruler, length * speed**2),
-        total=ErrorSeries(
-            tracks.position.instants.angle, np.linalg.norm(tracks.position.values - nominal, axis=1) / length
-        ),
+        position=error("position", length),
+        velocity=error("velocity", length * abs(speed)),
+        acceleration=error("acceleration", length * abs(speed) ** 2),
+        total=series(tracks.position, exact.nominal(tracks.position.instants, speed).point(name).position, length),
     )
 
 
@@ -150,11 +183,6 @@ def signed_error(track: Track, ruler: Ruler, name: str, quantity: str) -> Array:
     at = track.instants
     exact: Array = getattr(ruler.motion(at.angle, at.rate, at.acceleration).point(name), quantity)
     return track.values - exact
-
-
-def _error(name: str, quantity: str, track: Track, ruler: Ruler, norm: float) -> ErrorSeries:
-    error = signed_error(track, ruler, name, quantity)
-    return ErrorSeries(track.instants.angle, np.linalg.norm(error, axis=1) / norm)
 
 
 def _peak(name: str, tracks: PointTracks, ruler: Ruler) -> Peak:

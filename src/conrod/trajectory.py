@@ -119,7 +119,7 @@ class Settings(Protocol):
         ...
 
     def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
+        """All fields as plain values, but for those added later where they have the value of all runs before."""
         ...
 
 
@@ -150,10 +150,12 @@ class SolverState:
         iterations: that it took; None where the engine does not tell.
         residual: what it left of what it was to solve: the largest gap acceleration [m/s^2] of a joint where it
             solves for accelerations, the largest gap rate [m/s] where it solves for velocities.
+        of_rates: whether it solves for velocities.
     """
 
     iterations: int | None
     residual: float
+    of_rates: bool = False
 
 
 @dataclass(frozen=True)

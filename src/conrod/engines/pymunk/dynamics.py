@@ -19,7 +19,7 @@ from conrod.joint_equations import pose_jets
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
 from conrod.outcome import judge
-from conrod.trajectory import BodyStates, BodyTracks, PointTracks, Track, Trajectory
+from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track, Trajectory
 
 KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
 
@@ -67,8 +67,8 @@ def stretches(
         at = staggered(made.mechanism, settings.timestep, times, centres, rates)
         bodies = body_tracks(made.form, at, centres, rates, before)
         points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
-        old = len(times) - (last - first)
-        yield Stretch(first, _new_states(bodies, old), _new_points(points, old), centres[-1:], rates[-1:])
+        new = _only_new(bodies, points, len(times) - (last - first))
+        yield Stretch(first, *new, centres[-1:], rates[-1:])
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
 
 
@@ -88,21 +88,22 @@ def trajectory_of(machine: Machine, settings: PymunkSettings, revolutions: float
     )
 
 
-def _new_states(bodies: BodyTracks, old: int) -> BodyTracks:
-    """Without those of samples that the stretch before has; of these accelerations are not told again."""
+def _only_new(
+    bodies: BodyTracks, points: Mapping[str, PointTracks], old: int
+) -> tuple[BodyTracks, dict[str, PointTracks]]:
+    """Without samples that the stretch before has; accelerations are not told again of these."""
+    position, velocity = bodies.position.instants[old:], bodies.velocity.instants[max(old - 1, 0) :]
 
-    def cut(states: BodyStates, old: int) -> BodyStates:
-        return BodyStates(states.instants[old:], states.poses[old:], states.rates[old:], states.accelerations[old:])
+    def states(states: BodyStates, instants: Instants) -> BodyStates:
+        keep = slice(len(states.poses) - len(instants.times), None)
+        return BodyStates(instants, states.poses[keep], states.rates[keep], states.accelerations[keep])
 
-    return BodyTracks(cut(bodies.position, old), cut(bodies.velocity, max(old - 1, 0)), bodies.acceleration)
+    def track(track: Track, instants: Instants) -> Track:
+        return Track(instants, track.values[len(track.values) - len(instants.times) :])
 
-
-def _new_points(points: Mapping[str, PointTracks], old: int) -> dict[str, PointTracks]:
-    def cut(track: Track, old: int) -> Track:
-        return Track(track.instants[old:], track.values[old:])
-
-    return {
-        name: PointTracks(cut(tracks.position, old), cut(tracks.velocity, max(old - 1, 0)), tracks.acceleration)
+    kept = BodyTracks(states(bodies.position, position), states(bodies.velocity, velocity), bodies.acceleration)
+    return kept, {
+        name: PointTracks(track(tracks.position, position), track(tracks.velocity, velocity), tracks.acceleration)
         for name, tracks in points.items()
     }
 

@@ -31,5 +31,5 @@ def pieces(
         clock = float(clocks[-1])
         left = gap_rate_left(made.form, settings, stretch.centres, stretch.rates)
         # The iteration has no test of its own, and takes all it may.
-        solver = None if left is None else SolverState(settings.iterations, left)
+        solver = None if left is None else SolverState(settings.iterations, left, of_rates=True)
         yield Piece(trajectory, stretch.first, clocks, {}, solver, None)
