@@ -62,6 +62,10 @@ class Variations(ABC, Generic[AnySettings]):
         """With the state rounded to single precision after each step, or not."""
 
     @abstractmethod
+    def faceted(self, settings: AnySettings, vertices: int) -> AnySettings:
+        """With a polygon of about so many vertices for each cam."""
+
+    @abstractmethod
     def gravity_switched(self, settings: AnySettings) -> AnySettings:
         """Without gravity, or with it where there was none."""
 

@@ -75,6 +75,9 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
     def rounded(self, settings: MuJoCoSettings, single: bool) -> MuJoCoSettings:
         return replace(settings, preset="custom", rounded_state=single)
 
+    def faceted(self, settings: MuJoCoSettings, vertices: int) -> MuJoCoSettings:
+        return replace(settings, preset="custom", cam_vertices=vertices)
+
     def gravity_switched(self, settings: MuJoCoSettings) -> MuJoCoSettings:
         return replace(settings, preset="custom", gravity=not settings.gravity)
 

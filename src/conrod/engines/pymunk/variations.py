@@ -75,6 +75,9 @@ class PymunkVariations(Variations[PymunkSettings]):
     def rounded(self, settings: PymunkSettings, single: bool) -> PymunkSettings:
         return replace(settings, preset="custom", rounded_state=single)
 
+    def faceted(self, settings: PymunkSettings, vertices: int) -> PymunkSettings:
+        return replace(settings, preset="custom", cam_vertices=vertices)
+
     def gravity_switched(self, settings: PymunkSettings) -> PymunkSettings:
         return replace(settings, preset="custom", gravity=not settings.gravity)
 

@@ -203,8 +203,8 @@ def short_flight(scene: CamFollower) -> tuple[float, float]:
     return least, float(motion.jerk[0, 1]) / least
 
 
-def bisect(function: Callable[[float], float], here: float, there: float) -> float:
-    """Where a function changes its sign between two arguments, to the last bit.
+def bisect(function: Callable[[float], float], here: float, there: float, width: float = 0.0) -> float:
+    """Where a function changes its sign between two arguments, to a width or to the last bit.
 
     Raises:
         ValueError: it has the same sign at both.
@@ -212,7 +212,7 @@ def bisect(function: Callable[[float], float], here: float, there: float) -> flo
     positive = function(here) > 0.0
     if (function(there) > 0.0) == positive:
         raise ValueError(f"no change of sign between {here!r} and {there!r}")
-    while here < (middle := 0.5 * (here + there)) < there:
+    while here < (middle := 0.5 * (here + there)) < there and there - here > width:
         if (function(middle) > 0.0) == positive:
             here = middle
         else:
