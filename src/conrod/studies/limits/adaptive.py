@@ -12,12 +12,16 @@ A node that was never run then lies in an area around which all nodes were run a
 So a boundary is found, whole, if it parts two nodes of the coarse grid or joins one that does. What the rules cannot
 see is an area of a class of its own without a node of the coarse grid in it: an island, or a strip from edge to edge,
 that slips between two coarse lines.
+
+Classes may come in groups. Boundaries between groups are followed whatever they cost; those between classes of one
+group afterwards, and only as long as an allowance lasts: where the class changes from node to node, as the way does in
+which a chaotic motion ends, there is no boundary to follow, and nothing is gained by running every node.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, TypeVar
@@ -42,10 +46,12 @@ class Refined(Generic[Class]):
     Attributes:
         shape: number of nodes along the two axes.
         found: class of every node that was run, in the order in which they were.
+        followed: whether boundaries between classes of one group were followed too, all of them.
     """
 
     shape: tuple[int, int]
     found: Mapping[Node, Class]
+    followed: bool
 
     @cached_property
     def sources(self) -> Mapping[Node, Node]:
@@ -62,32 +68,41 @@ class Refined(Generic[Class]):
         return len(self.found) / (self.shape[0] * self.shape[1])
 
 
-def refine(shape: tuple[int, int], stride: int = STRIDE) -> Refinement[Class]:
+def refine(
+    shape: tuple[int, int],
+    stride: int = STRIDE,
+    group_of: Callable[[Class], Hashable] = lambda found: found,
+    allowance: float = 1.0,
+) -> Refinement[Class]:
     """Find the class of every node of a grid.
 
     Args:
         shape: number of nodes along the two axes, at least 2 each.
         stride: of the coarse grid, in nodes. The last row and the last column are in it whatever their distance.
+        group_of: the group of a class; each is its own unless something else is said.
+        allowance: runs over nodes beyond which no boundary within a group is followed.
 
     Raises:
         ValueError: a grid or a stride without meaning.
     """
     if min(shape) < 2 or stride < 1:
         raise ValueError(f"a grid of {shape[0]} x {shape[1]} nodes cannot be refined from every {stride}th")
-    rows, columns = (_coarse(length, stride) for length in shape)
+    lines = _coarse(shape[0], stride), _coarse(shape[1], stride)
     found: dict[Node, Class] = {}
-    codes: dict[Class, int] = {}
-    known = np.full(shape, UNKNOWN)
-    wanted = {(i, j) for i in rows for j in columns}
+    groups, classes = _Codes(shape), _Codes(shape)
+    wanted = [(i, j) for i in lines[0] for j in lines[1]]
     while wanted:
-        asked = tuple(sorted(wanted))
-        answers = yield asked
-        for node in asked:
+        answers = yield tuple(wanted)
+        for node in wanted:
             found[node] = answers[node]
-            known[node] = codes.setdefault(answers[node], len(codes))
-        wanted = set(_middles(known, rows, columns)) | set(_corners(known))
-        wanted = wanted or set(_middles(known, range(shape[0]), range(shape[1])))
-    return Refined(shape, found)
+            groups.set(node, group_of(answers[node]))
+            classes.set(node, answers[node])
+        wanted = groups.wanted(*lines)
+        if not wanted:
+            wanted = classes.wanted(*lines)
+            if len(found) + len(wanted) > allowance * shape[0] * shape[1]:
+                return Refined(shape, found, followed=False)
+    return Refined(shape, found, followed=True)
 
 
 def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node]:
@@ -105,6 +120,23 @@ def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node
 
 def _coarse(length: int, stride: int) -> tuple[int, ...]:
     return (*range(0, length - 1, stride), length - 1)
+
+
+class _Codes:
+    """A grid with a number for every label that is known so far."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self._numbers: dict[Hashable, int] = {}
+        self._known = np.full(shape, UNKNOWN)
+
+    def set(self, node: Node, label: Hashable) -> None:
+        """Label a node."""
+        self._known[node] = self._numbers.setdefault(label, len(self._numbers))
+
+    def wanted(self, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:
+        """What the rules ask for, in order; along all lines only where they ask for nothing along some."""
+        some = {*_middles(self._known, rows, columns), *_corners(self._known)}
+        return sorted(some or _middles(self._known, *map(range, self._known.shape)))
 
 
 def _middles(known: Codes, rows: Iterable[int], columns: Iterable[int]) -> Iterator[Node]:

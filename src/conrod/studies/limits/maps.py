@@ -1,0 +1,197 @@
+"""Pairs of axes mapped together: where an engine fails by its steps per revolution and by one thing more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, nearest_runs, refine
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.grade import Level, grade_of
+from conrod.studies.limits.search import Search
+from conrod.studies.limits.spacing import spaced
+from conrod.studies.measurement import Measurement
+
+STEPS = AXES["steps"]
+# From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.
+FEWER = 250.0
+# Columns and rows. A boundary costs runs in proportion to its length, so a finer map needs a smaller share of them.
+RESOLUTION = (65, 33)
+# Runs over nodes of the full grid.
+ALLOWANCE = 0.25
+IN_ONE_PIECE = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
+FAILED = "failed"
+A_REVOLUTION = None
+
+Ending = tuple[str, str]  # level and outcome
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Steps per revolution across, another axis upwards.
+
+    Attributes:
+        first, last: ends of the other axis, in its unit; A_REVOLUTION is as many steps as the finest run takes for one.
+    """
+
+    other: Axis
+    first: float | None
+    last: float
+
+    @property
+    def name(self) -> str:
+        """On the command line."""
+        return f"{STEPS.name}-x-{self.other.name}"
+
+    def refusal(self, case: Case) -> str | None:
+        """None, or why this case does not have both axes."""
+        return STEPS.refusal(case) or self.other.refusal(case)
+
+    def values(self, case: Case, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Values along both axes; of the steps fewer than asked for where there are fewer whole numbers."""
+        columns, rows = resolution
+        first = float(case.steps) if self.first is A_REVOLUTION else self.first
+        steps = spaced(STEPS.scale, float(case.steps), case.steps / FEWER, columns)
+        return steps, spaced(self.other.scale, first, self.last, rows)
+
+    def cell(self, case: Case, steps: float, value: float) -> LimitCell:
+        """The run at a value of each axis.
+
+        Raises:
+            InvalidInput: the machine or the engine cannot be given with these values.
+        """
+        return self.other.cell(replace(case, steps_per_revolution=round(steps)), value)
+
+
+PAIRS = (
+    Pair(AXES["mass-ratio"], 1e-6, 1e6),
+    Pair(AXES["nearness"], 0.1, 1.0 - 1e-9),
+    Pair(AXES["stabilisation"], A_REVOLUTION, 0.1),
+)
+
+
+class MapRun(NamedTuple):
+    """A node that was run.
+
+    Attributes:
+        i, j: its column and its row.
+        level, outcome, quiet: see `conrod.studies.limits.grade`.
+        error: largest position error, normalised; None unless the run completed.
+    """
+
+    i: int
+    j: int
+    level: str
+    outcome: str
+    quiet: bool
+    error: float | None
+
+
+@dataclass(frozen=True)
+class LimitMap:
+    """A pair of axes mapped for one preset of one engine on one scene.
+
+    Attributes:
+        x_axis, y_axis: names of the axes.
+        x, y: values of the columns and of the rows, in the axes' units.
+        runs: the nodes that were run; every other one has what it shows from the nearest of them.
+        ends_followed: whether every boundary was followed, and all nodes have the level and the outcome that their own
+            runs would show. Else that is so of safe, rough, wrong and failed alone: the ways of failing alternate from
+            node to node, and were only sampled.
+    """
+
+    scene: str
+    engine: str
+    preset: str
+    x_axis: str
+    y_axis: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    runs: tuple[MapRun, ...]
+    ends_followed: bool
+
+    @property
+    def nodes(self) -> int:
+        """Runs of the full grid."""
+        return len(self.x) * len(self.y)
+
+    @property
+    def share(self) -> float:
+        """Runs over nodes."""
+        return len(self.runs) / self.nodes
+
+    def at(self, node: Node) -> MapRun:
+        """The run that a node stands for, or inherits from; it is the node's own if its i and j are."""
+        return self._run_at[self._sources[node]]
+
+    def was_run(self, node: Node) -> bool:
+        """Whether a node was run."""
+        return node in self._run_at
+
+    @cached_property
+    def _run_at(self) -> Mapping[Node, MapRun]:
+        return {(run.i, run.j): run for run in self.runs}
+
+    @cached_property
+    def _sources(self) -> Mapping[Node, Node]:
+        return nearest_runs((len(self.x), len(self.y)), self._run_at)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values; a run as the list of its fields."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> LimitMap:
+        """The inverse of `as_dict`."""
+        plain = {name: tuple(values[name]) for name in ("x", "y")}
+        return cls(**{**values, **plain, "runs": tuple(MapRun(*run) for run in values["runs"])})
+
+
+def standing(level: str) -> str:
+    """What parts a map first: safe, rough, wrong, or failed in whatever way."""
+    return level if level in IN_ONE_PIECE else FAILED
+
+
+def map_search(
+    case: Case, pair: Pair, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
+) -> Search[LimitMap]:
+    """Map a pair, running along its boundaries alone; see `conrod.studies.limits.adaptive`.
+
+    Boundaries between safe, rough, wrong and failed come first, those between ways of failing within the allowance.
+
+    Raises:
+        InvalidInput: as `Pair.cell`.
+    """
+    x, y = pair.values(case, resolution)
+    refinement: Refinement[Ending] = refine((len(x), len(y)), stride, lambda end: standing(end[0]), ALLOWANCE)
+    runs: dict[Node, MapRun] = {}
+    wanted = next(refinement)
+    while True:
+        # By rows, each of which is one machine: what is computed from it is then still at hand.
+        cells = {node: pair.cell(case, x[node[0]], y[node[1]]) for node in sorted(wanted, key=lambda n: (n[1], n[0]))}
+        answers = yield tuple(cells.values())
+        new = {node: _run(node, answers[cell.key]) for node, cell in cells.items()}
+        runs |= new
+        try:
+            wanted = refinement.send({node: (run.level, run.outcome) for node, run in new.items()})
+        except StopIteration as end:
+            ordered, refined = tuple(runs[node] for node in sorted(runs)), end.value
+            names = case.name, case.engine, case.preset, STEPS.name, pair.other.name
+            return LimitMap(*names, x, y, ordered, refined.followed)
+
+
+def most_map_runs(case: Case, pair: Pair, resolution: tuple[int, int] = RESOLUTION) -> int:
+    """The largest number of runs that a map can ask for: all its nodes, should no two neighbours end alike."""
+    x, y = pair.values(case, resolution)
+    return len(x) * len(y)
+
+
+def _run(node: Node, measurement: Measurement) -> MapRun:
+    grade = grade_of(measurement)
+    error = None if measurement.errors is None else measurement.largest("position")
+    return MapRun(*node, grade.level.slug, grade.outcome, grade.quiet, error)
