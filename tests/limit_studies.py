@@ -59,9 +59,7 @@ def probe(value: float, level: str, outcome: str, quiet: bool, error: float | No
     return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own
 
 
-def walked(
-    axis: str, engine: str, preset: str, first: float, parts: Sequence[Part], scale: Scale = Scale.LOG
-) -> Walk:
+def walked(axis: str, engine: str, preset: str, first: float, parts: Sequence[Part], scale: Scale = Scale.LOG) -> Walk:
     """A walk from a first value, whose runs are what the parts say; both sides of each change are run."""
     last = parts[-1][0]
     values = set(spaced(scale, first, last, 13))

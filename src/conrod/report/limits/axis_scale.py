@@ -52,7 +52,9 @@ class AxisScale:
             return _even(self.low, self.high)
         if self.scale is Scale.NEARNESS:
             nines = range(math.ceil(self.low - 1e-9), math.floor(self.high + 1e-9) + 1)
-            return [0.1, *(1.0 - 10.0**-k for k in nines if k > 0)] if self.low < 0.1 else [1.0 - 10.0**-k for k in nines]
+            return (
+                [0.1, *(1.0 - 10.0**-k for k in nines if k > 0)] if self.low < 0.1 else [1.0 - 10.0**-k for k in nines]
+            )
         decades = range(math.floor(self.low), math.ceil(self.high) + 1)
         fine = [m * 10.0**k for k in decades for m in ROUND if self._holds(math.log10(m) + k)]
         if len(fine) <= MOST_TICKS:

@@ -28,9 +28,10 @@ from conrod.studies.limits.results import Probe, Walk
 from conrod.studies.limits.stretches import Stretch, stretches
 
 WIDTH, LANE = 9.5, 0.42  # [inch]
-LEFT, RIGHT, TOP, BOTTOM = 1.5, 0.25, 0.62, 0.62  # margins [inch]
+LEFT, RIGHT, TOP, BOTTOM = 1.5, 0.25, 0.2, 0.52  # margins [inch]
 HALF_BAR, HALF_TICK = 0.27, 0.09  # of a lane
-QUIET_LINE = 3.2  # [pt]
+QUIET_LINE, BELOW = 3.2, 0.075  # [pt], of a lane
+LEGEND_COLUMNS, LEGEND_ROW = 7, 0.19  # [inch]
 MARK_APART = 0.022  # of the width: closer marks would cover each other
 
 Key = tuple[str, str]
@@ -44,11 +45,10 @@ def boundary_chart(walks: Sequence[Walk]) -> Figure | None:
     lanes = list(dict.fromkeys((walk.engine, walk.preset) for walk in walked))
     axis = AXES[walked[0].axis]
     scale = AxisScale.of(axis.scale, walked)
-    height = TOP + LANE * len(lanes) + BOTTOM
+    handles = _legend(walked)
+    height = TOP + LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS) + LANE * len(lanes) + BOTTOM
     figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes(
-        (LEFT / WIDTH, BOTTOM / height, (WIDTH - LEFT - RIGHT) / WIDTH, LANE * len(lanes) / height)
-    )
+    axes = figure.add_axes((LEFT / WIDTH, BOTTOM / height, (WIDTH - LEFT - RIGHT) / WIDTH, LANE * len(lanes) / height))
     for walk in walked:
         _draw_walk(axes, scale, lanes.index((walk.engine, walk.preset)), walk)
     scale.apply(axes, axis.label)
@@ -58,8 +58,8 @@ def boundary_chart(walks: Sequence[Walk]) -> Figure | None:
     axes.grid(visible=False, axis="y")
     axes.spines["left"].set_visible(False)
     at = (0.5, 1.0 - 0.04 / height)
-    handles = _legend(walked)
-    figure.legend(handles=handles, loc="upper center", ncol=min(len(handles), 7), bbox_to_anchor=at, columnspacing=1.6)
+    columns = min(len(handles), LEGEND_COLUMNS)
+    figure.legend(handles=handles, loc="upper center", ncol=columns, bbox_to_anchor=at, columnspacing=1.6)
     return figure
 
 
@@ -76,7 +76,7 @@ def _draw_walk(axes: Axes, scale: AxisScale, lane: int, walk: Walk) -> None:
         if stretch.quiet:
             axes.plot(
                 [start, end],
-                [lane + HALF_BAR] * 2,
+                [lane + HALF_BAR + BELOW] * 2,
                 color=QUIET_COLOUR,
                 linewidth=QUIET_LINE,
                 solid_capstyle="butt",

@@ -1,5 +1,4 @@
-"""Each axis in plain words: safe here, wrong but quiet there, broken from there on; presets that behave alike together.
-"""
+"""Each axis in plain words: safe here, wrong but quiet there, broken from there on; presets that behave alike together."""
 
 from __future__ import annotations
 
@@ -8,7 +7,12 @@ from collections.abc import Iterable, Sequence
 from conrod.report.limits.passages import MOST_TOLD, Passage, falling, passages
 from conrod.report.styles import engine_title
 from conrod.report.sweep.naming import listed
-from conrod.studies.limits.results import Walk
+from conrod.studies.limits.results import Probe, Walk
+
+FEW = (
+    2  # passages, of which walks can be told together though their boundaries differ; values that are named one by one
+)
+SHORT = 24  # characters of a value that is named
 
 
 def sentences(walks: Sequence[Walk]) -> list[str]:
@@ -19,25 +23,52 @@ def sentences(walks: Sequence[Walk]) -> list[str]:
             ends = walk.probes[0].text, walk.probes[-1].text
             groups.setdefault((ends, _shape(walk)), []).append(walk)
     several = len({walk.probes[-1].text for walk in walks if walk.boundaries and walk.probes}) > 1
-    return [_sentence(group, several) for group in groups.values()]
+    return [_sentence(group, several) for group in groups.values()] + listed_sentences(walks)
+
+
+def listed_sentences(walks: Sequence[Walk]) -> list[str]:
+    """The same of walks over a list of values, where nothing lies between two of them."""
+    told: dict[str, list[Walk]] = {}
+    for walk in walks:
+        if walk.probes and not walk.boundaries:
+            told.setdefault(_counted(walk), []).append(walk)
+    return [f"{names_of(group)}: {text}." for text, group in told.items()]
+
+
+def _counted(walk: Walk) -> str:
+    alike: dict[str, list[Probe]] = {}
+    for probe in walk.probes:
+        alike.setdefault(_condition(Passage(probe.level, probe.quiet, (probe,))), []).append(probe)
+    if len(alike) == 1:
+        return f"{next(iter(alike))} throughout ({len(walk.probes)} runs)"
+    return ", ".join(f"{condition} {_which(found, len(walk.probes))}" for condition, found in alike.items())
+
+
+def _which(probes: Sequence[Probe], of: int) -> str:
+    """Few values by what they are called, where that is short; many by their number."""
+    names = [probe.text for probe in probes]
+    if len(names) <= FEW and max(map(len, names)) <= SHORT:
+        return f"at {listed(names)}"
+    return f"in {len(names)} of {of} runs"
 
 
 def _shape(walk: Walk) -> tuple[object, ...]:
+    """What walks have in common that one sentence can tell: all of it, or, of few passages, all but where they end."""
     found = passages(walk)
-    if len(found) > MOST_TOLD:
-        # Walks that come and go are alike in no useful sense.
-        return (walk.engine, walk.preset)
-    return tuple(passage.kind for passage in found)
+    kinds = tuple(passage.kind for passage in found)
+    if len(found) <= FEW:
+        return (kinds, walk.engine if len(found) > 1 else "")
+    return (kinds, tuple((p.probes[0].text, p.probes[-1].text) for p in found))
 
 
 def _sentence(walks: Sequence[Walk], several: bool) -> str:
     towards = f", towards {walks[0].probes[-1].text}" if several else ""
     found = [passages(walk) for walk in walks]
     told = _comes_and_goes(walks[0]) if len(found[0]) > MOST_TOLD else _in_turn(walks, found)
-    return f"{_names(walks)}{towards}: {told}."
+    return f"{names_of(walks)}{towards}: {told}."
 
 
-def _names(walks: Iterable[Walk]) -> str:
+def names_of(walks: Iterable[Walk]) -> str:
     """Engines, each with its presets: MuJoCo `tuned` and `hardened`, pymunk `stock`."""
     presets: dict[str, list[str]] = {}
     for walk in walks:
@@ -94,9 +125,7 @@ def _values(walks: Sequence[Walk], texts: Sequence[str]) -> str:
     """One text for all walks, or each with its walk's name."""
     if len(set(texts)) == 1:
         return texts[0]
-    engines = {walk.engine for walk in walks}
     names: dict[str, list[str]] = {}
     for walk, text in zip(walks, texts, strict=True):
-        who = f"`{walk.preset}`" if len(engines) == 1 else f"{engine_title(walk.engine)} `{walk.preset}`"
-        names.setdefault(text, []).append(who)
-    return listed([f"{text} ({listed(who)})" for text, who in names.items()])
+        names.setdefault(text, []).append(f"`{walk.preset}`")
+    return " or ".join(f"{text} ({listed(who)})" for text, who in names.items())

@@ -17,6 +17,7 @@ from conrod.studies.limits.stretches import stretches
 LEVELS = [level.slug for level in Level]
 HEAD = ["axis", "engine", "preset", "where", "what it is", "how it ended", "largest position error / L"]
 MOST_NAMED = 4  # values of a list that are given one by one
+NO_ERROR = "none kept"
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class QuietRange:
         if self.walk.boundaries:
             first, last = self.probes[0].text, self.probes[-1].text
             return first if first == last else f"{first} .. {last}"
+        if len(self.probes) == 1:
+            return self.probes[0].text
         named = ", ".join(probe.text for probe in self.probes[:MOST_NAMED])
         more = len(self.probes) - MOST_NAMED
         return f"{len(self.probes)} of {self.of}: {named}" + (f" and {more} more" if more > 0 else "")
@@ -55,7 +58,7 @@ class QuietRange:
             self.where,
             self.level,
             ended,
-            "none kept" if error is None else numbers.measured(error),
+            NO_ERROR if error is None else numbers.measured(error),
         ]
 
 
@@ -80,3 +83,18 @@ def _of_walk(walk: Walk) -> list[QuietRange]:
 def quiet_table(walks: Sequence[Walk]) -> str:
     """A row for each range; nothing where there is none."""
     return table(HEAD, [one.row for one in quiet_ranges(walks)])
+
+
+def quiet_summary(walks: Sequence[Walk]) -> str:
+    """A row for each machine, axis and way of being wrong, with who is so and where."""
+    groups: dict[tuple[str, ...], list[QuietRange]] = {}
+    for one in quiet_ranges(walks):
+        groups.setdefault((one.level, one.walk.scene, one.walk.axis, one.outcome), []).append(one)
+    rows = []
+    for (level, scene, axis, outcome), found in groups.items():
+        ended = "ran to its end" if outcome == "completed" else f"`{outcome}`"
+        who = "; ".join(f"{engine_title(one.walk.engine)} {one.walk.preset}: {one.where}" for one in found)
+        largest = largest_error([probe for one in found for probe in one.probes])
+        error = NO_ERROR if largest is None else numbers.measured(largest)
+        rows.append([f"[{scene}]({scene}.md)", AXES[axis].title, f"{level}, {ended}", who, error])
+    return table(["machine", "axis", "what it is", "who, and where", HEAD[-1]], rows)

@@ -1,0 +1,153 @@
+"""The report of limits for machines: `results.json`, from which all its pages are made, and it is known by."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Collection, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from conrod.errors import InvalidInput
+from conrod.files import is_folder, is_no_file
+from conrod.report import numbers
+from conrod.report.limits.merging import merged
+from conrod.report.pages import FIGURES
+from conrod.report.summary import FILE, INDEX, page_file
+from conrod.studies.limits.study import LimitStudy
+
+SCHEMA = 1
+# Inputs, written as they are; everything else that is a fraction was measured.
+INPUTS = {"parameters", "value", "last_good", "first_bad", "good_again", "x", "y", "revolutions"}
+MEASURED_DIGITS = 4
+SCENE_KEYS = {"conrod", "environment", "commands", "study"}
+NESTED = 5  # levels that are written on lines of their own
+
+Entry = dict[str, Any]  # of a scene: SCENE_KEYS
+
+
+def scene_entry(study: LimitStudy, earlier: Entry | None, made_with: Mapping[str, str], command: str) -> Entry:
+    """What the document says of a scene.
+
+    Args:
+        earlier: what it said before, if anything; parts of it that the study did not look at stay.
+        made_with: the environment of the new runs.
+        command: what reproduces them.
+    """
+    found = dict(study.as_dict())
+    commands = [command]
+    if earlier is not None:
+        before = LimitStudy.of(earlier["study"])
+        whole = merged(before, study)
+        found = whole.as_dict()
+        if whole != study:
+            commands = list(dict.fromkeys([*earlier["commands"], command]))
+    return {
+        "conrod": version("conrod"),
+        "environment": dict(made_with),
+        "commands": commands,
+        "study": rounded(found),
+    }
+
+
+def document_text(scenes: Mapping[str, Entry], gallery: Sequence[Mapping[str, Any]]) -> str:
+    """The JSON document: a run a line."""
+    return _lines({"schema": SCHEMA, "limits": scenes, "gallery": [rounded(one) for one in gallery]}, 0) + "\n"
+
+
+def rounded(value: Any, given: bool = False) -> Any:
+    """Four significant digits for what was measured; what is not finite becomes the text that the tables print."""
+    match value:
+        case float() if given:
+            return value
+        case float() if not math.isfinite(value):
+            return numbers.measured(value)
+        case float():
+            return numbers.rounded(value, MEASURED_DIGITS)
+        case Mapping():
+            return {str(key): rounded(part, given or key in INPUTS) for key, part in value.items()}
+        case list() | tuple():
+            return [rounded(part, given) for part in value]
+        case _:
+            return value
+
+
+def _lines(value: Any, level: int) -> str:
+    """JSON with a line for each part of the first levels, and for each of a list of many below them."""
+    many = isinstance(value, list) and any(isinstance(part, Mapping) for part in value)
+    if (level >= NESTED and not many) or not isinstance(value, Mapping | list) or not value:
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    margin = " " * (level + 1)
+    if isinstance(value, Mapping):
+        parts = [f"{json.dumps(str(k), ensure_ascii=False)}: {_lines(v, level + 1)}" for k, v in value.items()]
+        opening, closing = "{", "}"
+    else:
+        parts = [_lines(part, level + 1) for part in value]
+        opening, closing = "[", "]"
+    inside = ",\n".join(margin + part for part in parts)
+    return f"{opening}\n{inside}\n{' ' * level}{closing}"
+
+
+# -- the report that a folder holds ----------------------------------------------------------------------------------
+
+
+def earlier_limits(directory: Path) -> dict[str, Entry]:
+    """Scenes of the report of limits that a folder already holds; none where it holds no report of this kind."""
+    try:
+        document = _document(directory)
+        scenes = document["limits"] if document["schema"] == SCHEMA else {}
+        return {name: scene for name, scene in scenes.items() if _is_whole(scene)}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def earlier_gallery(directory: Path) -> list[dict[str, Any]]:
+    """Rows of the gallery that a folder's report has."""
+    try:
+        document = _document(directory)
+        return list(document["gallery"]) if document["schema"] == SCHEMA else []
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return []
+
+
+def _is_whole(scene: Mapping[str, Any]) -> bool:
+    """Whether an entry can be read back; one of another version of conrod may not."""
+    try:
+        LimitStudy.of(scene["study"])
+    except (KeyError, TypeError, AttributeError):
+        return False
+    return scene.keys() >= SCENE_KEYS
+
+
+def check_limits_folder(directory: Path, scenes: Collection[str]) -> None:
+    """Refuse a folder in which a report of the limits of some scenes would replace what is not such a report's.
+
+    Raises:
+        InvalidInput: names the file that is in the way.
+    """
+    pages = [INDEX, FILE, *(page_file(scene) for scene in scenes)]
+    figures = directory / FIGURES
+    if figures.is_symlink() or (figures.exists() and not is_folder(figures)):
+        raise InvalidInput(f"cannot write into {directory}: {FIGURES} in it is not a folder")
+    drawn = [path.relative_to(directory).as_posix() for scene in scenes for path in figures.glob(f"{scene}-*.svg")]
+    for name in (*pages, *drawn):
+        if is_no_file(directory / name):
+            raise InvalidInput(f"cannot write into {directory}: {name} in it is not a regular file")
+    if _is_limits(directory):
+        return
+    for name in pages:
+        if (directory / name).exists():
+            raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not a report of limits")
+
+
+def _is_limits(directory: Path) -> bool:
+    try:
+        document = _document(directory)
+    except (OSError, ValueError):
+        return False
+    return isinstance(document, dict) and {"schema", "limits"} <= document.keys()
+
+
+def _document(directory: Path) -> Any:
+    return json.loads((directory / FILE).read_text(encoding="utf-8"))

@@ -1,0 +1,172 @@
+"""Errors along an axis, a curve for each engine and preset; runs that did not complete are marks at the top."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from conrod.motion import Array
+from conrod.report.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.limits.axis_scale import AxisScale, place
+from conrod.report.limits.marks import OUTCOME_MARKS, QUIET_COLOUR, outcome_handles
+from conrod.report.styles import colour, engine_title, preset_style
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Scale
+from conrod.studies.limits.results import Probe, Walk
+
+WIDTH, PANEL = 9.5, 2.9  # [inch]
+LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
+LEGEND_COLUMNS, LEGEND_ROW = 5, 0.19
+LANE = 0.17  # of a run that did not complete [inch]
+ABOVE = 0.06  # of the panel's top [inch]
+QUIET_RING = {"marker": "o", "markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.3}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A quantity of the runs along an axis.
+
+    Attributes:
+        label: of the vertical axis, with what the quantity is divided by.
+        of: its value; None where a run has none.
+    """
+
+    label: str
+    of: Callable[[Probe], float | None]
+
+
+def position_of(probe: Probe) -> float | None:
+    """Largest position error of a run, over L."""
+    return None if probe.errors is None else probe.errors["position"]
+
+
+POSITION = Panel("position error, max / L", position_of)
+TORQUE = Panel("drive torque error, max / peak", lambda probe: probe.torque)
+RULER = "the reference's own error"
+
+
+def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), ruler: bool = False) -> Figure | None:
+    """Some quantities of all runs of some walks; None where no run has any of them.
+
+    Args:
+        ruler: whether the reference's own error is drawn too.
+    """
+    walks = [walk for walk in walks if walk.probes]
+    panels = [panel for panel in panels if _values(walks, panel)]
+    if not panels:
+        return None
+    axis = AXES[walks[0].axis]
+    scale = AxisScale.of(axis.scale, walks)
+    lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
+    handles = _legend(walks, ruler)
+    strip = ABOVE + LANE * len(lanes) if lanes else 0.0
+    head = TOP + LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS) + strip
+    height = head + len(panels) * PANEL + (len(panels) - 1) * GAP + BOTTOM
+    figure = Figure(figsize=(WIDTH, height))
+    for k, panel in enumerate(panels):
+        low = height - head - (k + 1) * PANEL - k * GAP
+        axes = figure.add_axes((LEFT / WIDTH, low / height, (WIDTH - LEFT - RIGHT) / WIDTH, PANEL / height))
+        _draw_panel(axes, scale, walks, panel, ruler and panel is POSITION)
+        if k == 0:
+            _draw_failed(axes, scale, walks, lanes)
+        if k < len(panels) - 1:
+            axes.set_xlabel("")
+            axes.tick_params(axis="x", labelbottom=False)
+        else:
+            axes.set_xlabel(axis.label)
+    at = (0.5, 1.0 - 0.03 / height)
+    columns = min(len(handles), LEGEND_COLUMNS)
+    figure.legend(handles=handles, loc="upper center", ncol=columns, bbox_to_anchor=at, handlelength=3.0)
+    return figure
+
+
+def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
+    found = (panel.of(probe) for walk in walks for probe in walk.probes)
+    return [value for value in found if value is not None]
+
+
+def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel, ruler: bool) -> None:
+    drawn = [on_log_grid(np.array(_values(walks, panel)))]
+    rulers = _rulers(walks) if ruler else []
+    drawn += [on_log_grid(np.array([own for _, own in rulers]))] if rulers else []
+    whole_decades(axes, drawn)
+    for walk in walks:
+        style = preset_style(walk.engine, walk.preset)
+        if scale.scale is Scale.LISTED:
+            style = style | {"linestyle": "none"}
+        # A curve is broken where a run has no value: nothing is known there.
+        for run in _unbroken(walk.probes, panel):
+            heights = on_log_grid(np.array([panel.of(probe) for probe in run], dtype=float))
+            axes.plot(_places(scale, run), heights, **style)
+        quiet = [probe for probe in walk.probes if probe.quiet and panel.of(probe) is not None]
+        if quiet:
+            heights = on_log_grid(np.array([panel.of(probe) for probe in quiet], dtype=float))
+            axes.plot(_places(scale, quiet), heights, linestyle="none", color=QUIET_COLOUR, zorder=6, **QUIET_RING)
+    if rulers:
+        where = on_grid(np.array([place(scale.scale, value) for value, _ in rulers]), scale.high - scale.low)
+        axes.plot(where, drawn[-1], color="black", linewidth=1.4, zorder=2)
+    scale.apply(axes, "")
+    axes.set_ylabel(panel.label)
+
+
+def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
+    """A mark for each run without errors, above the panel, a lane for each engine and preset."""
+    for lane, key in enumerate(lanes):
+        up = 1.0 + (ABOVE + LANE * (len(lanes) - lane - 0.5)) / PANEL
+        for walk in (w for w in walks if (w.engine, w.preset) == key):
+            for probe in walk.probes:
+                if probe.errors is None:
+                    axes.plot(
+                        _places(scale, [probe]),
+                        [up],
+                        transform=axes.get_xaxis_transform(),
+                        clip_on=False,
+                        linestyle="none",
+                        marker=OUTCOME_MARKS.get(probe.outcome, "o"),
+                        markersize=4.0,
+                        color=QUIET_COLOUR if probe.quiet else colour(walk.engine),
+                        markeredgewidth=0.9,
+                    )
+        name = f"{engine_title(key[0])} {key[1]}"
+        axes.annotate(name, (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
+
+
+def _unbroken(probes: Sequence[Probe], panel: Panel) -> list[list[Probe]]:
+    runs: list[list[Probe]] = [[]]
+    for probe in probes:
+        if panel.of(probe) is None:
+            runs.append([])
+        else:
+            runs[-1].append(probe)
+    return [run for run in runs if run]
+
+
+def _rulers(walks: Sequence[Walk]) -> list[tuple[float, float]]:
+    """Values and the reference's own error there, which is the same for all engines."""
+    found = {probe.value: probe.ruler for walk in walks for probe in walk.probes if probe.ruler is not None}
+    return sorted(found.items())
+
+
+def _places(scale: AxisScale, probes: Sequence[Probe]) -> Array:
+    return on_grid(np.array([place(scale.scale, probe.value) for probe in probes]), scale.high - scale.low)
+
+
+def _legend(walks: Sequence[Walk], ruler: bool) -> list[Line2D]:
+    names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
+    bare = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
+    handles = [
+        Line2D([], [], label=f"{engine_title(engine)} {preset}", **(preset_style(engine, preset) | bare))
+        for engine, preset in names
+    ]
+    probes = [probe for walk in walks for probe in walk.probes]
+    if ruler and any(probe.ruler is not None for probe in probes):
+        handles.append(Line2D([], [], color="black", linewidth=1.4, label=RULER))
+    if any(probe.quiet for probe in probes):
+        ring = Line2D([], [], linestyle="none", color=QUIET_COLOUR, label="red: quiet, nothing says so", **QUIET_RING)
+        handles.append(ring)
+    return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

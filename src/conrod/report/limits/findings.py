@@ -1,0 +1,85 @@
+"""What was found on a scene, a sentence for each axis; every figure in it is computed from the walks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.report.limits.axis_scale import place
+from conrod.report.limits.axis_section import by_axis
+from conrod.report.limits.plain_words import names_of
+from conrod.report.limits.words import boundary_of, text_at
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.results import Walk
+
+CRITERION = "rough"  # the boundary that is told: where the error leaves ten per cent
+
+
+def findings(walks: Sequence[Walk]) -> list[str]:
+    """A sentence on what is dangerous, and one for each axis and direction that has boundaries."""
+    return [*_danger(walks), *(s for axis, these in by_axis(walks).items() for s in axis_findings(axis, these))]
+
+
+def _danger(walks: Sequence[Walk]) -> list[str]:
+    walked = [walk for walk in walks if walk.probes]
+    runs = [probe for walk in walked for probe in walk.probes]
+    quiet = sum(probe.quiet for probe in runs)
+    if not runs:
+        return []
+    affected = sum(any(probe.quiet for probe in walk.probes) for walk in walked)
+    return [f"**Wrong, and nothing says so:** {quiet} of {len(runs)} runs, on {affected} of {len(walked)} walks."]
+
+
+def axis_findings(axis: str, walks: Sequence[Walk]) -> list[str]:
+    """How far ten per cent holds, for the furthest and the least far, in each direction of an axis."""
+    ways: dict[bool, list[Walk]] = {}
+    for walk in walks:
+        if walk.boundaries:
+            ways.setdefault(walk.probes[-1].value < walk.probes[0].value, []).append(walk)
+    return [f"**{AXES[axis].title}**, {_ends(way)}: {_told(way)}." for way in ways.values()]
+
+
+def _ends(walks: Sequence[Walk]) -> str:
+    return f"{walks[0].probes[0].text} .. {walks[0].probes[-1].text}"
+
+
+def _told(walks: Sequence[Walk]) -> str:
+    left = [walk for walk in walks if boundary_of(walk, CRITERION).first_bad is not None]
+    throughout = [walk for walk in walks if walk not in left]
+    if not left:
+        return f"within 10 % throughout with {'every preset' if len(walks) > 1 else names_of(walks)}"
+    nowhere = [walk for walk in left if boundary_of(walk, CRITERION).last_good is None]
+    somewhere = sorted((walk for walk in left if walk not in nowhere), key=_reach)
+    parts = [f"within 10 % throughout with {names_of(throughout)}"] if throughout else []
+    if somewhere and not throughout and _reach(somewhere[-1]) > _reach(somewhere[0]):
+        parts.append(f"within 10 % furthest with {names_of(_equal(somewhere, -1))} ({_limit(somewhere[-1])})")
+    if somewhere:
+        how = "least far" if parts else "within 10 %"
+        parts.append(f"{how} with {names_of(_equal(somewhere, 0))} ({_limit(somewhere[0])})")
+    if nowhere:
+        parts.append(f"nowhere with {names_of(nowhere)}")
+    return f"{', '.join(parts)}; {_quietly(left)}"
+
+
+def _quietly(left: Sequence[Walk]) -> str:
+    """How many of those that leave ten per cent do so without a sign."""
+    quiet = sum(boundary_of(walk, CRITERION).quiet for walk in left)
+    if quiet == 0:
+        return "none leaves it quietly"
+    return "all that leave it do so quietly" if quiet == len(left) else f"{quiet} of {len(left)} leave it quietly"
+
+
+def _equal(walks: Sequence[Walk], k: int) -> list[Walk]:
+    """All that reach as far as one of them."""
+    return [walk for walk in walks if _reach(walk) == _reach(walks[k])]
+
+
+def _reach(walk: Walk) -> float:
+    """How far ten per cent holds, along the axis' own scale."""
+    scale, last = AXES[walk.axis].scale, boundary_of(walk, CRITERION).last_good
+    return 0.0 if last is None else abs(place(scale, last) - place(scale, walk.probes[0].value))
+
+
+def _limit(walk: Walk) -> str:
+    last = boundary_of(walk, CRITERION).last_good
+    assert last is not None
+    return ("down to " if walk.probes[-1].value < walk.probes[0].value else "up to ") + text_at(walk, last)

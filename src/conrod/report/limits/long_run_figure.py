@@ -1,0 +1,65 @@
+"""Long runs: what grows with the number of revolutions, and what does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from conrod.report.canvas import on_log_grid, whole_decades
+from conrod.report.styles import engine_title, preset_style
+from conrod.studies.limits.extremes import Mark
+from conrod.studies.limits.results import LongRun
+
+WIDTH, PANEL = 9.5, 3.1  # [inch]
+LEFT, RIGHT, TOP, GAP, BOTTOM = 0.9, 0.25, 0.5, 0.85, 0.5  # margins [inch]
+CLOCK = "a clock that sums its steps, x ω"
+
+Quantity = Callable[[Mark], float]
+
+
+def long_run_figure(runs: Sequence[LongRun]) -> Figure | None:
+    """Loop error on the left, phase on the right, against revolutions; None where no run has a mark."""
+    runs = [run for run in runs if run.marks]
+    if not runs:
+        return None
+    height = TOP + PANEL + BOTTOM
+    figure = Figure(figsize=(WIDTH, height))
+    wide = (WIDTH - LEFT - RIGHT - GAP) / 2.0
+    left, right = (
+        figure.add_axes((x / WIDTH, BOTTOM / height, wide / WIDTH, PANEL / height)) for x in (LEFT, LEFT + wide + GAP)
+    )
+    _panel(left, runs, [(lambda mark: mark.closure, {})], "largest gap of a joint since the mark before, / L")
+    clock = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
+    _panel(right, runs, [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)], "phase error (rad)")
+    handles = [
+        Line2D([], [], label=f"{engine_title(run.engine)} {run.preset}", **preset_style(run.engine, run.preset))
+        for run in runs
+    ]
+    handles.append(Line2D([], [], label=CLOCK, **clock))
+    at = (0.5, 1.0 - 0.03 / height)
+    figure.legend(handles=handles, loc="upper center", ncol=min(len(handles), 6), bbox_to_anchor=at, handlelength=3.0)
+    return figure
+
+
+def _panel(
+    axes: Axes, runs: Sequence[LongRun], quantities: Sequence[tuple[Quantity, dict[str, object]]], label: str
+) -> None:
+    drawn = []
+    for run in runs:
+        turns = on_log_grid(np.array([float(mark.revolution) for mark in run.marks]))
+        for of, other in quantities:
+            heights = on_log_grid(np.array([of(mark) for mark in run.marks]))
+            drawn.append(heights)
+            axes.plot(turns, heights, **(preset_style(run.engine, run.preset) | other))
+    whole_decades(axes, drawn)
+    last = max(mark.revolution for run in runs for mark in run.marks)
+    axes.set_xscale("log")
+    axes.set_xlim(10.0**-0.1, last * 10.0**0.1)
+    axes.set_xticks([10.0**k for k in range(int(np.floor(np.log10(last))) + 1)])
+    axes.minorticks_off()
+    axes.set_xlabel("revolutions")
+    axes.set_ylabel(label)
