@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS
+from conrod.studies.limits.axes.mass_ratio import MassRatio
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.conditioning import reference_error
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search
+from conrod.studies.limits.iteration_need import ITERATIONS, PRESET, most_need_runs, need_search
 from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.run_length import length_search
@@ -75,6 +78,7 @@ class LimitPlan:
             walks=_in_order((*found["walks"], *(walk for walk, _ in lengths), *self.refused)),
             long_runs=tuple(run for _, run in lengths),
             maps=tuple(found["maps"]),
+            needs=tuple(found["needs"]),
             determinism=tuple(found["determinism"]),
             floats=tuple(found["floats"]),
         )
@@ -99,9 +103,10 @@ def plan_limits(
             plan.map(pair, case)
     if asked.everything:
         for case in cases:
-            plan.add("determinism", lambda case=case: determinism_search(case), DETERMINISM_RUNS)
+            plan.needs(case)
+            plan.add("determinism", partial(determinism_search, case), DETERMINISM_RUNS)
             if case.contact:
-                plan.add("floats", lambda case=case: float_search(case), FLOAT_RUNS)
+                plan.add("floats", partial(float_search, case), FLOAT_RUNS)
     searches = {kind: tuple(made) for kind, made in plan.searches.items()}
     return LimitPlan(name, scene, tuple(engines), tuple(plan.refused), searches, plan.most)
 
@@ -111,7 +116,7 @@ class _Planner:
         self._asked = asked
         self.refused: list[Walk] = []
         self.searches: dict[str, list[Callable[[], Search[Any]]]] = {
-            kind: [] for kind in ("walks", "lengths", "maps", "determinism", "floats")
+            kind: [] for kind in ("walks", "lengths", "maps", "needs", "determinism", "floats")
         }
         self.most = 0
 
@@ -126,19 +131,21 @@ class _Planner:
         elif axis.name == LENGTH_AXIS:
             last = self._asked.revolutions if self._asked.span is None else max(self._asked.span)
             axis.cell(case, last)
-            self.add("lengths", lambda: length_search(axis, case, last), 1)
+            self.add("lengths", partial(length_search, axis, case, last), 1)
         else:
             for first, last in (self._asked.span,) if self._asked.span else axis.spans(case):
                 _check_ends(axis, case, first, last)
-                self.add(
-                    "walks",
-                    lambda first=first, last=last: walk_search(axis, case, first, last, _ruler(axis)),
-                    most_runs(axis, case, first, last),
-                )
+                walk = partial(walk_search, axis, case, first, last, _ruler(axis))
+                self.add("walks", walk, most_runs(axis, case, first, last))
 
     def map(self, pair: Pair, case: Case) -> None:
         if pair.refusal(case) is None:
-            self.add("maps", lambda: map_search(case, pair), most_map_runs(case, pair))
+            self.add("maps", partial(map_search, case, pair), most_map_runs(case, pair))
+
+    def needs(self, case: Case) -> None:
+        if case.preset == PRESET and AXES[MassRatio.name].refusal(case) is None:
+            for iterations in ITERATIONS:
+                self.add("needs", partial(need_search, case, iterations), most_need_runs(case))
 
 
 def _check_ends(axis: Axis, case: Case, first: float, last: float) -> None:

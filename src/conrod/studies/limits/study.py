@@ -8,6 +8,7 @@ from typing import Any
 
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.follower_float import FollowerFloat
+from conrod.studies.limits.iteration_need import IterationNeed
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import LongRun, Walk
 
@@ -30,6 +31,7 @@ class LimitStudy:
     walks: tuple[Walk, ...]
     long_runs: tuple[LongRun, ...]
     maps: tuple[LimitMap, ...]
+    needs: tuple[IterationNeed, ...]
     determinism: tuple[Determinism, ...]
     floats: tuple[FollowerFloat, ...]
 
@@ -44,6 +46,7 @@ class LimitStudy:
             "walks": Walk,
             "long_runs": LongRun,
             "maps": LimitMap,
+            "needs": IterationNeed,
             "determinism": Determinism,
             "floats": FollowerFloat,
         }
