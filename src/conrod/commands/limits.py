@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from conrod.studies.limits.gallery import Exhibit
     from conrod.studies.limits.study import LimitStudy
 
-MOST_RUNS = 50_000
+MOST_RUNS = 100_000
 
 
 @click.command()
@@ -60,10 +60,11 @@ def limits(
     from conrod.commands.runner import Options, Runner
     from conrod.files import check_apart, file_to_write, folder_to_write, naming, write_together
     from conrod.limits_console import print_limits
+    from conrod.ranges import check_count
     from conrod.selection import select_engines, select_presets, select_scenes
     from conrod.studies.limits.gallery import gallery_search
     from conrod.studies.limits.perform import perform
-    from conrod.studies.limits.plan import check_runs, plan_limits, pursue_plans
+    from conrod.studies.limits.plan import check_asked, check_runs, plan_limits, pursue_plans
     from conrod.studies.limits.search import pursue
 
     chosen = select_scenes(scenes, assignments)
@@ -76,9 +77,11 @@ def limits(
         from conrod.report.limits.document import check_limits_folder
 
         check_limits_folder(folder, chosen)
+    check_count("--most-runs", most_runs, 1, 10**9)
     how = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)
     check_apart({"the ledger": how.ledger_file, **({"--json": file} if file else {})})
     plans = [plan_limits(name, scene, engines, preset, asked) for name, scene in chosen.items()]
+    check_asked(plans)
     check_runs(plans, most_runs)
     with Runner.of(how) as runner, runner.answering(perform) as run:
         studies = pursue_plans(plans, run)

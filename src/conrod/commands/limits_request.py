@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.ranges import check_number
-from conrod.studies.limits.axes import AXES, LENGTH_AXIS
+from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.maps import PAIRS
 from conrod.studies.limits.plan import REVOLUTIONS, Request
+from conrod.studies.limits.spacing import measure_of
 from conrod.units import parse_quantity
 
 SEPARATOR = ".."
@@ -56,8 +57,13 @@ def _span(text: str | None, axes: Sequence[Axis], pairs: Sequence[object]) -> tu
             raise InvalidInput(f"--range of {axis.name}: {value:g} is not a whole number")
     if ends[0] == ends[1]:
         raise InvalidInput(f"--range {text} is empty: give two different ends, for instance {_example(axis)}")
-    # A run of many revolutions shows all shorter ones; of any other axis the harmless end comes first, as typed.
-    return (min(ends), max(ends)) if axis.name == LENGTH_AXIS else (ends[0], ends[1])
+    # Whichever way it was typed, a walk begins at the harmless end.
+    first_value, last_value = sorted(ends, key=lambda value: _harm(axis, value))
+    return first_value, last_value
+
+
+def _harm(axis: Axis, value: float) -> float:
+    return abs(measure_of(axis.scale, value) - measure_of(axis.scale, axis.harmless))
 
 
 def _example(axis: Axis) -> str:

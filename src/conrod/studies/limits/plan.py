@@ -29,6 +29,7 @@ from conrod.studies.limits.walk import most_runs, walk_search
 REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
 # Runs that the searches of a case which are no walks or maps ask for at most; measured on the scenes.
 DETERMINISM_RUNS, FLOAT_RUNS = 1, 200
+KINDS = ("walks", "lengths", "maps", "needs", "determinism", "floats")
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class LimitPlan:
 
     Attributes:
         refused: walks of axes that the scene or an engine does not have.
+        unfit: of what was asked for, name -> why no engine and preset has it on this scene.
         most: how many runs all searches together can ask for.
     """
 
@@ -63,6 +65,7 @@ class LimitPlan:
     scene: Scene = field(repr=False)
     engines: tuple[Engine[Any], ...]
     refused: tuple[Walk, ...]
+    unfit: Mapping[str, str]
     searches: Mapping[str, tuple[Callable[[], Search[Any]], ...]]
     most: int
 
@@ -92,60 +95,76 @@ def plan_limits(
     Raises:
         InvalidInput: the machine cannot be given with an end of the range.
     """
-    cases = [Case(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
-    cases = [case for case in cases if case.refusal() is None]
+    made = [Case(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
+    unfit = {case.preset: refusal for case in made if (refusal := case.refusal()) is not None}
+    cases = [case for case in made if case.refusal() is None]
     plan = _Planner(asked)
-    for axis in asked.axes:
-        for case in cases:
+    for case in cases:
+        for axis in asked.axes:
             plan.walk(axis, case)
-    for pair in asked.pairs:
-        for case in cases:
+        for pair in asked.pairs:
             plan.map(pair, case)
-    if asked.everything:
-        for case in cases:
-            plan.needs(case)
-            plan.add("determinism", partial(determinism_search, case), DETERMINISM_RUNS)
-            if case.contact:
-                plan.add("floats", partial(float_search, case), FLOAT_RUNS)
+        if asked.everything:
+            plan.whole(case)
     searches = {kind: tuple(made) for kind, made in plan.searches.items()}
-    return LimitPlan(name, scene, tuple(engines), tuple(plan.refused), searches, plan.most)
+    missing = unfit if not cases else plan.unfit if not asked.everything else {}
+    return LimitPlan(name, scene, tuple(engines), tuple(plan.refused), missing, searches, plan.most)
 
 
 class _Planner:
     def __init__(self, asked: Request) -> None:
         self._asked = asked
         self.refused: list[Walk] = []
-        self.searches: dict[str, list[Callable[[], Search[Any]]]] = {
-            kind: [] for kind in ("walks", "lengths", "maps", "needs", "determinism", "floats")
-        }
+        self.searches: dict[str, list[Callable[[], Search[Any]]]] = {kind: [] for kind in KINDS}
         self.most = 0
+        self._reasons: dict[str, str] = {}
+        self._fit: set[str] = set()
 
-    def add(self, kind: str, made: Callable[[], Search[Any]], runs: int) -> None:
-        self.searches[kind].append(made)
-        self.most += runs
+    @property
+    def unfit(self) -> dict[str, str]:
+        """Axes and pairs that no case has, and why."""
+        return {name: reason for name, reason in self._reasons.items() if name not in self._fit}
 
     def walk(self, axis: Axis, case: Case) -> None:
-        refusal = axis.refusal(case)
-        if refusal is not None:
+        """An axis alone."""
+        if self._refused(axis, case):
+            refusal = self._reasons[axis.name]
             self.refused.append(Walk(axis.name, case.name, case.engine, case.preset, refusal, (), ()))
         elif axis.name == LENGTH_AXIS:
             last = self._asked.revolutions if self._asked.span is None else max(self._asked.span)
             axis.cell(case, last)
-            self.add("lengths", partial(length_search, axis, case, last), 1)
+            self._add("lengths", partial(length_search, axis, case, last), 1)
         else:
             for first, last in (self._asked.span,) if self._asked.span else axis.spans(case):
                 _check_ends(axis, case, first, last)
                 walk = partial(walk_search, axis, case, first, last, _ruler(axis))
-                self.add("walks", walk, most_runs(axis, case, first, last))
+                self._add("walks", walk, most_runs(axis, case, first, last))
 
     def map(self, pair: Pair, case: Case) -> None:
-        if pair.refusal(case) is None:
-            self.add("maps", partial(map_search, case, pair), most_map_runs(case, pair))
+        """A pair of axes."""
+        if not self._refused(pair, case):
+            self._add("maps", partial(map_search, case, pair), most_map_runs(case, pair))
 
-    def needs(self, case: Case) -> None:
+    def whole(self, case: Case) -> None:
+        """What is no axis and no pair."""
         if case.preset == PRESET and AXES[MassRatio.name].refusal(case) is None:
             for iterations in ITERATIONS:
-                self.add("needs", partial(need_search, case, iterations), most_need_runs(case))
+                self._add("needs", partial(need_search, case, iterations), most_need_runs(case))
+        self._add("determinism", partial(determinism_search, case), DETERMINISM_RUNS)
+        if case.contact:
+            self._add("floats", partial(float_search, case), FLOAT_RUNS)
+
+    def _refused(self, asked: Axis | Pair, case: Case) -> bool:
+        refusal = asked.refusal(case)
+        if refusal is None:
+            self._fit.add(asked.name)
+        else:
+            self._reasons[asked.name] = refusal
+        return refusal is not None
+
+    def _add(self, kind: str, made: Callable[[], Search[Any]], runs: int) -> None:
+        self.searches[kind].append(made)
+        self.most += runs
 
 
 def _check_ends(axis: Axis, case: Case, first: float, last: float) -> None:
@@ -171,6 +190,17 @@ def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCell]], An
     for (plan, kind, _), result in zip(places, found, strict=True):
         by_place.setdefault((plan.name, kind), []).append(result)
     return [plan.study({kind: by_place.get((plan.name, kind), []) for kind in plan.searches}) for plan in plans]
+
+
+def check_asked(plans: Sequence[LimitPlan]) -> None:
+    """Refuse an axis, a pair or a preset that none of the scenes has.
+
+    Raises:
+        InvalidInput: says why not.
+    """
+    for name, reason in plans[0].unfit.items():
+        if all(name in plan.unfit for plan in plans):
+            raise InvalidInput(f"{name}: {reason}")
 
 
 def check_runs(plans: Sequence[LimitPlan], most: int) -> None:
