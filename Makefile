@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: validate sweep test test-all lint types mjcf bench wheel check clean
+.PHONY: validate sweep limits test test-all lint types mjcf bench wheel check clean
 
 validate: $(READY) ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --out reports
@@ -12,6 +12,10 @@ validate: $(READY) ## compare both engines with the exact motion on all scenes, 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep
 	$(BIN)/conrod sweep shear-press saw-40rpm saw-500rpm --out reports/sweep
+
+limits: $(READY) ## find where the engines stop being trustworthy and rewrite reports/limits/; hours, can be interrupted
+	$(BIN)/conrod limits shear-press saw-500rpm cam-follower --out reports/limits
+	$(BIN)/conrod limits saw-500rpm --axis run-length --revolutions 1000000 --cell-timeout 20000 --out reports/limits
 
 test: $(READY) ## the tests, about three minutes
 	$(BIN)/python -m pytest -n auto
