@@ -27,6 +27,16 @@ def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_an
     Raises:
         InvalidInput: settings that the engine would abort on, that have no meaning, or that are for another speed.
     """
+    check_run(machine, settings, revolutions, start_angle)
+    return engine_named(settings.engine).run(machine, settings, float(revolutions), float(start_angle))
+
+
+def check_run(machine: Machine, settings: Settings, revolutions: float, start_angle: float) -> None:
+    """Refuse what `run` refuses, before an engine is asked.
+
+    Raises:
+        InvalidInput: a number out of its range, or settings for another speed.
+    """
     check_number("revolutions", revolutions, 1e-3, 1e6)
     check_number("start_angle", start_angle, -1e6, 1e6, "rad")
     step = step_length(machine, settings.steps_per_revolution)
@@ -35,4 +45,3 @@ def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_an
             f"timestep = {settings.timestep:g} s does not fit: {settings.steps_per_revolution} steps a revolution at "
             f"{machine.speed:g} rad/s are {step:g} s each"
         )
-    return engine_named(settings.engine).run(machine, settings, float(revolutions), float(start_angle))

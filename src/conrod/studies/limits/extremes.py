@@ -70,12 +70,15 @@ class Extremes:
         finite: whether every recorded number was.
         warnings: what the engine itself warned of, and how often.
         solver: None where the engine has none to look at.
-        torque: largest error of the drive torque over its exact peak; None where the engine does not report it.
+        torque: largest error of the drive torque over its exact peak, from the second sample on: at the first one an
+            iterative solver has nothing to start from; None where the engine does not report it.
         penetration: how deep a follower sinks into its cam while it is held [m]; None without a cam.
         flights: of a follower off its cam, the longest first.
         history: marks of a long run, at 1, 2, 5, 10 .. revolutions.
         fingerprint: of every recorded state and sensor value, to the last bit.
         again: the same of further runs, see `conrod.studies.limits.determinism`.
+        gaps: crank angle [rad], least and largest gap [m] of a follower around it, see
+            `conrod.studies.limits.gap_record`.
     """
 
     samples: int
@@ -88,6 +91,7 @@ class Extremes:
     history: tuple[Mark, ...]
     fingerprint: str
     again: tuple[str, ...] = ()
+    gaps: tuple[tuple[float, float, float], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
@@ -106,5 +110,6 @@ class Extremes:
                 "flights": tuple(Flight(**flight) for flight in kept["flights"]),
                 "history": tuple(Mark(**mark) for mark in kept["history"]),
                 "again": tuple(kept["again"]),
+                "gaps": tuple((angle, least, most) for angle, least, most in kept.get("gaps", ())),
             }
         )

@@ -2,133 +2,60 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
-
-import numpy as np
-
-from conrod.comparison import QUANTITIES, Comparison, compare
 from conrod.engines import engine_named
-from conrod.motion import Array
+from conrod.engines.engine import PIECE
+from conrod.errors import InvalidInput
+from conrod.outcome import Verdict
+from conrod.running import check_run
 from conrod.studies.limits.cell import LimitCell
-from conrod.studies.limits.extremes import Extremes
+from conrod.studies.limits.seen import Seen
 from conrod.studies.measurement import Measurement
-from conrod.trajectory import Outcome, Piece, Trajectory
+from conrod.trajectory import Outcome
+
+# The solver is looked at at the end of each piece: so often in a run of any length, twenty times a turn in one of two.
+# What a look costs is then a small part of a long run.
+LOOKS = 40
+LEAST_STEPS = 3  # before the first acceleration that is a difference of velocities
+# What a follower that has left its cam may do next without the run as a whole being judged otherwise.
+IN_FLIGHT = {Outcome.COMPLETED, Outcome.LOST_CONTACT, Outcome.OPENED, Outcome.FLIPPED}
 
 
 def watch(cell: LimitCell) -> Measurement:
     """Run a cell in pieces, up to its end or to the piece in which it failed.
 
+    A follower that has left its cam is followed to the end of the run, since it may land; its errors are not.
+
     Raises:
-        InvalidInput: as `conrod.run`.
+        InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
     """
     engine = engine_named(cell.settings.engine)
     refusal = engine.refusal(cell.machine, cell.settings)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    seen = _Seen()
-    for piece in engine.pieces(cell.machine, cell.settings, cell.revolutions, cell.start_angle):
+    check_run(cell.machine, cell.settings, cell.revolutions, cell.start_angle)
+    length, seen, verdict = piece_length(cell), Seen(cell), Verdict(Outcome.COMPLETED)
+    for piece in engine.pieces(cell.machine, cell.settings, cell.revolutions, cell.start_angle, length):
         seen.add(piece)
-        if piece.trajectory.outcome is not Outcome.COMPLETED:
-            return seen.failed(piece.trajectory)
-        seen.compare(compare(piece.trajectory, cell.machine))
-    return seen.completed()
+        here = Verdict(piece.trajectory.outcome, piece.trajectory.reason)
+        if verdict.outcome is Outcome.COMPLETED or here.outcome not in IN_FLIGHT:
+            verdict = here
+        if verdict.outcome is Outcome.COMPLETED:
+            seen.compare(piece)
+        elif verdict.outcome is not Outcome.LOST_CONTACT:
+            break
+    return seen.measurement(verdict)
 
 
-@dataclass
-class _Sizes:
-    """Max, rms and final value of a series that comes in pieces."""
+def piece_length(cell: LimitCell) -> int:
+    """Steps in each piece of a cell's run.
 
-    largest: float = 0.0
-    squares: float = 0.0
-    count: int = 0
-    final: float = 0.0
-
-    def add(self, values: Array) -> None:
-        if len(values) == 0:
-            return
-        self.largest = max(self.largest, float(values.max()))
-        self.squares += float(values @ values)
-        self.count += len(values)
-        self.final = float(values[-1])
-
-    def as_dict(self) -> dict[str, float]:
-        return {"max": self.largest, "rms": float(np.sqrt(self.squares / max(self.count, 1))), "final": self.final}
-
-
-@dataclass
-class _Seen:
-    """What the pieces so far have shown."""
-
-    samples: int = 0
-    finite: bool = True
-    warnings: dict[str, int] = field(default_factory=dict)
-    errors: dict[str, dict[str, _Sizes]] = field(default_factory=dict)
-    closure: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("position", "velocity", "acceleration"), 0.0)
-    )
-    phase: _Sizes = field(default_factory=_Sizes)
-    drive: dict[str, float] = field(default_factory=lambda: {"speed": 0.0, "acceleration": 0.0})
-    digest: hashlib._Hash = field(default_factory=hashlib.sha256)
-
-    def add(self, piece: Piece) -> None:
-        """Count a piece, whatever became of it."""
-        bodies = piece.trajectory.bodies
-        assert bodies is not None
-        self.samples += len(bodies.position.poses)
-        self.warnings = dict(piece.warnings)
-        for values in _recorded(piece.trajectory):
-            self.finite = self.finite and bool(np.all(np.isfinite(values)))
-            self.digest.update(np.ascontiguousarray(values).tobytes())
-
-    def compare(self, found: Comparison) -> None:
-        """Take in the errors of a piece."""
-        for name, point in found.points.items():
-            sizes = self.errors.setdefault(name, {q: _Sizes() for q in QUANTITIES})
-            for quantity in QUANTITIES:
-                sizes[quantity].add(getattr(point, quantity).error)
-        for name, largest in asdict(found.closure).items():
-            self.closure[name] = max(self.closure[name], largest)
-        self.phase.add(np.array([found.phase_max, found.phase_final]))
-        self.drive["speed"] = max(self.drive["speed"], found.drive_speed)
-        self.drive["acceleration"] = max(self.drive["acceleration"], found.drive_acceleration)
-
-    def failed(self, trajectory: Trajectory) -> Measurement:
-        """Of a run that did not complete, in the piece given."""
-        return Measurement(trajectory.outcome.slug, trajectory.reason, extremes=self._extremes().as_dict())
-
-    def completed(self) -> Measurement:
-        """Of a run all of whose pieces completed."""
-        return Measurement(
-            outcome=Outcome.COMPLETED.slug,
-            errors={p: {q: sizes.as_dict() for q, sizes in of.items()} for p, of in self.errors.items()},
-            closure=self.closure,
-            phase={"max": self.phase.largest, "final": self.phase.final},
-            drive=self.drive,
-            extremes=self._extremes().as_dict(),
+    Raises:
+        InvalidInput: the run is too short to have accelerations.
+    """
+    steps = round(cell.settings.steps_per_revolution * cell.revolutions)
+    if steps < LEAST_STEPS:
+        raise InvalidInput(
+            f"revolutions = {cell.revolutions:g} at {cell.settings.steps_per_revolution} steps each are {steps} steps; "
+            f"a run needs {LEAST_STEPS} to have accelerations"
         )
-
-    def _extremes(self) -> Extremes:
-        return Extremes(
-            samples=self.samples,
-            finite=self.finite,
-            warnings=self.warnings,
-            solver=None,
-            torque=None,
-            penetration=None,
-            flights=(),
-            history=(),
-            fingerprint=self.digest.hexdigest(),
-        )
-
-
-def _recorded(trajectory: Trajectory) -> Iterator[Array]:
-    assert trajectory.bodies is not None
-    states = trajectory.bodies.position
-    yield states.poses
-    yield states.rates
-    for tracks in trajectory.points.values():
-        yield tracks.position.values
-        yield tracks.velocity.values
-        yield tracks.acceleration.values
+    return min(max(steps // LOOKS, LEAST_STEPS), PIECE)
