@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from conrod.engines import engine_named
@@ -52,6 +52,7 @@ class Determinism:
     Attributes:
         outcome, reason: of the run itself, or, where the other process had none, how that one ended.
         fingerprints: of every recorded state and sensor value, by the names of `RUNS`; empty where there is no run.
+        identical: whether each of the other runs was the first one bit for bit; empty where there is no run.
     """
 
     scene: str
@@ -60,24 +61,27 @@ class Determinism:
     outcome: str
     reason: str
     fingerprints: Mapping[str, str]
+    identical: Mapping[str, bool] = field(init=False)
+
+    def __post_init__(self) -> None:
+        others = RUNS[1:] if self.fingerprints else ()
+        same = {run: self.fingerprints[run] == self.fingerprints[RUNS[0]] for run in others}
+        object.__setattr__(self, "identical", same)
 
     @property
     def identical_in_process(self) -> bool | None:
-        """Whether the second run was the first one bit for bit; None without runs."""
-        return self._same("again")
+        """Whether the second run was the first one; None without runs."""
+        return self.identical.get("again")
 
     @property
     def identical_after_another(self) -> bool | None:
-        """Whether nothing of another machine's run in the same engine was left over."""
-        return self._same("after another machine")
+        """Whether nothing of another machine's run in the same engine was left over; None without runs."""
+        return self.identical.get("after another machine")
 
     @property
     def identical_across(self) -> bool | None:
-        """Whether another process gave the same bits."""
-        return self._same("in another process")
-
-    def _same(self, run: str) -> bool | None:
-        return self.fingerprints[run] == self.fingerprints["first"] if self.fingerprints else None
+        """Whether another process gave the same bits; None without runs."""
+        return self.identical.get("in another process")
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
@@ -86,14 +90,18 @@ class Determinism:
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Determinism:
         """The inverse of `as_dict`."""
-        return cls(**values)
+        return cls(**{name: value for name, value in values.items() if name != "identical"})
 
 
 def determinism_search(case: Case) -> Search[Determinism]:
     """The runs of a case, at its usual steps, made again and again."""
     cell = RepeatedCell(case.name, case.scene, case.settings())
     answers = yield (cell,)
-    measurement = answers[cell.key]
+    return determinism(case, answers[cell.key])
+
+
+def determinism(case: Case, measurement: Measurement) -> Determinism:
+    """What the measurement of a repeated run of a case tells."""
     watched = Extremes.of(measurement)
     prints = () if watched is None else (watched.fingerprint, *watched.again)
     return Determinism(

@@ -1,0 +1,96 @@
+"""Faults among real runs, in a module of its own because a worker process imports it."""
+
+from __future__ import annotations
+
+import ctypes
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pymunk
+
+from conrod import MuJoCoSettings, PymunkSettings
+from conrod.scenes import SCENES
+from conrod.studies.cell import Cell
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.perform import perform
+from conrod.studies.limits.specimen import unchecked
+from conrod.studies.measurement import Measurement
+
+SAW = SCENES["saw-500rpm"]
+SETTINGS = (PymunkSettings.tuned(SAW, 20), MuJoCoSettings.hardened(SAW, 20), PymunkSettings.tuned(SAW, 30))
+HELD: list[Any] = []
+
+
+def segfault() -> None:
+    """Reads where there is nothing."""
+    ctypes.string_at(0)
+
+
+def hang() -> None:
+    """In C, where no Python signal gets through: each of these steps takes longer than a test may."""
+    space, one, other = pymunk.Space(), pymunk.Body(1.0, 1.0), pymunk.Body(1.0, 1.0)
+    space.add(one, other, pymunk.PivotJoint(one, other, (0.0, 0.0)))
+    space.iterations = 2**31 - 1
+    while True:
+        space.step(1e-3)
+
+
+def hoard() -> None:
+    """Takes memory to the last kilobyte and keeps it; the large pieces are not touched, to leave others theirs."""
+    size = 1 << 30
+    while True:
+        try:
+            HELD.append(np.empty(size, dtype=np.uint8))
+        except MemoryError:
+            if size < 1024:
+                raise
+            size //= 2
+
+
+FAULTS: dict[str, Callable[[], None]] = {"segfault": segfault, "hang": hang, "hoard": hoard}
+# Start angles of the cells that have one of these faults, far from those of the others.
+ANGLES = {"segfault": 100.0, "hang": 200.0, "hoard": 300.0}
+ABORT = "abort"
+
+
+def runs(count: int) -> list[LimitCell]:
+    """Cheap real runs in both engines, that differ in the angle that they start from."""
+    return [LimitCell("saw-500rpm", SAW, SETTINGS[k % 3], 1.0, start_angle=1e-3 * k) for k in range(count)]
+
+
+def with_faults(cells: list[LimitCell], each: int) -> tuple[list[LimitCell], dict[str, str]]:
+    """The cells, some of them made faulty at random but reproducible places; and key -> fault.
+
+    An abort is the engine's own assertion, brought about by what is in the cell; the others are the task's.
+    """
+    kinds = [ABORT, *FAULTS] * each
+    places = random.Random(4).sample(range(len(cells)), len(kinds))
+    made, faults = list(cells), {}
+    for place, kind in zip(places, kinds, strict=True):
+        made[place] = faulty(cells[place], kind)
+        faults[made[place].key] = kind
+    return made, faults
+
+
+def faulty(cell: LimitCell, kind: str) -> LimitCell:
+    if kind == ABORT:
+        return replace(cell, settings=unchecked(SETTINGS[0], iterations=0))
+    return replace(cell, start_angle=cell.start_angle + ANGLES[kind])
+
+
+def perform_or_fail(cell: LimitCell) -> Measurement:
+    """A run, unless its start angle says that it is a faulty one."""
+    for kind, angle in ANGLES.items():
+        if angle <= cell.start_angle < angle + 50.0:
+            FAULTS[kind]()
+    return perform(cell)
+
+
+def unlucky(cells: list[Cell], place: int) -> list[Cell]:
+    """Runs as a sweep makes them, one of which aborts its engine."""
+    made = list(cells)
+    made[place] = replace(made[place], settings=unchecked(made[place].settings, iterations=0))
+    return made
