@@ -13,9 +13,9 @@ y'' = -A (1 - k p + ..), k = y''' / A just after the joint. The height above the
 
     d(p) = A (e p^2 / 2 - k p^3 / 6),    e = 1 - 1/s^2,
 
-which is zero again at p = 3 e / k and largest, 2/3 A e^3 / k^2, at p = 2 e / k. So nothing jumps at the onset although
-the acceleration does: the flight begins at the joint itself, grows from nothing, its length with the excess of speed and
-its gap with the third power of that.
+which is zero again at p = 3 e / k and largest, 2/3 A e^3 / k^2, at p = 2 e / k; the gap along the common normal is that
+times the cosine of the pressure angle. So nothing jumps at the onset although the acceleration does: the flight begins
+at the joint itself and grows from nothing, its length with the excess of speed, its gap with the third power of that.
 
 **What a rebound makes of it.** An engine's follower leaves the joint with a small speed u (per radian) of its own. Then
 d = u p + A (e p^2 / 2 - k p^3 / 6), and it flies below the onset too: for 2 u / (A |e|) well below it, for

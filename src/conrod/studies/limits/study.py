@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from conrod.studies.limits.determinism import Determinism
-from conrod.studies.limits.follower_float import FollowerFloat
+from conrod.studies.limits.float_results import FollowerFloat
 from conrod.studies.limits.iteration_need import IterationNeed
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import LongRun, Walk

@@ -1,0 +1,168 @@
+"""Where a follower begins to fly off its cam, and how far its flights are from exact ones; plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from conrod.studies.limits.exact_flight import ExactFlight
+from conrod.studies.limits.extremes import Flight
+
+# A flight whose length falls with the step by this order or more shrinks with it: half-way between the rebounds of a
+# follower that is held, and a flight that the speed makes; see `conrod.studies.limits.exact_flight`.
+SHRINKING_ORDER = 0.5
+
+
+@dataclass(frozen=True)
+class OnsetProbe:
+    """Two runs at a speed, with steps h and h/2.
+
+    Attributes:
+        speed: over the float speed.
+        lengths: of the longest flights, the coarser step's first [rad]; 0 where there is none. Without one with the
+            coarser step there is none to shrink: nothing was run with the finer one, which is None.
+        exact: length of the exact flight [rad]; 0 where the exact follower is held.
+    """
+
+    speed: float
+    lengths: tuple[float, float | None]
+    exact: float
+
+    @property
+    def flies(self) -> bool:
+        """Whether there is a flight that does not shrink with h."""
+        coarse, fine = self.lengths
+        return fine is not None and fine > coarse * 0.5**SHRINKING_ORDER
+
+
+@dataclass(frozen=True)
+class ComparedFlight:
+    """The longest flight of a run beside the exact one.
+
+    Attributes:
+        speed: over the float speed.
+        steps_per_revolution: of the run.
+        outcome: of the run.
+        exact: from the separation on; None where the exact follower is held.
+        measured: from and to a gap of ten times the static penetration; None where there is no such gap.
+    """
+
+    speed: float
+    steps_per_revolution: int
+    outcome: str
+    exact: ExactFlight | None
+    measured: Flight | None
+
+    @property
+    def gap_error(self) -> float | None:
+        """Largest gap, over the exact one, minus one."""
+        return self.measured.gap / self.exact.gap - 1.0 if self.measured and self.exact else None
+
+    @property
+    def landing_error(self) -> float | None:
+        """Crank angle of the landing minus the exact one [rad]."""
+        return self.measured.landing - self.exact.landing if self.measured and self.exact else None
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> ComparedFlight:
+        """The inverse of `asdict`."""
+        exact, measured = values["exact"], values["measured"]
+        return cls(
+            **{
+                **values,
+                "exact": None if exact is None else ExactFlight(**exact),
+                "measured": None if measured is None else Flight(**measured),
+            }
+        )
+
+
+@dataclass(frozen=True)
+class GapCurve:
+    """The gap over a run, thinned for a figure.
+
+    Attributes:
+        speed: over the float speed.
+        steps_per_revolution: of the run.
+        gaps: crank angle [rad], least and largest gap [m] in a span around it; negative where the roller is sunk in.
+        exact: crank angle [rad] and gap [m] over the exact flight.
+        penetration: static [m].
+        threshold: gap above which the follower flies [m].
+    """
+
+    speed: float
+    steps_per_revolution: int
+    gaps: tuple[tuple[float, float, float], ...]
+    exact: tuple[tuple[float, float], ...]
+    penetration: float
+    threshold: float
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> GapCurve:
+        """The inverse of `asdict`."""
+        return cls(**{**values, **{name: tuple(tuple(row) for row in values[name]) for name in ("gaps", "exact")}})
+
+
+@dataclass(frozen=True)
+class FollowerFloat:
+    """Follower float in one engine with one preset; speeds are over the float speed unless said otherwise.
+
+    Attributes:
+        refusal: why it was not looked at; empty where it was.
+        theory: the float speed [rad/s], where the force is just mass x largest downward acceleration;
+            None where it was not looked at.
+        steps_per_revolution: of the two runs of each probe.
+        cam_vertices: of the cam's polygon in them.
+        penetration: static, with the coarser steps, at the speed nearest below the onset [m].
+        held, flown: the fastest speed without a flight that does not shrink with h, and the slowest with one; None
+            where there is no such speed.
+        visible: from which speed on the exact flight's gap is above ten times that penetration.
+        from_length: the onset told by the length of one flight well above it: the speed of that run, over the speed at
+            which the exact flight is as long.
+        probes: by speed.
+        flights: beside exact ones.
+        curve: of one of them; None where the run gave none.
+        exact_lengths: speed and length of the exact flight [rad], around the onset.
+    """
+
+    scene: str
+    engine: str
+    preset: str
+    refusal: str
+    theory: float | None
+    steps_per_revolution: tuple[int, int]
+    cam_vertices: tuple[int, int]
+    penetration: float | None = None
+    held: float | None = None
+    flown: float | None = None
+    visible: float | None = None
+    from_length: float | None = None
+    probes: tuple[OnsetProbe, ...] = ()
+    flights: tuple[ComparedFlight, ...] = ()
+    curve: GapCurve | None = None
+    exact_lengths: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def onset(self) -> float | None:
+        """Measured onset over the theory's; None where it was not found."""
+        return None if self.held is None or self.flown is None else (self.held * self.flown) ** 0.5
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> FollowerFloat:
+        """The inverse of `as_dict`."""
+        made = cls(**values)
+        curve = values["curve"]
+        probes = tuple(OnsetProbe(**{**p, "lengths": tuple(p["lengths"])}) for p in values["probes"])
+        return replace(
+            made,
+            steps_per_revolution=tuple(values["steps_per_revolution"]),
+            cam_vertices=tuple(values["cam_vertices"]),
+            probes=probes,
+            flights=tuple(ComparedFlight.of(flight) for flight in values["flights"]),
+            curve=None if curve is None else GapCurve.of(curve),
+            exact_lengths=tuple((speed, length) for speed, length in values["exact_lengths"]),
+        )

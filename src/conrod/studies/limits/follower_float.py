@@ -1,0 +1,224 @@
+"""Where a follower begins to fly off its cam, measured, and its flights beside the exact ones.
+
+A flight is a gap above ten times the static penetration for a time that does not shrink with h: every speed is run with
+two steps, h and h/2, and the polygon that stands for the cam gets facets in proportion to the steps, so that all that
+is not the machine's own, rebound of the contact and corners of the polygon alike, shrinks with h. Speeds are told over
+the float speed; the force is the same at all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from conrod.scenes import CamFollower
+from conrod.studies.limits.axes.follower_float import FollowerFloat as FloatAxis
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.exact_flight import ExactFlight, Fall, bisect, exact_flight, float_speed
+from conrod.studies.limits.extremes import Extremes, Flight
+from conrod.studies.limits.flights import LEAST_DEPTH, TIMES
+from conrod.studies.limits.float_results import ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
+from conrod.studies.limits.gap_record import GapCell
+from conrod.studies.limits.search import Search
+from conrod.studies.measurement import Measurement
+
+LEAST_STEPS = 20000  # a revolution
+STEPS_PER_FACET = 5
+# The flight of the fastest lands more than a turn after the start.
+COMPARED_SPEEDS, REVOLUTIONS = (1.05, 1.2, 1.5, 2.0, 3.0), 1.25
+HELD_SPEEDS = (0.9, 0.7, 0.5)  # at the first of which that makes no flight, the onset is bracketed
+CLOSELY = 1.002  # ratio of the speeds between which the onset is found
+LENGTH_SPEED = 1.05  # whose flight's length tells the onset once more
+DRAWN_SPEED, DRAWN_POINTS = 1.5, 200
+# Excess over the float speed at which lengths of exact flights are told, for a figure.
+EXCESSES = np.geomspace(0.001, 0.25, 30)
+# Speeds among which one with a given exact flight is looked for, and how closely.
+SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH = 1.0001, 4.0, 1e-6
+
+
+def float_search(case: Case) -> Search[FollowerFloat]:
+    """Onset and flights of a case, at no fewer than `LEAST_STEPS` a revolution."""
+    bench = _Bench(case)
+    found = FollowerFloat(case.name, case.engine, case.preset, bench.refusal, None, bench.steps, bench.vertices)
+    if found.refusal:
+        return found
+    curve = yield from _drawn(bench)
+    trials = yield from _bracketed(bench)
+    while (middle := _middle(trials)) is not None:
+        trials += yield from _tried(bench, (middle,))
+    trials.sort(key=lambda trial: trial.probe.speed)
+    held, flown = _bracket(trials)
+    depth = None if held is None else held.penetration
+    return replace(
+        found,
+        theory=float_speed(bench.scene),
+        penetration=depth,
+        held=None if held is None else held.probe.speed,
+        flown=None if flown is None else flown.probe.speed,
+        visible=None if held is None else bench.speed_of(lambda exact: exact.gap - held.threshold),
+        from_length=_from_length(bench, trials),
+        probes=tuple(trial.probe for trial in trials),
+        flights=tuple(flight for trial in trials if trial.probe.speed in COMPARED_SPEEDS for flight in trial.flights),
+        curve=curve,
+        exact_lengths=tuple((speed, bench.exact_length(speed)) for speed in (1.0 + EXCESSES).tolist()),
+    )
+
+
+class _Bench:
+    """The cells of a case and the exact flights beside them."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        steps = max(case.steps, LEAST_STEPS)
+        self.steps = (steps, 2 * steps)
+        self.vertices = (self.steps[0] // STEPS_PER_FACET, self.steps[1] // STEPS_PER_FACET)
+        self.refusal = FloatAxis().refusal(case) or ""
+        if not self.refusal and not isinstance(case.scene, CamFollower):
+            self.refusal = f"the exact flight of a {type(case.scene).kind} is not known"
+
+    @property
+    def scene(self) -> CamFollower:
+        """The scene whose follower flies."""
+        assert isinstance(self.case.scene, CamFollower)
+        return self.case.scene
+
+    def cell(self, speed: float, finer: int) -> LimitCell:
+        """The run at a speed, with the coarser step (0) or the finer one (1)."""
+        case = replace(self.case, steps_per_revolution=self.steps[finer])
+        cell = FloatAxis().cell(case, speed)
+        settings = case.made_by.variations.faceted(cell.settings, self.vertices[finer])
+        return replace(cell, settings=settings, revolutions=REVOLUTIONS)
+
+    def at(self, speed: float) -> CamFollower:
+        """The scene at a speed."""
+        return self.scene.with_parameters(speed=speed * float_speed(self.scene), preload=1.0 / speed**2)
+
+    def exact(self, speed: float) -> ExactFlight | None:
+        """The exact flight at a speed."""
+        return exact_flight(self.at(speed))
+
+    def exact_length(self, speed: float) -> float:
+        """Its length [rad], 0 where the exact follower is held."""
+        exact = self.exact(speed)
+        return 0.0 if exact is None else exact.landing - exact.start
+
+    def threshold(self, penetration: float) -> float:
+        """Gap [m] above which a follower that sinks in so deep [m] flies; as `Flights` has it."""
+        return TIMES * max(penetration, LEAST_DEPTH * self.scene.kinematics.travel)
+
+    def speed_of(self, excess: Callable[[ExactFlight], float]) -> float:
+        """The speed at which something that grows with the exact flight is zero; an end of the range where it is not.
+
+        The range is from `SLOWEST_FLIGHT` to `FASTEST_FLIGHT`.
+        """
+
+        def at(speed: float) -> float:
+            flight = self.exact(speed)
+            return -1.0 if flight is None else excess(flight)
+
+        for end, sign in ((SLOWEST_FLIGHT, 1.0), (FASTEST_FLIGHT, -1.0)):
+            if sign * at(end) >= 0.0:
+                return end
+        return bisect(at, SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """What the runs at a speed show; the depths are of the coarser one [m]."""
+
+    probe: OnsetProbe
+    flights: tuple[ComparedFlight, ...]
+    penetration: float
+    threshold: float
+
+
+def _tried(bench: _Bench, speeds: Sequence[float]) -> Search[list[_Trial]]:
+    """Runs with the coarser step, and with the finer one where they show a flight."""
+    coarse = {speed: bench.cell(speed, 0) for speed in speeds}
+    answers = yield tuple(coarse.values())
+    shown = {speed: [answers[cell.key]] for speed, cell in coarse.items()}
+    fine = {speed: bench.cell(speed, 1) for speed, (first,) in shown.items() if _longest(first) is not None}
+    if fine:
+        answers = yield tuple(fine.values())
+    for speed, cell in fine.items():
+        shown[speed].append(answers[cell.key])
+    return [_trial(bench, speed, measurements) for speed, measurements in shown.items()]
+
+
+def _longest(measurement: Measurement) -> Flight | None:
+    watched = Extremes.of(measurement)
+    return None if watched is None else next(iter(watched.flights), None)
+
+
+def _trial(bench: _Bench, speed: float, measurements: Sequence[Measurement]) -> _Trial:
+    exact = bench.exact(speed)
+    flights = [_longest(measurement) for measurement in measurements]
+    lengths = [0.0 if flight is None else abs(flight.landing - flight.start) for flight in flights]
+    watched = Extremes.of(measurements[0])
+    depth = (None if watched is None else watched.penetration) or 0.0
+    return _Trial(
+        OnsetProbe(speed, (lengths[0], lengths[1] if len(lengths) > 1 else None), bench.exact_length(speed)),
+        tuple(
+            ComparedFlight(speed, steps, measurement.outcome, exact, flight)
+            for steps, measurement, flight in zip(bench.steps, measurements, flights, strict=False)
+        ),
+        depth,
+        bench.threshold(depth),
+    )
+
+
+def _bracketed(bench: _Bench) -> Search[list[_Trial]]:
+    """The speeds that are compared, and slower ones down to one that makes no flight."""
+    trials = yield from _tried(bench, (*COMPARED_SPEEDS, HELD_SPEEDS[0]))
+    for speed in HELD_SPEEDS[1:]:
+        if _bracket(trials)[0] is not None:
+            break
+        trials += yield from _tried(bench, (speed,))
+    return trials
+
+
+def _bracket(trials: Sequence[_Trial]) -> tuple[_Trial | None, _Trial | None]:
+    """The slowest speed that makes a flight, and the fastest one below that makes none."""
+    flown = min((t for t in trials if t.probe.flies), key=lambda t: t.probe.speed, default=None)
+    limit = math.inf if flown is None else flown.probe.speed
+    below = [t for t in trials if not t.probe.flies and t.probe.speed < limit]
+    return max(below, key=lambda t: t.probe.speed, default=None), flown
+
+
+def _middle(trials: Sequence[_Trial]) -> float | None:
+    """The speed to try next; None where there is no onset, or it is known closely."""
+    held, flown = _bracket(trials)
+    if held is None or flown is None or flown.probe.speed <= CLOSELY * held.probe.speed:
+        return None
+    return math.sqrt(held.probe.speed * flown.probe.speed)
+
+
+def _from_length(bench: _Bench, trials: Sequence[_Trial]) -> float | None:
+    """The onset told by the length of a flight, with the finer step: that exact flights of this length begin at it."""
+    length = next(trial.probe.lengths[1] for trial in trials if trial.probe.speed == LENGTH_SPEED)
+    if not length:
+        return None
+    return LENGTH_SPEED / bench.speed_of(lambda exact: exact.landing - exact.start - length)
+
+
+def _drawn(bench: _Bench) -> Search[GapCurve | None]:
+    cell = bench.cell(DRAWN_SPEED, 0)
+    recorded = GapCell(cell.name, cell.scene, cell.settings, cell.revolutions)
+    answers = yield (recorded,)
+    watched, exact = Extremes.of(answers[recorded.key]), bench.exact(DRAWN_SPEED)
+    if watched is None or watched.penetration is None or not watched.gaps or exact is None:
+        return None
+    angles = np.linspace(exact.start, exact.landing, DRAWN_POINTS)
+    gaps = Fall(bench.at(DRAWN_SPEED), exact.start).gap(angles)
+    return GapCurve(
+        speed=DRAWN_SPEED,
+        steps_per_revolution=bench.steps[0],
+        gaps=watched.gaps,
+        exact=tuple(zip(angles.tolist(), gaps.tolist(), strict=True)),
+        penetration=watched.penetration,
+        threshold=bench.threshold(watched.penetration),
+    )
