@@ -36,6 +36,22 @@ OUTCOME_MARKS = {
     Outcome.OUT_OF_MEMORY.slug: "p",
     Outcome.UNSUPPORTED.slug: "+",
 }
+# Ways of failing have shades of their own in a map, as dark as their levels.
+OUTCOME_COLOURS = {
+    Outcome.DIVERGED.slug: "#332f45",
+    Outcome.EXPLODED.slug: "#1f4e79",
+    Outcome.RESET.slug: "#5a1414",
+    Outcome.FLIPPED.slug: "#7650a8",
+    Outcome.LOCKED.slug: "#84592f",
+    Outcome.OPENED.slug: "#a03c5e",
+    Outcome.LOST_CONTACT.slug: "#2b7a80",
+    Outcome.TUNNELLED.slug: "#5c6a2c",
+    Outcome.STALLED.slug: "#96501e",
+    Outcome.CRASHED.slug: "#000000",
+    Outcome.TIMED_OUT.slug: "#4a4a4a",
+    Outcome.OUT_OF_MEMORY.slug: "#646464",
+    Outcome.UNSUPPORTED.slug: "#7a7a7a",
+}
 # A run that ran to its end and is wrong is quiet: the mark of what nothing gives away.
 QUIET_COLOUR = "#d40000"
 

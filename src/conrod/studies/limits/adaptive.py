@@ -24,6 +24,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -46,12 +47,10 @@ class Refined(Generic[Class]):
     Attributes:
         shape: number of nodes along the two axes.
         found: class of every node that was run, in the order in which they were.
-        followed: whether boundaries between classes of one group were followed too, all of them.
     """
 
     shape: tuple[int, int]
     found: Mapping[Node, Class]
-    followed: bool
 
     @cached_property
     def sources(self) -> Mapping[Node, Node]:
@@ -101,8 +100,8 @@ def refine(
         if not wanted:
             wanted = classes.wanted(*lines)
             if len(found) + len(wanted) > allowance * shape[0] * shape[1]:
-                return Refined(shape, found, followed=False)
-    return Refined(shape, found, followed=True)
+                break
+    return Refined(shape, found)
 
 
 def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node]:
@@ -110,12 +109,43 @@ def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node
     sources = {node: node for node in sorted(run)}
     ahead = deque(sources)
     while ahead:
-        i, j = ahead.popleft()
-        for node in ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
-            if node not in sources and 0 <= node[0] < shape[0] and 0 <= node[1] < shape[1]:
-                sources[node] = sources[i, j]
+        here = ahead.popleft()
+        for node in _neighbours(here, shape):
+            if node not in sources:
+                sources[node] = sources[here]
                 ahead.append(node)
     return sources
+
+
+def told(shape: tuple[int, int], found: Mapping[Node, Class]) -> set[Node]:
+    """Nodes whose class is known: those that were run, and areas of others about which all runs are of one class."""
+    known, seen = set(found), set(found)
+    for start in product(range(shape[0]), range(shape[1])):
+        if start not in seen:
+            area, around = _area(start, shape, found)
+            seen |= area
+            if len(around) == 1:
+                known |= area
+    return known
+
+
+def _area(start: Node, shape: tuple[int, int], found: Mapping[Node, Class]) -> tuple[set[Node], set[Class]]:
+    """Nodes that are joined to one without a run between, and the classes of the runs about them."""
+    area, around, ahead = {start}, set(), [start]
+    while ahead:
+        for node in _neighbours(ahead.pop(), shape):
+            if node in found:
+                around.add(found[node])
+            elif node not in area:
+                area.add(node)
+                ahead.append(node)
+    return area, around
+
+
+def _neighbours(node: Node, shape: tuple[int, int]) -> list[Node]:
+    i, j = node
+    beside = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
+    return [(k, m) for k, m in beside if 0 <= k < shape[0] and 0 <= m < shape[1]]
 
 
 def _coarse(length: int, stride: int) -> tuple[int, ...]:

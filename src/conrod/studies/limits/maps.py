@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, nearest_runs, refine
+from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, nearest_runs, refine, told
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import Case
@@ -100,9 +100,6 @@ class LimitMap:
         x_axis, y_axis: names of the axes.
         x, y: values of the columns and of the rows, in the axes' units.
         runs: the nodes that were run; every other one has what it shows from the nearest of them.
-        ends_followed: whether every boundary was followed, and all nodes have the level and the outcome that their own
-            runs would show. Else that is so of safe, rough, wrong and failed alone: the ways of failing alternate from
-            node to node, and were only sampled.
     """
 
     scene: str
@@ -113,7 +110,6 @@ class LimitMap:
     x: tuple[float, ...]
     y: tuple[float, ...]
     runs: tuple[MapRun, ...]
-    ends_followed: bool
 
     @property
     def nodes(self) -> int:
@@ -132,6 +128,18 @@ class LimitMap:
     def was_run(self, node: Node) -> bool:
         """Whether a node was run."""
         return node in self._run_at
+
+    def is_told(self, node: Node) -> bool:
+        """Whether a node has the level and the outcome that its own run would show.
+
+        It may lack them where ways of failing alternate from node to node, and were only sampled. Whether it is safe,
+        rough, wrong or fails is known of all.
+        """
+        return node in self._told
+
+    @cached_property
+    def _told(self) -> set[Node]:
+        return told((len(self.x), len(self.y)), {node: (run.level, run.outcome) for node, run in self._run_at.items()})
 
     @cached_property
     def _run_at(self) -> Mapping[Node, MapRun]:
@@ -179,10 +187,9 @@ def map_search(
         runs |= new
         try:
             wanted = refinement.send({node: (run.level, run.outcome) for node, run in new.items()})
-        except StopIteration as end:
-            ordered, refined = tuple(runs[node] for node in sorted(runs)), end.value
+        except StopIteration:
             names = case.name, case.engine, case.preset, STEPS.name, pair.other.name
-            return LimitMap(*names, x, y, ordered, refined.followed)
+            return LimitMap(*names, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
 def most_map_runs(case: Case, pair: Pair, resolution: tuple[int, int] = RESOLUTION) -> int:
