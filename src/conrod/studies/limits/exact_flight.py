@@ -19,8 +19,9 @@ at the joint itself and grows from nothing, its length with the excess of speed,
 
 **What a rebound makes of it.** An engine's follower leaves the joint with a small speed u (per radian) of its own. Then
 d = u p + A (e p^2 / 2 - k p^3 / 6), and it flies below the onset too: for 2 u / (A |e|) well below it, for
-sqrt(6 u / (A k)) at it. Where u shrinks with the step as h does, flights therefore shrink as h below the onset, as the
-square root of h at it, and not at all above: their order in h passes through one half at the onset, whatever u is.
+sqrt(6 u / (A k)) at it. Where u shrinks as h does, such flights shrink as h below the onset, as the square root of h at
+it, and not at all above: their order in h passes through one half at the onset. Where u shrinks faster, as its square,
+the order passes through one half a little above, the nearer the finer h is.
 """
 
 from __future__ import annotations

@@ -9,9 +9,11 @@ from typing import Any
 from conrod.studies.limits.exact_flight import ExactFlight
 from conrod.studies.limits.extremes import Flight
 
-# A flight whose length falls with the step by this order or more shrinks with it: half-way between the rebounds of a
-# follower that is held, and a flight that the speed makes; see `conrod.studies.limits.exact_flight`.
+# A flight whose length falls with the step by this order or more shrinks with it: that of the rebounds of a follower that
+# is held is 1 or more, that of a flight which the speed makes is 0, and just at the onset, with rebounds that shrink as h
+# does, it is one half; see `conrod.studies.limits.exact_flight`.
 SHRINKING_ORDER = 0.5
+WITHIN = 0.02  # how near to the theory's an onset is to be
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,11 @@ class FollowerFloat:
     def onset(self) -> float | None:
         """Measured onset over the theory's; None where it was not found."""
         return None if self.held is None or self.flown is None else (self.held * self.flown) ** 0.5
+
+    @property
+    def fit(self) -> bool:
+        """Whether the contact is hard enough to show the onset as near as `WITHIN`."""
+        return self.visible is not None and self.visible <= 1.0 + WITHIN
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""

@@ -1,0 +1,158 @@
+"""A follower in flight: its gap beside the exact one, how deep it sinks while it is held, and from which speed it flies.
+
+One column an engine below a panel of all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from conrod.motion import Array
+from conrod.report.canvas import on_grid, on_log_grid
+from conrod.report.styles import EXACT, colour, engine_title, preset_style
+from conrod.studies.limits.float_results import FollowerFloat, GapCurve, OnsetProbe
+
+WIDTH, TALL, LOW = 9.5, 2.9, 2.5  # [inch]
+LEFT, RIGHT, TOP, BETWEEN, GAP, BOTTOM = 0.85, 0.25, 0.62, 0.75, 0.78, 0.5  # margins [inch]
+BESIDE = 15.0  # crank angle shown before and after the flight [deg]
+MARKER_SPACING = 16  # spans of a curve
+LEAST, MOST = 1e-9, 1.0  # gaps shown [m]
+SPEEDS, LENGTHS, NONE = (0.96, 1.24), (0.05, 100.0), 0.03  # speeds and lengths [deg] shown; where there is none
+SHARE_OF_EXACT = {**EXACT, "linewidth": 4.0}
+
+
+def float_figure(floats: Sequence[FollowerFloat]) -> Figure | None:
+    """Gap against crank angle, gap and penetration on a logarithmic scale, and length of flights against speed.
+
+    None where no run was recorded.
+    """
+    drawn = [found for found in floats if found.curve is not None]
+    if not drawn:
+        return None
+    engines = list(dict.fromkeys(found.engine for found in drawn))
+    height = TOP + TALL + 2.0 * (BETWEEN + LOW) + BOTTOM
+    figure = Figure(figsize=(WIDTH, height))
+    wide = (WIDTH - LEFT - RIGHT - GAP * (len(engines) - 1)) / len(engines)
+
+    def axes_at(left: float, top: float, width: float, tall: float) -> Axes:
+        return figure.add_axes((left / WIDTH, (height - top - tall) / height, width / WIDTH, tall / height))
+
+    _flight_panel(axes_at(LEFT, TOP, WIDTH - LEFT - RIGHT, TALL), drawn)
+    for column, engine in enumerate(engines):
+        own = [found for found in drawn if found.engine == engine]
+        left, top = LEFT + column * (wide + GAP), TOP + TALL + BETWEEN
+        _depth_panel(axes_at(left, top, wide, LOW), own)
+        _onset_panel(axes_at(left, top + LOW + BETWEEN, wide, LOW), own)
+    at = (0.5, 1.0 - 0.03 / height)
+    figure.legend(handles=_legend(drawn), loc="upper center", ncol=3, bbox_to_anchor=at, handlelength=3.0)
+    return figure
+
+
+def _flight_panel(axes: Axes, drawn: Sequence[FollowerFloat]) -> None:
+    exact = _exact(drawn)
+    span = float(exact[:, 1].max())
+    axes.plot(on_grid(exact[:, 0], 360.0), on_grid(exact[:, 1], span), **EXACT)
+    for place, found in enumerate(drawn):
+        angle, _, most = _shown(found)
+        phase = round(MARKER_SPACING * place / len(drawn))
+        style = preset_style(found.engine, found.preset) | {"linewidth": 0.8}
+        axes.plot(on_grid(angle, 360.0), on_grid(1e3 * most, span), markevery=(phase, MARKER_SPACING), **style)
+    axes.set_xlim(exact[0, 0] - BESIDE, exact[-1, 0] + 2.0 * BESIDE)
+    axes.set_xlabel("crank angle (deg)")
+    axes.set_ylabel("gap (mm)")
+    curve = _curve(drawn[0])
+    axes.set_title(
+        f"In flight: {curve.speed:g} times the float speed, {curve.steps_per_revolution} steps a revolution", loc="left"
+    )
+
+
+def _depth_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
+    """Lines upwards of what the gap is, dots of how deep the follower sinks in."""
+    exact = _exact(own)
+    axes.plot(on_grid(exact[:, 0], 360.0), on_log_grid(np.maximum(1e-3 * exact[:, 1], LEAST)), **SHARE_OF_EXACT)
+    for found in own:
+        angle, least, most = _shown(found)
+        style = preset_style(found.engine, found.preset) | {"marker": "none", "linewidth": 1.0}
+        axes.plot(on_grid(angle, 360.0), on_log_grid(np.where(most > LEAST, most, np.nan)), **style)
+        dots = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 1.8, "alpha": 0.6}
+        axes.plot(on_grid(angle, 360.0), on_log_grid(np.where(least < -LEAST, -least, np.nan)), **dots)
+        line = {"color": "#555555", "linestyle": style["linestyle"], "linewidth": 0.9}
+        axes.axhline(float(on_log_grid(np.array([_curve(found).threshold]))[0]), **line)
+    highest = on_log_grid(np.array([max(_curve(found).threshold for found in own)]))[0]
+    axes.annotate(
+        "10 x static penetration",
+        (0.01, 1.5 * highest),
+        xycoords=("axes fraction", "data"),
+        va="bottom",
+        fontsize=7.5,
+        color="#333333",
+    )
+    axes.set_yscale("log")
+    axes.set_ylim(LEAST, MOST)
+    axes.minorticks_off()
+    axes.set_xlim(0.0, 360.0)
+    axes.set_xticks(range(0, 361, 60))
+    axes.set_xlabel("crank angle (deg)")
+    axes.set_ylabel("gap, penetration (m)")
+    axes.set_title(f"{engine_title(own[0].engine)}: gap (line) and penetration (dots)", loc="left")
+
+
+def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
+    exact = np.array(own[0].exact_lengths)
+    axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **SHARE_OF_EXACT)
+    axes.axvline(1.0, color="#333333", linewidth=1.0)
+    for found in own:
+        shown = [p for p in found.probes if SPEEDS[0] <= p.speed <= SPEEDS[1]]
+        for finer in (0, 1):
+            _plot_lengths(axes, found, shown, finer)
+    axes.set_yscale("log")
+    axes.set_xlim(*SPEEDS)
+    axes.set_ylim(0.6 * NONE, LENGTHS[1])
+    axes.set_yticks([NONE, 0.1, 1.0, 10.0, 100.0], ["none", "0.1", "1", "10", "100"])
+    axes.minorticks_off()
+    axes.set_xlabel("crank speed over the float speed")
+    axes.set_ylabel("longest flight (deg)")
+    axes.set_title(f"{engine_title(own[0].engine)}: flights with h (open) and h/2 (filled)", loc="left")
+
+
+def _plot_lengths(axes: Axes, found: FollowerFloat, probes: Sequence[OnsetProbe], finer: int) -> None:
+    run = [(p.speed, length) for p in probes if (length := p.lengths[finer]) is not None]
+    speeds = on_grid(np.array([speed for speed, _ in run]), 1.0)
+    lengths = np.maximum(np.degrees([length for _, length in run]), NONE)
+    hue = colour(found.engine)
+    style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 4.0}
+    axes.plot(speeds, on_log_grid(lengths), **(style | {"markerfacecolor": hue if finer else "none"}))
+
+
+def _exact(drawn: Sequence[FollowerFloat]) -> Array:
+    """Crank angle [deg] and gap [mm] of the exact flight; (T, 2)."""
+    exact = np.array(_curve(drawn[0]).exact)
+    return np.column_stack([np.degrees(exact[:, 0]), 1e3 * exact[:, 1]])
+
+
+def _shown(found: FollowerFloat) -> tuple[Array, Array, Array]:
+    """Crank angle [deg], least and largest gap [m]."""
+    gaps = np.array(_curve(found).gaps)
+    return np.degrees(gaps[:, 0]), gaps[:, 1], gaps[:, 2]
+
+
+def _curve(found: FollowerFloat) -> GapCurve:
+    assert found.curve is not None
+    return found.curve
+
+
+def _legend(drawn: Sequence[FollowerFloat]) -> list[Line2D]:
+    exact: dict[str, Any] = EXACT
+    return [
+        Line2D([], [], label="exact", **exact),
+        *(
+            Line2D([], [], label=f"{engine_title(f.engine)} {f.preset}", **preset_style(f.engine, f.preset))
+            for f in drawn
+        ),
+    ]
