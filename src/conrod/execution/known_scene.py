@@ -12,8 +12,8 @@ from conrod.studies.cell import Cell
 
 Result = TypeVar("Result")
 
-# A sweep has few scenes; tables of so many take some tens of megabytes.
-SCENES_KEPT = 16
+# A sweep has few scenes, a map of limits one in each of its rows; each takes 0.8 MB.
+SCENES_KEPT = 128
 
 
 def on_known_scene(task: Callable[[Cell], Result], cell: Cell) -> Result:

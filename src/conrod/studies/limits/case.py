@@ -12,7 +12,7 @@ from conrod.trajectory import Settings
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000
 # Machines that an axis makes of a scene: their tables, which presets read, are then computed once for all cases.
-VARIANTS_KEPT = 64
+VARIANTS_KEPT = 256
 
 
 @dataclass(frozen=True)
