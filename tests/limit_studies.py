@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from conrod.scenes import SCENES
 from conrod.studies.limits.axis import Scale
+from conrod.studies.limits.determinism import RUNS, Determinism
 from conrod.studies.limits.extremes import Mark
-from conrod.studies.limits.grade import Level
+from conrod.studies.limits.gallery import Exhibit
+from conrod.studies.limits.iteration_need import IterationNeed
+from conrod.studies.limits.maps import LimitMap, MapRun
 from conrod.studies.limits.results import LongRun, Probe, Walk
-from conrod.studies.limits.spacing import measure_of, spaced
+from conrod.studies.limits.spacing import spaced
+from conrod.studies.limits.study import LimitStudy
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
 SCENE = "saw-500rpm"
@@ -59,14 +64,22 @@ def probe(value: float, level: str, outcome: str, quiet: bool, error: float | No
     return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own
 
 
-def walked(axis: str, engine: str, preset: str, first: float, parts: Sequence[Part], scale: Scale = Scale.LOG) -> Walk:
+def walked(
+    axis: str,
+    engine: str,
+    preset: str,
+    first: float,
+    parts: Sequence[Part],
+    scale: Scale = Scale.LOG,
+    text: str = "{:.4g}",
+) -> Walk:
     """A walk from a first value, whose runs are what the parts say; both sides of each change are run."""
     last = parts[-1][0]
     values = set(spaced(scale, first, last, 13))
     for end, *_ in parts[:-1]:
         values |= {end, _a_little_further(scale, end, first, last)}
     ordered = sorted(values, reverse=last < first)
-    probes = tuple(_of_part(value, first, parts) for value in ordered)
+    probes = tuple(replace(_of_part(v, first, parts), text=text.format(v)) for v in ordered)
     boundaries = tuple(boundary_of(probes, criterion) for criterion in CRITERIA)
     return Walk(axis, SCENE, engine, preset, "", probes, boundaries)
 
@@ -104,5 +117,160 @@ def _of_part(value: float, first: float, parts: Sequence[Part]) -> Probe:
     raise ValueError(f"{value} is beyond the last part")
 
 
-LEVELS = tuple(level.slug for level in Level)
-__all__ = ["LEVELS", "listed", "long_run", "measure_of", "probe", "refused", "walked"]
+def steps_walks() -> tuple[Walk, ...]:
+    """Steps per revolution of all presets; two of them pass through quiet runs."""
+    ends = (
+        ("mujoco", "stock", STOCK),
+        ("mujoco", "tuned", TUNED),
+        ("mujoco", "hardened", HARDENED),
+        ("pymunk", "stock", PYMUNK),
+        ("pymunk", "tuned", TUNED),
+    )
+    return tuple(
+        walked("steps", engine, preset, 20000.0, parts, Scale.COUNT, "{:.0f} steps") for engine, preset, parts in ends
+    )
+
+
+def nearness_walks() -> tuple[Walk, ...]:
+    """Nearness to a change point, with a reference that is in doubt there itself."""
+    ends = (("mujoco", "stock", 0.9, 0.999), ("mujoco", "tuned", 1 - 1e-4, 1 - 1e-6), ("pymunk", "stock", 0.95, 0.99))
+    walks = []
+    for engine, preset, safe, wrong in ends:
+        parts: tuple[Part, ...] = (
+            (safe, "safe", "completed", False, 1e-6),
+            (wrong, "wrong", "completed", True, 0.3),
+            (1.0 - 1e-9, "broken", "flipped", True, None),
+        )
+        walk = walked("nearness", engine, preset, 0.1, parts, Scale.NEARNESS, "1 - {0:.3g}")
+        probes = tuple(replace(p, text=f"1 - {1.0 - p.value:.3g}", ruler=1e-16 / (1.0 - p.value)) for p in walk.probes)
+        walks.append(replace(walk, probes=probes))
+    return tuple(walks)
+
+
+def mass_walks() -> tuple[Walk, ...]:
+    """The mass ratio, which is walked both ways from one."""
+    walks = []
+    for engine, preset, up, down in (("mujoco", "stock", 30.0, 1e-2), ("pymunk", "stock", 8.0, 1e-5)):
+        heavy: tuple[Part, ...] = (
+            (up, "safe", "completed", False, 1e-4),
+            (50.0 * up, "rough", "completed", False, 0.05),
+            (1e6, "unbounded", "exploded", False, None),
+        )
+        light: tuple[Part, ...] = ((down, "safe", "completed", False, 1e-4), (1e-6, "wrong", "completed", True, 0.5))
+        walks += [walked("mass-ratio", engine, preset, 1.0, parts) for parts in (heavy, light)]
+    return tuple(walks)
+
+
+def _mass_both_ways(up: float) -> tuple[Walk, ...]:
+    heavy: tuple[Part, ...] = ((up, "safe", "completed", False, 1e-4), (1e6, "unbounded", "exploded", False, None))
+    light: tuple[Part, ...] = ((1e-6, "safe", "completed", False, 1e-4),)
+    return tuple(walked("mass-ratio", "pymunk", "tuned", 1.0, parts) for parts in (heavy, light))
+
+
+def regularisation_walks() -> tuple[Walk, ...]:
+    """Regularisation, with a drive torque that is best in between, and a solver that stops early."""
+    parts: tuple[Part, ...] = (
+        (1e-12, "safe", "completed", False, 1e-3),
+        (1e-15, "broken", "opened", True, None),
+    )
+    walk = walked("regularisation", "mujoco", "hardened", 1.0, parts)
+    probes = tuple(
+        replace(p, torque=None if p.errors is None else max(1e-3 * p.value, 1e-16 / p.value)) for p in walk.probes
+    )
+    early = tuple(replace(p, solver="stopped after 0 iterations" if p.value < 1e-9 else "") for p in probes)
+    refusals = tuple(refused("regularisation", "pymunk", p, "pymunk does not regularise") for p in ("stock", "tuned"))
+    return (replace(walk, probes=early), *refusals)
+
+
+def pose_walks() -> tuple[Walk, ...]:
+    """Start poses, some of which are quietly wrong with one preset."""
+
+    def shown(k: int, error: float) -> Probe:
+        if k % 25 == 0 and error > 1e-3:
+            return probe(5.0 * k, "broken", "flipped", True, None)
+        return probe(5.0 * k, "safe", "completed", False, error * (1 + k % 7))
+
+    ends = (("mujoco", "stock", 1.4e-3), ("mujoco", "tuned", 1e-5), ("pymunk", "stock", 1e-4))
+    return tuple(listed("start-pose", e, preset, [shown(k, error) for k in range(72)]) for e, preset, error in ends)
+
+
+def same_again(engine: str, preset: str, across: bool = True) -> Determinism:
+    """Four runs of one case; the one in another process differs where that is asked for."""
+    first = f"{engine}-{preset}".encode().hex().ljust(64, "0")
+    prints = dict.fromkeys(RUNS, first) | ({} if across else {RUNS[-1]: "f" * 64})
+    return Determinism(SCENE, engine, preset, "completed", "", prints)
+
+
+def small_map(engine: str, preset: str) -> LimitMap:
+    """A map of three by three nodes, five of which were run."""
+    runs = (
+        MapRun(0, 0, "safe", "completed", False, 1e-3),
+        MapRun(0, 2, "wrong", "completed", True, 0.5),
+        MapRun(1, 1, "broken", "opened", True, None),
+        MapRun(2, 0, "unbounded", "diverged", False, None),
+        MapRun(2, 2, "unbounded", "diverged", False, None),
+    )
+    x, y = (1000.0, 100.0, 10.0), (1e-6, 1.0, 1e6)
+    return LimitMap(SCENE, engine, preset, "steps", "mass-ratio", x, y, runs)
+
+
+def exhibit(outcome: str, quiet: bool = False, **others: object) -> Exhibit:
+    """A run of the gallery."""
+    made = Exhibit(
+        expected=outcome,
+        outcome=outcome,
+        reason="",
+        title="a title",
+        what="what makes it so",
+        scene=SCENE,
+        engine="mujoco",
+        preset="tuned",
+        steps=100,
+        quiet=quiet,
+        warnings={},
+        finite=True,
+        solver="",
+        key=outcome,
+    )
+    return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own
+
+
+def limit_study(name: str = SCENE) -> LimitStudy:
+    """A study with all of its parts but a follower."""
+    scene = SCENES[name]
+    study = LimitStudy(
+        name=name,
+        kind=type(scene).kind,
+        title=type(scene).title,
+        parameters=scene.parameters,
+        engines={"mujoco": "4.0.0", "pymunk": "7.3.1"},
+        walks=(
+            *steps_walks(),
+            *mass_walks(),
+            *nearness_walks(),
+            *regularisation_walks(),
+            *pose_walks(),
+            *(refused("float", "mujoco", p, "the saw has no follower") for p in ("stock", "tuned")),
+        ),
+        long_runs=(long_run("mujoco", "tuned"), long_run("pymunk", "tuned", growth=0.2)),
+        maps=(small_map("mujoco", "stock"),),
+        needs=tuple(IterationNeed(SCENE, "pymunk", "tuned", n, _mass_both_ways(0.3 * n)) for n in (10, 100)),
+        determinism=(same_again("mujoco", "stock"), same_again("pymunk", "stock", across=False)),
+        floats=(),
+    )
+    return study if name == SCENE else renamed(study, name)
+
+
+def renamed(study: LimitStudy, name: str) -> LimitStudy:
+    """The same of another scene."""
+    parts = {
+        part: tuple(replace(one, scene=name) for one in getattr(study, part))
+        for part in ("walks", "long_runs", "maps", "needs", "determinism", "floats")
+    }
+    return replace(study, name=name, **parts)  # type: ignore[arg-type]  # each is a tuple of what it was
+
+
+def of_axis(study: LimitStudy, axis: str) -> LimitStudy:
+    """What asking for one axis alone would have given."""
+    walks = tuple(walk for walk in study.walks if walk.axis == axis)
+    return replace(study, walks=walks, long_runs=(), maps=(), needs=(), determinism=(), floats=())

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from conrod.report import numbers
 from conrod.report.limits import prose
 from conrod.report.limits.boundaries_table import boundaries_table, refusals
-from conrod.report.limits.boundary_chart import boundary_chart
+from conrod.report.limits.boundary_chart import boundary_chart, preset_lanes
 from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs
@@ -36,7 +36,7 @@ def by_axis(walks: Sequence[Walk]) -> dict[str, list[Walk]]:
 
 def axis_figures(axis: str, walks: Walks) -> dict[str, Figure]:
     """The figures of an axis, by what they are called beside the scene's name."""
-    made = {axis: boundary_chart(walks)}
+    made = {axis: boundary_chart(preset_lanes(walks))}
     if AXES[axis].scale is Scale.LISTED:
         made = {axis: error_chart(walks)}
     if axis in SPECIAL:
@@ -82,9 +82,11 @@ def _torques(walks: Walks) -> list[str]:
     for walk in walks:
         known = [(probe.torque, probe.text) for probe in walk.probes if probe.torque is not None]
         if known:
-            (first, begin), (best, where), (last, end) = known[0], min(known), known[-1]
+            (first, begin), (least, where), (last, end) = (
+                (numbers.measured(error), text) for error, text in (known[0], min(known), known[-1])
+            )
             said.append(
-                f"{engine_title(walk.engine)} `{walk.preset}`: the drive torque is off by {numbers.measured(first)} of "
-                f"its peak at {begin}, least, {numbers.measured(best)}, at {where}, and {numbers.measured(last)} at {end}."
+                f"{engine_title(walk.engine)} `{walk.preset}`: the drive torque is off by {first} of its peak at "
+                f"{begin}, by {last} at {end}, and least, by {least}, at {where}."
             )
     return said

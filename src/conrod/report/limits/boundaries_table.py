@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from conrod.report import numbers
 from conrod.report.limits.passages import largest_error
-from conrod.report.limits.words import BOUNDARIES, beyond, up_to
+from conrod.report.limits.words import BOUNDARIES, beyond, span_text, up_to
 from conrod.report.styles import engine_title
 from conrod.report.sweep.naming import listed
 from conrod.report.tables import paragraphs, table
@@ -26,7 +26,7 @@ def boundaries_table(walks: Sequence[Walk]) -> str:
     rows = [
         [
             *_name(walk),
-            f"{walk.probes[0].text} .. {walk.probes[-1].text}",
+            span_text(walk.probes),
             *(up_to(walk, criterion) for criterion in BOUNDARIES),
             beyond(walk) or NO_SOLVER_NOTE,
             *([solver_notes(walk.probes) or NO_SOLVER_NOTE] if noted else []),
@@ -69,12 +69,9 @@ def solver_notes(probes: Sequence[Probe]) -> str:
     for probe in probes:
         if probe.solver:
             where.setdefault(probe.solver, []).append(probe)
-    return "; ".join(f"{note}: {_ends_of(noted)} ({len(noted)} of {len(probes)} runs)" for note, noted in where.items())
-
-
-def _ends_of(probes: Sequence[Probe]) -> str:
-    first, last = probes[0].text, probes[-1].text
-    return first if first == last else f"{first} .. {last}"
+    return "; ".join(
+        f"{note}: {span_text(noted)} ({len(noted)} of {len(probes)} runs)" for note, noted in where.items()
+    )
 
 
 def refusals(walks: Sequence[Walk]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -28,32 +28,42 @@ from conrod.studies.limits.results import Probe, Walk
 from conrod.studies.limits.stretches import Stretch, stretches
 
 WIDTH, LANE = 9.5, 0.42  # [inch]
-LEFT, RIGHT, TOP, BOTTOM = 1.5, 0.25, 0.2, 0.52  # margins [inch]
+LEFT, RIGHT, TOP, BOTTOM = 2.1, 0.25, 0.2, 0.52  # margins [inch]
 HALF_BAR, HALF_TICK = 0.27, 0.09  # of a lane
 QUIET_LINE, BELOW = 3.2, 0.075  # [pt], of a lane
 LEGEND_COLUMNS, LEGEND_ROW = 7, 0.19  # [inch]
 MARK_APART = 0.022  # of the width: closer marks would cover each other
 
-Key = tuple[str, str]
+Lanes = Mapping[str, Sequence[Walk]]  # what a lane is called -> the walks in it
 
 
-def boundary_chart(walks: Sequence[Walk]) -> Figure | None:
-    """A bar for each engine and preset along one axis; None where nothing was walked between two ends."""
-    walked = [walk for walk in walks if walk.boundaries and len(walk.probes) > 1]
+def preset_lanes(walks: Sequence[Walk]) -> Lanes:
+    """A lane for each engine and preset; walks that go both ways from one value share it."""
+    lanes: dict[str, list[Walk]] = {}
+    for walk in walks:
+        lanes.setdefault(f"{engine_title(walk.engine)} {walk.preset}", []).append(walk)
+    return lanes
+
+
+def boundary_chart(lanes: Lanes) -> Figure | None:
+    """A bar for each lane along one axis; None where nothing was walked between two ends."""
+    walked = {name: [w for w in walks if w.boundaries and len(w.probes) > 1] for name, walks in lanes.items()}
+    walked = {name: walks for name, walks in walked.items() if walks}
     if not walked:
         return None
-    lanes = list(dict.fromkeys((walk.engine, walk.preset) for walk in walked))
-    axis = AXES[walked[0].axis]
-    scale = AxisScale.of(axis.scale, walked)
-    handles = _legend(walked)
-    height = TOP + LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS) + LANE * len(lanes) + BOTTOM
+    together = [walk for walks in walked.values() for walk in walks]
+    axis = AXES[together[0].axis]
+    scale = AxisScale.of(axis.scale, together)
+    handles = _legend(together)
+    height = TOP + LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS) + LANE * len(walked) + BOTTOM
     figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((LEFT / WIDTH, BOTTOM / height, (WIDTH - LEFT - RIGHT) / WIDTH, LANE * len(lanes) / height))
-    for walk in walked:
-        _draw_walk(axes, scale, lanes.index((walk.engine, walk.preset)), walk)
+    axes = figure.add_axes((LEFT / WIDTH, BOTTOM / height, (WIDTH - LEFT - RIGHT) / WIDTH, LANE * len(walked) / height))
+    for lane, walks in enumerate(walked.values()):
+        for walk in walks:
+            _draw_walk(axes, scale, lane, walk)
     scale.apply(axes, axis.label)
-    axes.set_ylim(len(lanes) - 0.5, -0.5)
-    axes.set_yticks(range(len(lanes)), [f"{engine_title(engine)} {preset}" for engine, preset in lanes])
+    axes.set_ylim(len(walked) - 0.5, -0.5)
+    axes.set_yticks(range(len(walked)), list(walked))
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False, axis="y")
     axes.spines["left"].set_visible(False)

@@ -20,7 +20,10 @@ from conrod.studies.limits.study import LimitStudy
 SCHEMA = 1
 # Inputs, written as they are; everything else that is a fraction was measured.
 INPUTS = {"parameters", "value", "last_good", "first_bad", "good_again", "x", "y", "revolutions"}
-MEASURED_DIGITS = 4
+INPUTS |= {"speed", "held", "flown"}
+# Flights are compared with exact ones: what counts is a small difference of the two.
+COMPARED = {"exact", "measured"}
+MEASURED_DIGITS, COMPARED_DIGITS = 4, 8
 SCENE_KEYS = {"conrod", "environment", "commands", "study"}
 NESTED = 5  # levels that are written on lines of their own
 
@@ -56,21 +59,23 @@ def document_text(scenes: Mapping[str, Entry], gallery: Sequence[Mapping[str, An
     return _lines({"schema": SCHEMA, "limits": scenes, "gallery": [rounded(one) for one in gallery]}, 0) + "\n"
 
 
-def rounded(value: Any, given: bool = False) -> Any:
-    """Four significant digits for what was measured; what is not finite becomes the text that the tables print."""
+def rounded(value: Any, digits: int | None = MEASURED_DIGITS) -> Any:
+    """What was measured in few significant digits, inputs as they are; what is not finite as the tables print it."""
     match value:
-        case float() if given:
-            return value
         case float() if not math.isfinite(value):
             return numbers.measured(value)
         case float():
-            return numbers.rounded(value, MEASURED_DIGITS)
+            return value if digits is None else numbers.rounded(value, digits)
         case Mapping():
-            return {str(key): rounded(part, given or key in INPUTS) for key, part in value.items()}
+            return {str(key): rounded(part, _digits(key, digits)) for key, part in value.items()}
         case list() | tuple():
-            return [rounded(part, given) for part in value]
+            return [rounded(part, digits) for part in value]
         case _:
             return value
+
+
+def _digits(key: object, digits: int | None) -> int | None:
+    return None if digits is None or key in INPUTS else COMPARED_DIGITS if key in COMPARED else digits
 
 
 def _lines(value: Any, level: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,7 +25,7 @@ LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
 LEGEND_COLUMNS, LEGEND_ROW = 5, 0.19
 LANE = 0.17  # of a run that did not complete [inch]
 ABOVE = 0.06  # of the panel's top [inch]
-QUIET_RING = {"marker": "o", "markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.3}
+QUIET_RING: dict[str, Any] = {"marker": "o", "markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.3}
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,7 @@ def _places(scale: AxisScale, probes: Sequence[Probe]) -> Array:
 
 def _legend(walks: Sequence[Walk], ruler: bool) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
-    bare = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
+    bare: dict[str, Any] = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
     handles = [
         Line2D([], [], label=f"{engine_title(engine)} {preset}", **(preset_style(engine, preset) | bare))
         for engine, preset in names

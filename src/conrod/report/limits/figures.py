@@ -11,11 +11,11 @@ from conrod.report.limits.axis_section import axis_figures, by_axis
 from conrod.report.limits.float_figure import float_figure
 from conrod.report.limits.long_run_figure import long_run_figure
 from conrod.report.limits.map_figure import map_figure
-from conrod.studies.limits.follower_float import FollowerFloat
+from conrod.report.limits.needs import needs_chart
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.study import LimitStudy
 
-LONG_RUNS = "long-runs"
+FLOAT, LONG_RUNS, NEEDS = "follower-float", "long-runs", "mass-ratio-iterations"
 
 
 def limits_figures(study: LimitStudy) -> dict[str, str]:
@@ -27,18 +27,13 @@ def limits_figures(study: LimitStudy) -> dict[str, str]:
 def _figures(study: LimitStudy) -> Iterator[tuple[str, Figure | None]]:
     for axis, walks in by_axis(study.walks).items():
         yield from axis_figures(axis, walks).items()
+    yield NEEDS, needs_chart(study.needs)
     for found in study.maps:
         yield map_name(found), map_figure(found)
-    for floating in study.floats:
-        yield float_name(floating), float_figure(floating)
+    yield FLOAT, float_figure(study.floats)
     yield LONG_RUNS, long_run_figure(study.long_runs)
 
 
 def map_name(found: LimitMap) -> str:
     """What the figure of a map is called."""
     return f"{found.x_axis}-x-{found.y_axis}-{found.engine}-{found.preset}"
-
-
-def float_name(found: FollowerFloat) -> str:
-    """What the figure of a follower's flight is called."""
-    return f"flight-{found.engine}-{found.preset}"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from conrod.report.limits.axis_scale import place
 from conrod.report.limits.axis_section import by_axis
 from conrod.report.limits.plain_words import names_of
-from conrod.report.limits.words import boundary_of, text_at
+from conrod.report.limits.words import boundary_of, span_text, text_at
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.results import Walk
 
@@ -35,11 +35,7 @@ def axis_findings(axis: str, walks: Sequence[Walk]) -> list[str]:
     for walk in walks:
         if walk.boundaries:
             ways.setdefault(walk.probes[-1].value < walk.probes[0].value, []).append(walk)
-    return [f"**{AXES[axis].title}**, {_ends(way)}: {_told(way)}." for way in ways.values()]
-
-
-def _ends(walks: Sequence[Walk]) -> str:
-    return f"{walks[0].probes[0].text} .. {walks[0].probes[-1].text}"
+    return [f"**{AXES[axis].title}**, {span_text(way[0].probes)}: {_told(way)}." for way in ways.values()]
 
 
 def _told(walks: Sequence[Walk]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from conrod.report.limits import prose
 from conrod.report.limits.determinism_table import determinism_table
@@ -15,12 +14,13 @@ from conrod.report.limits.quiet_table import quiet_summary
 from conrod.report.limits.steps_table import steps_table
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs, table
+from conrod.studies.limits.gallery import Exhibit
 from conrod.studies.limits.study import LimitStudy
 
 Studies = Mapping[str, LimitStudy]
 
 
-def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequence[Mapping[str, Any]]) -> str:
+def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequence[Exhibit]) -> str:
     """The index.
 
     Args:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,7 +34,7 @@ def long_run_figure(runs: Sequence[LongRun]) -> Figure | None:
         figure.add_axes((x / WIDTH, BOTTOM / height, wide / WIDTH, PANEL / height)) for x in (LEFT, LEFT + wide + GAP)
     )
     _panel(left, runs, [(lambda mark: mark.closure, {})], "largest gap of a joint since the mark before, / L")
-    clock = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
+    clock: dict[str, Any] = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
     _panel(right, runs, [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)], "phase error (rad)")
     handles = [
         Line2D([], [], label=f"{engine_title(run.engine)} {run.preset}", **preset_style(run.engine, run.preset))
@@ -46,7 +47,7 @@ def long_run_figure(runs: Sequence[LongRun]) -> Figure | None:
 
 
 def _panel(
-    axes: Axes, runs: Sequence[LongRun], quantities: Sequence[tuple[Quantity, dict[str, object]]], label: str
+    axes: Axes, runs: Sequence[LongRun], quantities: Sequence[tuple[Quantity, dict[str, Any]]], label: str
 ) -> None:
     drawn = []
     for run in runs:

@@ -18,6 +18,7 @@ PARTS: dict[str, Sameness] = {
     "walks": lambda walk: (walk.engine, walk.preset, walk.axis),
     "long_runs": lambda run: (run.engine, run.preset),
     "maps": lambda found: (found.engine, found.preset, found.x_axis, found.y_axis),
+    "needs": lambda need: (need.engine, need.preset, str(need.iterations)),
     "determinism": lambda found: (found.engine, found.preset),
     "floats": lambda found: (found.engine, found.preset),
 }
@@ -32,9 +33,9 @@ def merged(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
         return new
     changed = {name for name, version in new.engines.items() if earlier.engines.get(name, version) != version}
     kept = {name: [part for part in getattr(earlier, name) if part.engine not in changed] for name in PARTS}
-    parts = {name: _replaced(kept[name], getattr(new, name), same) for name, same in PARTS.items()}
     engines = {**earlier.engines, **new.engines}
-    return replace(new, engines=engines, **{**parts, "walks": _in_order(parts["walks"], list(engines))})
+    parts: dict[str, Any] = {name: _replaced(kept[name], getattr(new, name), same) for name, same in PARTS.items()}
+    return replace(new, **{**parts, "engines": engines, "walks": _in_order(parts["walks"], list(engines))})
 
 
 def _replaced(earlier: Sequence[Part], new: Sequence[Part], same: Sameness) -> tuple[Part, ...]:

@@ -9,16 +9,17 @@ from conrod.report.limits import prose
 from conrod.report.limits.axis_section import axis_section, by_axis
 from conrod.report.limits.boundaries_table import refusals
 from conrod.report.limits.determinism_table import determinism_table
-from conrod.report.limits.figures import LONG_RUNS, float_name, map_name
-from conrod.report.limits.float_figure import float_table
+from conrod.report.limits.figures import FLOAT, LONG_RUNS, NEEDS, map_name
+from conrod.report.limits.float_table import float_table
 from conrod.report.limits.long_run_table import long_run_table
+from conrod.report.limits.maps_table import maps_table
+from conrod.report.limits.needs import needs_table
 from conrod.report.limits.plain_words import sentences
 from conrod.report.limits.quiet_table import quiet_table
 from conrod.report.pages import FIGURES
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.follower_float import FollowerFloat
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.study import LimitStudy
@@ -37,7 +38,6 @@ def limits_page(study: LimitStudy, entry: Mapping[str, Any], drawn: Collection[s
 
     axes = by_axis(study.walks)
     maps = (block for found in study.maps for block in (_map_title(found), figure(map_name(found), _shows(found))))
-    flights = (figure(float_name(found), f"Flight of the follower, {_of(found)}") for found in study.floats)
     blocks = [
         f"# {study.name}: limits",
         f"{study.title}, with {_versions(study)}. See the [index](README.md) for the other machines.",
@@ -50,8 +50,20 @@ def limits_page(study: LimitStudy, entry: Mapping[str, Any], drawn: Collection[s
             f"{prose.BOUNDARIES} {prose.CHART}",
             *(axis_section(axis, walks, figure) for axis, walks in axes.items()),
         ),
-        *_section("Two axes at once", prose.MAPS, *maps),
-        *_section("Follower float", prose.FLOAT, *flights, float_table(study.floats)),
+        *_section("Two axes at once", prose.MAPS, maps_table(study.maps), *maps),
+        *_section(
+            "The mass ratio against the iterations",
+            prose.NEEDS,
+            figure(NEEDS, "Mass ratio that holds with a fixed number of iterations"),
+            needs_table(study.needs),
+        ),
+        *_section(
+            "Follower float",
+            prose.FLOAT,
+            figure(FLOAT, "Flight of the follower, how deep it sinks, and from which speed it flies"),
+            float_table(study.floats),
+            *_not_flown(study),
+        ),
         *_section("The same again?", prose.DETERMINISM, determinism_table(study.determinism)),
         *_section(
             "Long runs",
@@ -100,6 +112,11 @@ def _not_walked(axes: Mapping[str, Sequence[Walk]]) -> str:
     return "\n".join(f"- {AXES[axis].title}: {' '.join(refusals(walks))}" for axis, walks in whole.items())
 
 
+def _not_flown(study: LimitStudy) -> list[str]:
+    refused = [found for found in study.floats if found.refusal]
+    return [f"Not looked at with {engine_title(f.engine)} `{f.preset}`: {f.refusal}." for f in refused]
+
+
 def _map_title(found: LimitMap) -> str:
     return f"### {_shows(found)}"
 
@@ -108,5 +125,5 @@ def _shows(found: LimitMap) -> str:
     return f"{AXES[found.x_axis].title} x {AXES[found.y_axis].title}, {_of(found)}"
 
 
-def _of(found: LimitMap | FollowerFloat) -> str:
+def _of(found: LimitMap) -> str:
     return f"{engine_title(found.engine)} {found.preset}"

@@ -1,18 +1,21 @@
-"""Each axis in plain words: safe here, wrong but quiet there, broken from there on; presets that behave alike together."""
+"""Each axis in plain words: safe here, wrong but quiet there, broken from there on; presets that are alike together."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
 from conrod.report.limits.passages import MOST_TOLD, Passage, falling, passages
+from conrod.report.limits.words import span_text
 from conrod.report.styles import engine_title
 from conrod.report.sweep.naming import listed
+from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Probe, Walk
 
 FEW = (
     2  # passages, of which walks can be told together though their boundaries differ; values that are named one by one
 )
 SHORT = 24  # characters of a value that is named
+LEVELS = [level.slug for level in Level]
 
 
 def sentences(walks: Sequence[Walk]) -> list[str]:
@@ -37,7 +40,7 @@ def listed_sentences(walks: Sequence[Walk]) -> list[str]:
 
 def _counted(walk: Walk) -> str:
     alike: dict[str, list[Probe]] = {}
-    for probe in walk.probes:
+    for probe in sorted(walk.probes, key=lambda probe: LEVELS.index(probe.level)):
         alike.setdefault(_condition(Passage(probe.level, probe.quiet, (probe,))), []).append(probe)
     if len(alike) == 1:
         return f"{next(iter(alike))} throughout ({len(walk.probes)} runs)"
@@ -91,7 +94,7 @@ def _in_turn(walks: Sequence[Walk], found: Sequence[Sequence[Passage]]) -> str:
         elif these[0].good:
             parts.append(f"{condition} {way} {_values(walks, [p.probes[-1].text for p in these])}")
         else:
-            ranges = [_from_to(p.probes[0].text, p.probes[-1].text) for p in these]
+            ranges = [_from_to(p.probes) for p in these]
             parts.append(f"{condition} {_values(walks, ranges)}")
     return ", ".join(parts)
 
@@ -117,8 +120,9 @@ def _condition(passage: Passage) -> str:
     return f"wrong, and the engine warns{how}" if passage.level == "wrong" else f"{passage.level}{how}"
 
 
-def _from_to(first: str, last: str) -> str:
-    return f"at {first}" if first == last else f"from {first} to {last}"
+def _from_to(probes: Sequence[Probe]) -> str:
+    only = probes[0].text == probes[-1].text
+    return f"at {probes[0].text}" if only else f"from {span_text(probes, ' to ')}"
 
 
 def _values(walks: Sequence[Walk], texts: Sequence[str]) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from conrod.report import numbers
 from conrod.report.limits.passages import largest_error
+from conrod.report.limits.words import span_text
 from conrod.report.styles import engine_title
 from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
@@ -38,8 +39,7 @@ class QuietRange:
     def where(self) -> str:
         """The values, as people read them."""
         if self.walk.boundaries:
-            first, last = self.probes[0].text, self.probes[-1].text
-            return first if first == last else f"{first} .. {last}"
+            return span_text(self.probes)
         if len(self.probes) == 1:
             return self.probes[0].text
         named = ", ".join(probe.text for probe in self.probes[:MOST_NAMED])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Boundary, Probe, Walk
 from conrod.studies.limits.stretches import Stretch, stretches
@@ -14,7 +16,6 @@ BOUNDARIES = {
     "broken": "bounded",
 }
 EVERYWHERE, NOWHERE = "all of it", "none of it"
-LEVELS = {"safe": "safe", "rough": "rough", "wrong": "wrong", "broken": "broken", "unbounded": "broken"}
 
 
 def up_to(walk: Walk, criterion: str) -> str:
@@ -49,7 +50,11 @@ def how(ended: Stretch | Probe) -> str:
     return f"{name} (quiet)" if ended.quiet else name
 
 
-def stretch_text(stretch: Stretch) -> str:
-    """The values of a stretch, as `from .. to`, or the only one."""
-    first, last = stretch.first.text, stretch.last.text
-    return first if first == last else f"{first} .. {last}"
+def span_text(probes: Sequence[Probe], between: str = " .. ") -> str:
+    """The first and the last value of some runs, as `199 .. 31 steps`, or the only one."""
+    first, last = probes[0].text, probes[-1].text
+    if first == last:
+        return first
+    unit = last.partition(" ")[2]
+    bare = unit[:1].isalpha() and first.endswith(f" {unit}")
+    return f"{first.removesuffix(f' {unit}') if bare else first}{between}{last}"

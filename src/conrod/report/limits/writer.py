@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from conrod.files import Batch
 from conrod.report.limits.document import Entry, document_text, earlier_gallery, earlier_limits, scene_entry
@@ -17,22 +17,15 @@ from conrod.report.pages import FIGURES
 from conrod.report.summary import FILE, INDEX, figure_file, page_file
 from conrod.report.writer import SCENE
 from conrod.scenes import SCENES
+from conrod.studies.limits.gallery import Exhibit
 from conrod.studies.limits.study import LimitStudy
 from conrod.studies.serialise import environment
 
 SHOWN_FIGURE = re.compile(rf"\]\(({FIGURES}/[^)/]+\.svg)\)")
 
 
-class Shown(Protocol):
-    """A row of the gallery."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        ...
-
-
 def limits_report_batch(
-    studies: Sequence[LimitStudy], gallery: Sequence[Shown], directory: Path, command: str
+    studies: Sequence[LimitStudy], gallery: Sequence[Exhibit], directory: Path, command: str
 ) -> Batch:
     """All files of a report of limits, rendered; nothing is written yet, so an error leaves an existing one as it was.
 
@@ -75,7 +68,7 @@ def _rendered(directory: Path, document: str, pages: Collection[str]) -> Batch:
         files |= {figure_file(name, figure): text for figure, text in drawn.items()}
         files[page_file(name)] = limits_page(studies[name], scenes[name], drawn)
     files[FILE] = document
-    files[INDEX] = limits_index(scenes, studies, kept["gallery"])
+    files[INDEX] = limits_index(scenes, studies, [Exhibit.of(one) for one in kept["gallery"]])
     return Batch(directory, files, _stale(directory, pages, files))
 
 
