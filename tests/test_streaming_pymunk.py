@@ -14,7 +14,7 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 from conrod import Outcome, PymunkSettings, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.left_out_rod import DISTANCE_JOINT
-from conrod.engines.pymunk import stepping
+from conrod.engines.pymunk import dynamics, stepping
 from conrod.motion import Array
 from conrod.trajectory import BodyStates, Instants, Piece
 
@@ -150,6 +150,22 @@ def test_a_bias_other_than_the_engine_has_would_be_seen(monkeypatch: pytest.Monk
 def test_a_contact_is_not_looked_at_and_pymunk_tells_no_torque() -> None:
     assert all(piece.solver is None for piece in in_pieces("cam", 64))
     assert all(piece.drive_torque is None and not piece.warnings for piece in in_pieces("cam", 64))
+
+
+@pytest.mark.parametrize("name", ["saw, stock", "press, rod left out", "cam"])
+def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, settings = RUNS[name]
+    advance = stepping.advance
+
+    def broken(*args: Any) -> tuple[Array, Array]:
+        centres, rates = advance(*args)
+        centres[-2:], rates[-1:] = np.inf, np.nan
+        return centres, rates
+
+    monkeypatch.setattr(dynamics, "advance", broken)
+    piece = next(PYMUNK.pieces(scene, settings, REVOLUTIONS, START, 20))
+    assert piece.trajectory.outcome is Outcome.DIVERGED
+    assert piece.trajectory.reason == f"not finite from {START / scene.speed + 19 * settings.timestep:.6g} s on"
 
 
 # -- rounded state ---------------------------------------------------------------------------------------------------

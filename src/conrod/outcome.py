@@ -34,6 +34,27 @@ class Verdict:
     reason: str = ""
 
 
+# Of what a run shows in several of its parts, the first of these counts for the whole: the order of the rules below,
+# after what an engine did by itself.
+PREVAILING = (
+    Outcome.RESET,
+    Outcome.DIVERGED,
+    Outcome.EXPLODED,
+    Outcome.LOCKED,
+    Outcome.STALLED,
+    Outcome.TUNNELLED,
+    Outcome.LOST_CONTACT,
+    Outcome.OPENED,
+    Outcome.FLIPPED,
+    Outcome.COMPLETED,
+)
+
+
+def prevailing(before: Verdict, after: Verdict) -> Verdict:
+    """How a run ended of which two parts were judged by themselves; of equal verdicts the earlier."""
+    return min(before, after, key=lambda verdict: PREVAILING.index(verdict.outcome))
+
+
 def judge(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict:
     """How the run of which these are the body states ended."""
     for rule in (_diverged, _exploded, _stalled_or_locked, _contact, _opened, _flipped):
@@ -48,7 +69,7 @@ def _diverged(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdi
         for values in (states.poses, states.rates, states.accelerations):
             if not np.all(np.isfinite(values)):
                 bad = int(np.argmin(np.all(np.isfinite(values), axis=1)))
-                return Verdict(Outcome.DIVERGED, f"not finite from sample {bad} on")
+                return Verdict(Outcome.DIVERGED, f"not finite from {states.instants.times[bad]:.6g} s on")
     return None
 
 
@@ -58,7 +79,8 @@ def _exploded(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdi
     away = np.abs(positions - start).max(axis=(1, 2)) / kinematics.size
     if away.max() > OUT_OF_REACH:
         worst = int(np.argmax(away > OUT_OF_REACH))
-        return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from sample {worst} on")
+        time = float(bodies.position.instants.times[worst])
+        return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
     return None
 
 

@@ -64,9 +64,11 @@ def stretches(
         # of a whole turn, put right at once, would be seen in the acceleration.
         turns = driver.start + driver.sense * machine.speed * times
         centres, rates = advance(made, settings, turns, known)
-        at = staggered(made.mechanism, settings.timestep, times, centres, rates)
-        bodies = body_tracks(made.form, at, centres, rates, before)
-        points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
+        # A state that is not finite any more stays so; how the run ended is told from it.
+        with np.errstate(all="ignore"):
+            at = staggered(made.mechanism, settings.timestep, times, centres, rates)
+            bodies = body_tracks(made.form, at, centres, rates, before)
+            points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
         new = _only_new(bodies, points, len(times) - (last - first))
         yield Stretch(first, *new, centres[-1:], rates[-1:])
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies

@@ -29,7 +29,8 @@ def pieces(
         ticks[0] = clock
         clocks = np.add.accumulate(ticks)[-samples:]
         clock = float(clocks[-1])
-        left = gap_rate_left(made.form, settings, stretch.centres, stretch.rates)
+        with np.errstate(all="ignore"):
+            left = gap_rate_left(made.form, settings, stretch.centres, stretch.rates)
         # The iteration has no test of its own, and takes all it may.
         solver = None if left is None else SolverState(settings.iterations, left, of_rates=True)
         yield Piece(trajectory, stretch.first, clocks, {}, solver, None)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE
 from conrod.errors import InvalidInput
-from conrod.outcome import Verdict
+from conrod.outcome import Verdict, prevailing
 from conrod.running import check_run
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.seen import Seen
@@ -16,14 +18,16 @@ from conrod.trajectory import Outcome
 # What a look costs is then a small part of a long run.
 LOOKS = 40
 LEAST_STEPS = 3  # before the first acceleration that is a difference of velocities
-# What a follower that has left its cam may do next without the run as a whole being judged otherwise.
-IN_FLIGHT = {Outcome.COMPLETED, Outcome.LOST_CONTACT, Outcome.OPENED, Outcome.FLIPPED}
+# A machine that came apart may blow up yet: it is followed for so many revolutions more.
+FOLLOWED = 2.0
+GONE = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
 
 
 def watch(cell: LimitCell) -> Measurement:
-    """Run a cell in pieces, up to its end or to the piece in which it failed.
+    """Run a cell in pieces, up to its end or until nothing is left of the machine.
 
-    A follower that has left its cam is followed to the end of the run, since it may land; its errors are not.
+    A run that failed in another way is followed on, without errors, and ends as the whole of it is judged: it may yet
+    blow up, and a follower that left its cam, which is followed to the end, may land.
 
     Raises:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
@@ -33,15 +37,15 @@ def watch(cell: LimitCell) -> Measurement:
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
     check_run(cell.machine, cell.settings, cell.revolutions, cell.start_angle)
-    length, seen, verdict = piece_length(cell), Seen(cell), Verdict(Outcome.COMPLETED)
+    length, seen, verdict, last = piece_length(cell), Seen(cell), Verdict(Outcome.COMPLETED), math.inf
     for piece in engine.pieces(cell.machine, cell.settings, cell.revolutions, cell.start_angle, length):
         seen.add(piece)
-        here = Verdict(piece.trajectory.outcome, piece.trajectory.reason)
-        if verdict.outcome is Outcome.COMPLETED or here.outcome not in IN_FLIGHT:
-            verdict = here
+        verdict = prevailing(verdict, Verdict(piece.trajectory.outcome, piece.trajectory.reason))
         if verdict.outcome is Outcome.COMPLETED:
             seen.compare(piece)
         elif verdict.outcome is not Outcome.LOST_CONTACT:
+            last = min(last, piece.first_step + FOLLOWED * cell.settings.steps_per_revolution)
+        if verdict.outcome in GONE or piece.first_step >= last:
             break
     return seen.measurement(verdict)
 
