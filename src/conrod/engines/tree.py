@@ -136,7 +136,7 @@ def tree_of(machine: Machine, form: ModelForm) -> Tree:
 
 
 def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
-    """The tree of a mechanism, grown from the ground; slides first, then pins in order of declaration.
+    """The tree of a mechanism, grown from the ground; slides first, then the driven pin, then the others as declared.
 
     Raises:
         InvalidInput: slides alone close a loop, or a body hangs on nothing.
@@ -144,7 +144,8 @@ def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
     branches: list[Branch] = []
     cuts: list[Revolute] = []
     waiting: list[Revolute | Prismatic] = [j for j in mechanism.joints if not isinstance(j, CamContact)]
-    waiting.sort(key=lambda joint: isinstance(joint, Revolute))
+    # The driven pin is never cut, wherever it is declared: its coordinate is the crank's angle.
+    waiting.sort(key=lambda joint: (isinstance(joint, Revolute), joint.name != mechanism.driver.joint))
     held = {GROUND}
     while waiting:
         joint = next((j for j in waiting if j.a in held or j.b in held), None)

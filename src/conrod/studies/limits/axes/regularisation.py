@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from conrod.ranges import check_number
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 
-CONTACT_ENDS = (0.5, 1e-4)  # what a contact's impedance lacks of one; MuJoCo admits no less than the second
+# What a contact's impedance lacks of one; MuJoCo admits no less than the second (mjMAXIMP).
+CONTACT_HARMLESS, CONTACT_LEAST = 0.5, 1e-4
 
 
 class Regularisation(Axis):
@@ -31,9 +33,11 @@ class Regularisation(Axis):
         return None
 
     def spans(self, case: Case) -> tuple[tuple[float, float], ...]:
-        return (CONTACT_ENDS,) if case.contact else ((self.harmless, self.hopeless),)
+        return ((CONTACT_HARMLESS, CONTACT_LEAST) if case.contact else (self.harmless, self.hopeless),)
 
     def cell(self, case: Case, value: float) -> LimitCell:
+        if case.contact:
+            check_number(f"{self.name} of a contact", value, CONTACT_LEAST, self.harmless)
         settings = case.made_by.variations.regularised(case.scene, case.settings(), value)
         assert settings is not None
         return LimitCell(case.name, case.scene, settings)

@@ -10,7 +10,11 @@ from conrod.studies.limits.cell import LimitCell
 
 
 class Stabilisation(Axis):
-    """From a whole revolution to less than a step; of a cam that of the contact. The preset's other settings stay."""
+    """From the preset's own two ways: as slow as a revolution, and shorter than a step; of a cam that of the contact.
+
+    Either end may be the hopeless one: what is hard by itself may be closed slowly, what is soft has to be closed fast.
+    The preset's other settings stay.
+    """
 
     name: ClassVar[str] = "stabilisation"
     title: ClassVar[str] = "Time constant of stabilisation"
@@ -24,7 +28,10 @@ class Stabilisation(Axis):
         return None
 
     def spans(self, case: Case) -> tuple[tuple[float, float], ...]:
-        return ((float(case.steps), self.hopeless),)
+        slow, fast = float(case.steps), self.hopeless
+        settings = case.settings()
+        own = min(max(settings.time_constant(case.contact) / settings.timestep, fast), slow)
+        return tuple((own, end) for end in (slow, fast) if end != own)
 
     def cell(self, case: Case, value: float) -> LimitCell:
         settings = case.made_by.variations.stabilised(case.scene, case.settings(), value)
