@@ -112,13 +112,14 @@ class Engine(ABC, Generic[AnySettings]):
     def run(self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0) -> Trajectory:
         """Dynamic mode: real time stepping at constant crank speed, sampled at every step."""
 
+    @abstractmethod
     def pieces(
         self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
     ) -> Iterator[Piece]:
-        """The run of `run`, bit for bit, in pieces of so many steps: memory does not grow with the revolutions."""
-        trajectory = self.run(machine, settings, revolutions, start_angle)
-        assert trajectory.bodies is not None
-        yield Piece(trajectory, 0, trajectory.bodies.position.instants.times, {}, None, None)
+        """The run of `run`, bit for bit, in pieces of so many steps: memory does not grow with the revolutions.
+
+        The first piece has the start beside its steps.
+        """
 
     @abstractmethod
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:

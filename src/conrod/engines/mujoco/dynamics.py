@@ -36,8 +36,10 @@ def pieces(
         last = min(max(first, 1) + steps, samples)
         states, sensors = recorder.next(last - first)
         instants = instants_of(made, _times(machine, settings, start_angle, first, last), states, sensors)
-        bodies = body_states(made, instants, states, sensors, poses)
-        points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
+        # A state that is not finite any more stays so; how the run ended is told from it.
+        with np.errstate(invalid="ignore", over="ignore"):
+            bodies = body_states(made, instants, states, sensors, poses)
+            points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
         tracks = BodyTracks(bodies, bodies, bodies)
         ended = ended or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
         verdict = _verdict(machine, tracks, ended)
