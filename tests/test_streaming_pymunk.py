@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import tracemalloc
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -114,6 +115,30 @@ def test_the_clock_is_the_sum_that_a_loop_over_the_steps_keeps(steps: int) -> No
     counted = dict(recorded(whole("saw, stock")))["bodies position times"]
     assert np.any(clock != counted), "steps whose sum is exact would prove nothing"
     np.testing.assert_allclose(clock, counted, rtol=1e-12)
+
+
+def peak_memory(work: Callable[[], object]) -> int:
+    """Largest number of bytes allocated at once while working."""
+    work()  # what is computed once and kept is there
+    tracemalloc.start()
+    try:
+        work()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_memory_is_bounded_by_the_piece_and_not_by_the_run() -> None:
+    scene, settings = RUNS["saw, stock"]
+
+    def streamed(revolutions: float) -> int:
+        return peak_memory(lambda: sum(len(p.clock) for p in PYMUNK.pieces(scene, settings, revolutions, 0.0, 300)))
+
+    grown = peak_memory(lambda: PYMUNK.run(scene, settings, 80.0)) - peak_memory(
+        lambda: PYMUNK.run(scene, settings, 20.0)
+    )
+    assert grown > 1_000_000, "a run of one piece grows, or nothing is measured"
+    assert streamed(80.0) - streamed(20.0) < 0.05 * grown
 
 
 # -- what the iteration left -----------------------------------------------------------------------------------------
