@@ -130,7 +130,7 @@ class LimitMap:
         return node in self._run_at
 
     def is_told(self, node: Node) -> bool:
-        """Whether a node has the level and the outcome that its own run would show.
+        """Whether a node has the level and the outcome that its own run would show, islands apart.
 
         It may lack them where ways of failing alternate from node to node, and were only sampled. Whether it is safe,
         rough, wrong or fails is known of all.

@@ -1,0 +1,176 @@
+"""Maps refined along their boundaries alone: the same map as the full grid, for a quarter of its runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from conrod.studies.limits.adaptive import STRIDE, Node, Refined, refine, told
+
+Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1
+QUARTER = 0.25
+ONE_BOUNDARY: dict[str, Kind] = {
+    "straight": lambda x, y: x < 0.43,
+    "slanted": lambda x, y: x + 0.6 * y < 0.8,
+    "curved": lambda x, y: (x - 0.2) ** 2 + (y - 0.1) ** 2 < 0.5,
+    "corner": lambda x, y: x < 0.6 and y < 0.55,
+    "stairs": lambda x, y: x < (0.2, 0.4, 0.7)[min(2, int(3 * y))],
+    # Narrower than a coarse cell, it leaves the area that it belongs to through a side without a run.
+    "thin tongue": lambda x, y: x < 0.3 or (abs(y - 0.53) < 0.04 and x < 0.83),
+    "nothing": lambda x, y: "same",
+}
+SEVERAL: dict[str, Kind] = {
+    "five parallel bands": lambda x, y: int(4 * (x + 0.3 * y)),
+    "waves": lambda x, y: sum(x * (1.0 + 0.3 * math.sin(3.0 * y)) < edge for edge in (0.1, 0.3, 0.45, 0.7)),
+    "a meeting of three": lambda x, y: "a" if x < 0.45 else "b" if y < 0.5 * x else "c",
+}
+
+
+def on_grid(kind: Kind, size: int) -> dict[Node, Hashable]:
+    return {(i, j): kind(i / (size - 1), j / (size - 1)) for i, j in product(range(size), repeat=2)}
+
+
+def refined(full: dict[Node, Hashable], stride: int = STRIDE, **others: object) -> Refined[Hashable]:
+    """What is found of a map; no node may be asked for twice."""
+    shape = max(i for i, _ in full) + 1, max(j for _, j in full) + 1
+    search = refine(shape, stride, **others)  # type: ignore[arg-type]  # arguments are a test's own
+    asked: list[Node] = []
+    wanted = next(search)
+    while True:
+        asked += wanted
+        try:
+            wanted = search.send({node: full[node] for node in wanted})
+        except StopIteration as end:
+            found: Refined[Hashable] = end.value
+            assert sorted(asked) == sorted(found.found)
+            return found
+
+
+def wrong(found: Refined[Hashable], full: dict[Node, Hashable]) -> list[Node]:
+    return [node for node, kind in full.items() if found.class_of(node) != kind]
+
+
+@pytest.mark.parametrize("size", [33, 49, 65])
+@pytest.mark.parametrize("name", [*ONE_BOUNDARY, *SEVERAL])
+def test_the_map_is_that_of_the_full_grid(name: str, size: int) -> None:
+    full = on_grid((ONE_BOUNDARY | SEVERAL)[name], size)
+    assert wrong(refined(full), full) == []
+
+
+@pytest.mark.parametrize(("name", "size"), [*product(ONE_BOUNDARY, (33, 49, 65)), *product(SEVERAL, (49, 65))], ids=str)
+def test_it_takes_at_most_a_quarter_of_the_runs(name: str, size: int) -> None:
+    found = refined(on_grid((ONE_BOUNDARY | SEVERAL)[name], size))
+    assert 0.0 < found.share <= QUARTER
+
+
+def test_four_boundaries_across_a_small_grid_take_more_than_a_quarter() -> None:
+    # A boundary costs runs by its length: twice as many nodes a side halve the share.
+    small, large = (refined(on_grid(SEVERAL["five parallel bands"], size)).share for size in (33, 65))
+    assert small > QUARTER
+    assert large < 0.6 * small
+
+
+@pytest.mark.parametrize("stride", [1, 2, 5, 8, 100])
+@pytest.mark.parametrize("shape", [(2, 2), (60, 33), (7, 40)])
+def test_any_grid_and_any_stride_will_do(shape: tuple[int, int], stride: int) -> None:
+    full: dict[Node, Hashable] = {(i, j): 3 * i < 2 * j + 10 for i, j in product(*map(range, shape))}
+    assert wrong(refined(full, stride), full) == []
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.0, 40.0), st.floats(0.0, 40.0), st.floats(STRIDE, 60.0))
+def test_a_disc_as_wide_as_the_stride_is_found_wherever_it_lies(x: float, y: float, radius: float) -> None:
+    full: dict[Node, Hashable] = {(i, j): math.hypot(i - x, j - y) < radius for i, j in product(range(41), repeat=2)}
+    assert wrong(refined(full), full) == []
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(-math.pi, math.pi), st.floats(-30.0, 30.0), st.floats(0.0, 30.0))
+def test_two_parallel_boundaries_however_close_are_told_apart(turn: float, away: float, apart: float) -> None:
+    def side(i: int, j: int) -> int:
+        along = (i - 20) * math.cos(turn) + (j - 20) * math.sin(turn) - away
+        return (along > 0.0) + (along > apart)
+
+    full: dict[Node, Hashable] = {(i, j): side(i, j) for i, j in product(range(41), repeat=2)}
+    assert wrong(refined(full), full) == []
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 4), st.floats(0.5, 1.0))
+def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: int, kinds: int, calm: float) -> None:
+    # Not even where classes are strewn at random is a node given a class that one of its neighbours contradicts.
+    random = np.random.default_rng(seed)
+    strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))
+    full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}  # type: ignore[misc]
+    found = refined(full)
+    assert told(found.shape, found.found) == set(full)
+    for i, j in full:
+        for beside in ((i + 1, j), (i, j + 1)):
+            if beside in full and found.class_of((i, j)) != found.class_of(beside):
+                assert {(i, j), beside} <= set(found.found)
+
+
+# -- what it cannot see ------------------------------------------------------------------------------------------------
+
+
+def test_an_island_between_the_coarse_lines_is_missed() -> None:
+    # Negative control: the comparison with the full grid does see a wrong map.
+    island: Kind = lambda x, y: math.hypot(x - 4.5 / 32, y - 4.5 / 32) < 3.0 / 32  # noqa: E731
+    full = on_grid(island, 33)
+    assert len(wrong(refined(full), full)) == sum(map(bool, full.values())) > 0
+    assert wrong(refined(full, stride=4), full) == []
+
+
+def test_a_strip_between_two_coarse_lines_is_missed() -> None:
+    full = on_grid(lambda x, y: 9 < 32 * x < 15, 33)
+    assert len(wrong(refined(full), full)) == 5 * 33
+    assert wrong(refined(full, stride=4), full) == []
+
+
+# -- groups ------------------------------------------------------------------------------------------------------------
+
+
+def chaos(size: int) -> dict[Node, Hashable]:
+    """Calm on the left; on the right one of three classes, at random."""
+    kinds = np.random.default_rng(4).integers(1, 4, (size, size))
+    return {(i, j): 0 if 3 * i < 2 * size - j else int(kinds[i, j]) for i, j in product(range(size), repeat=2)}
+
+
+def group(kind: Hashable) -> Hashable:
+    return kind == 0
+
+
+def test_classes_that_alternate_from_node_to_node_take_no_more_than_the_allowance() -> None:
+    full = chaos(49)
+    found = refined(full, group_of=group, allowance=QUARTER)
+    assert found.share <= QUARTER
+    assert [node for node in full if group(found.class_of(node)) != group(full[node])] == []
+    # Negative control: as classes of their own they take twice that.
+    assert refined(full).share > 2.0 * QUARTER
+
+
+def test_where_classes_alternate_unrun_nodes_are_not_told() -> None:
+    full = chaos(49)
+    found = refined(full, group_of=group, allowance=QUARTER)
+    known = told(found.shape, found.found)
+    assert {node for node, kind in full.items() if group(kind)} <= known
+    assert set(found.found) <= known
+    assert len(known) < len(full)
+    assert [node for node in known if found.class_of(node) != full[node]] == []
+
+
+def test_boundaries_between_groups_are_followed_beyond_the_allowance() -> None:
+    full = on_grid(SEVERAL["waves"], 49)
+    assert wrong(refined(full, allowance=0.0), full) == []
+
+
+@pytest.mark.parametrize(("shape", "stride"), [((1, 5), 8), ((5, 1), 8), ((5, 5), 0)])
+def test_a_grid_without_cells_is_refused(shape: tuple[int, int], stride: int) -> None:
+    with pytest.raises(ValueError, match="cannot be refined"):
+        next(refine(shape, stride))
