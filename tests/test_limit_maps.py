@@ -1,0 +1,268 @@
+"""Pairs of axes mapped together: what is run, what is told of the rest, and how it is drawn."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.limits.error_shades import SHADES, error_colour
+from conrod.report.limits.map_cells import areas, edges_about, seams
+from conrod.report.limits.map_errors import shaded_errors
+from conrod.report.limits.map_figure import NOT_LOOKED_AT, map_figure
+from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_COLOURS, OUTCOME_MARKS
+from conrod.scenes import SCENES
+from conrod.studies.limits.adaptive import Node
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.grade import Level, grade_of
+from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
+from conrod.studies.limits.perform import perform
+from conrod.studies.limits.search import pursue
+from conrod.studies.measurement import Measurement
+from conrod.trajectory import Outcome
+
+MASSES, NEARNESS, STABILISATION = PAIRS
+QUARTER = 0.25
+Told = Callable[[float, float], Measurement]  # of steps and of the other axis' value
+
+
+def case_of(scene: str = "saw-500rpm", engine: str = "mujoco", preset: str = "hardened") -> Case:
+    return Case(scene, SCENES[scene], engine, preset)
+
+
+def completed(error: float) -> Measurement:
+    sizes = {"max": error, "rms": error, "final": error}
+    return Measurement("completed", errors={"C": dict.fromkeys(("position", "velocity", "acceleration"), sizes)})
+
+
+def at_fewer(steps: float, mass: float) -> Measurement:
+    """Order 4; a heavy slider opens the loop at few steps and blows up at still fewer, there by one of two ways."""
+    bound = 6.0 + 10.0 * abs(np.log10(mass)) ** 1.5
+    if steps > bound:
+        return completed(50.0 / steps**4)
+    return Measurement("opened") if steps > 0.5 * bound else Measurement(("exploded", "diverged")[int(steps) % 2])
+
+
+def mapped(case: Case, pair: Pair, told: Told, resolution: tuple[int, int] = (65, 33)) -> LimitMap:
+    """The map of runs that are made up; nothing is run."""
+    x, y = pair.values(case, resolution)
+    answers = {pair.cell(case, steps, value).key: told(steps, value) for steps, value in product(x, y)}
+    return pursue([map_search(case, pair, resolution)], lambda cells: {c.key: answers[c.key] for c in cells})[0]
+
+
+@pytest.fixture(scope="module")
+def made_up() -> LimitMap:
+    return mapped(case_of(), MASSES, at_fewer, (33, 17))
+
+
+# -- values and cells --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("scene", "ends"), [("saw-500rpm", (1000.0, 4.0)), ("cam-follower", (20000.0, 80.0))])
+def test_steps_are_different_whole_numbers(scene: str, ends: tuple[float, float]) -> None:
+    steps, _ = STABILISATION.values(case_of(scene), (65, 33))
+    assert (steps[0], steps[-1]) == ends
+    assert all(value == round(value) for value in steps)
+    assert all(more > fewer for more, fewer in pairwise(steps))
+    assert 55 < len(steps) <= 65
+
+
+@pytest.mark.parametrize(
+    ("pair", "first", "last"), [(MASSES, 1e-6, 1e6), (NEARNESS, 0.1, 1.0 - 1e-9), (STABILISATION, 1000.0, 0.1)]
+)
+def test_the_other_axis_spans_its_range(pair: Pair, first: float, last: float) -> None:
+    _, values = pair.values(case_of(), (65, 33))
+    assert (values[0], values[-1]) == (first, last)
+    assert len(set(values)) == 33
+
+
+def test_a_node_is_made_from_both_axes() -> None:
+    case = case_of()
+    heavy = MASSES.cell(case, 50.0, 100.0)
+    assert heavy.settings.steps_per_revolution == 50
+    assert heavy.scene.parameters["slider_mass"] == pytest.approx(100.0 * heavy.scene.parameters["rod_mass"])
+    near = NEARNESS.cell(case, 50.0, 0.5)
+    assert near.scene.parameters["offset"] == pytest.approx(0.5 * (0.3 - 0.1))
+    soft = STABILISATION.cell(case, 50.0, 20.0)
+    assert soft.settings.time_constant(contact=False) == pytest.approx(20.0 * soft.settings.timestep)
+    assert soft.settings.timestep == pytest.approx(case.scene.period / 50)
+
+
+def test_a_cam_has_neither_rod_nor_change_point() -> None:
+    cam = case_of("cam-follower")
+    assert [pair.refusal(cam) is None for pair in PAIRS] == [False, False, True]
+    assert all(pair.refusal(case_of()) is None for pair in PAIRS)
+
+
+# -- searching ---------------------------------------------------------------------------------------------------------
+
+
+def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None:
+    found = mapped(case_of(), MASSES, at_fewer, (49, 25))
+    full = {n: grade_of(at_fewer(found.x[n[0]], found.y[n[1]])) for n in product(range(len(found.x)), range(25))}
+    assert [n for n, grade in full.items() if standing(found.at(n).level) != standing(grade.level.slug)] == []
+    assert found.share <= QUARTER
+    assert found.nodes == len(full) == most_map_runs(case_of(), MASSES, (49, 25))
+    assert {standing(grade.level.slug) for grade in full.values()} == {"safe", "rough", "failed"}
+
+
+def test_ways_of_failing_that_alternate_are_told_only_where_they_were_run(made_up: LimitMap) -> None:
+    nodes = list(product(range(len(made_up.x)), range(len(made_up.y))))
+    full = {n: grade_of(at_fewer(made_up.x[n[0]], made_up.y[n[1]])) for n in nodes}
+    untold = [n for n in nodes if not made_up.is_told(n)]
+    assert untold
+    assert {full[n].level.slug for n in untold} <= {"broken", "unbounded"}
+    assert all(made_up.at(n).outcome == full[n].outcome for n in nodes if made_up.is_told(n))
+    # Negative control: elsewhere the nearest run does show another way.
+    assert any(made_up.at(n).outcome != full[n].outcome for n in untold)
+
+
+def test_a_map_survives_being_written(made_up: LimitMap) -> None:
+    again = LimitMap.of(json.loads(json.dumps(made_up.as_dict())))
+    assert again == made_up
+    assert again.at((3, 3)) == made_up.at((3, 3))
+
+
+def test_runs_are_asked_for_by_rows_and_once() -> None:
+    case, batches = case_of(), []
+
+    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+        batches.append(cells)
+        return {cell.key: completed(1e-6) for cell in cells}
+
+    found = pursue([map_search(case, MASSES, (17, 17))], run)[0]
+    keys = [cell.key for batch in batches for cell in batch]
+    assert len(set(keys)) == len(keys) == len(found.runs)
+    masses = [cell.scene.parameters["slider_mass"] for cell in batches[0]]
+    assert masses == sorted(masses)
+
+
+def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
+    case = case_of()
+    found = pursue([map_search(case, MASSES, (3, 3), 1)], lambda cells: {c.key: perform(c) for c in cells})[0]
+    assert [found.at((0, j)).level for j in range(3)] == ["safe"] * 3
+    assert [standing(found.at((2, j)).level) for j in range(3)] == ["failed"] * 3
+    assert all(run.error is not None for run in found.runs if run.level == "safe")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("pair", "resolution"), [(NEARNESS, (41, 21)), (MASSES, (41, 21))], ids=["nearness", "masses"])
+def test_a_real_map_is_that_of_the_full_grid_for_a_quarter_of_its_runs(pair: Pair, resolution: tuple[int, int]) -> None:
+    case = case_of()
+    x, y = pair.values(case, resolution)
+    nodes: dict[Node, LimitCell] = {
+        (i, j): pair.cell(case, x[i], y[j]) for j, i in product(range(len(y)), range(len(x)))
+    }
+    shown = {cell.key: perform(cell) for cell in nodes.values()}
+    found = pursue([map_search(case, pair, resolution)], lambda cells: {c.key: shown[c.key] for c in cells})[0]
+    full = {n: grade_of(shown[cell.key]) for n, cell in nodes.items()}
+    assert [n for n, grade in full.items() if standing(found.at(n).level) != standing(grade.level.slug)] == []
+    assert found.share <= QUARTER
+    assert {"safe", "failed"} <= {standing(grade.level.slug) for grade in full.values()}
+
+
+# -- figures -----------------------------------------------------------------------------------------------------------
+
+
+def drawn(found: LimitMap) -> Figure:
+    with drawing_style():
+        return map_figure(found)
+
+
+def colours_in(figure: Figure) -> set[str]:
+    return {to_hex(patch.get_facecolor()) for patch in figure.axes[0].patches}
+
+
+def legend_of(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def one_way(steps: float, mass: float) -> Measurement:
+    return completed(1e-3) if steps > 30 else Measurement("opened")
+
+
+def test_a_figure_comes_out_the_same_byte_for_byte(made_up: LimitMap) -> None:
+    with drawing_style():
+        assert svg_text(map_figure(made_up)) == svg_text(map_figure(made_up))
+
+
+def test_ways_of_failing_have_a_colour_and_a_mark_each() -> None:
+    failed = [outcome.slug for outcome in Outcome if outcome is not Outcome.COMPLETED]
+    for looks in (OUTCOME_COLOURS, OUTCOME_MARKS):
+        assert sorted(looks) == sorted(failed)
+        assert len(set(looks.values())) == len(failed)
+
+
+def test_the_legend_names_what_occurs_and_nothing_else(made_up: LimitMap) -> None:
+    named = set(legend_of(drawn(made_up)))
+    assert {"opened", "exploded", "diverged"} <= named
+    assert "flipped" not in named
+    assert any("in one of these ways" in text for text in named)
+    plain = set(legend_of(drawn(mapped(case_of(), MASSES, one_way, (17, 9)))))
+    assert "opened" in plain
+    assert not any("in one of these ways" in text for text in plain)
+
+
+def test_ways_that_are_not_known_have_no_way_s_colour(made_up: LimitMap) -> None:
+    assert to_hex(NOT_LOOKED_AT) in colours_in(drawn(made_up))
+    assert to_hex(NOT_LOOKED_AT) not in colours_in(drawn(mapped(case_of(), MASSES, one_way, (17, 9))))
+
+
+@pytest.mark.parametrize("quiet", [True, False])
+def test_quiet_failures_are_outlined(quiet: bool) -> None:
+    runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", quiet, None))
+    found = LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
+    figure = drawn(found)
+    lines = [len(collection.get_segments()) for collection in figure.axes[0].collections]  # type: ignore[attr-defined]
+    # The boundary, then the outline's white casing and its red core: both cells of a column, four sides.
+    assert lines == ([1, 4, 4] if quiet else [1, 0, 0])
+    assert any("quiet" in text for text in legend_of(figure)) is quiet
+
+
+@pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.other.name)
+def test_axes_are_labelled_with_their_units(pair: Pair) -> None:
+    axes = drawn(mapped(case_of(), pair, lambda steps, _: completed(1.0 / steps**2), (9, 5))).axes[0]
+    assert axes.get_xlabel() == "steps per revolution"
+    assert axes.get_ylabel().replace("\n", " ") == pair.other.label
+    assert len(axes.get_xticks()) >= 3
+    assert len(axes.get_yticks()) >= 3
+
+
+def test_larger_errors_are_darker() -> None:
+    def light(colour: str) -> float:
+        return sum(weight * int(colour[k : k + 2], 16) for k, weight in ((1, 0.3), (3, 0.59), (5, 0.11)))
+
+    shades = [error_colour("safe", 10.0**k) for k in range(-14, -1)]
+    assert [light(colour) for colour in shades] == sorted(map(light, shades), reverse=True)
+    assert len(set(shades)) == len(SHADES)
+    rough, wrong = (error_colour(level.slug, 0.5) for level in (Level.ROUGH, Level.WRONG))
+    assert light(wrong) < light(rough) < light(LEVEL_COLOURS["safe"])
+
+
+def test_shades_between_runs_lie_between_theirs_and_are_their_own_at_runs() -> None:
+    runs = [MapRun(0, 0, "safe", "completed", False, 1e-8), MapRun(4, 0, "safe", "completed", False, 1e-2)]
+    errors = shaded_errors(runs, (5, 1))[:, 0]
+    assert errors[[0, 4]] == pytest.approx([1e-8, 1e-2])
+    assert errors[2] == pytest.approx(1e-5)
+    assert list(errors) == sorted(errors)
+    with pytest.raises(ValueError, match="no error"):
+        shaded_errors([MapRun(0, 0, "broken", "opened", True, None)], (5, 1))
+
+
+def test_cells_cover_the_map_once_and_seams_part_unequal_ones() -> None:
+    x, y = edges_about(np.array([0.0, 1.0, 2.0])), edges_about(np.array([0.0, 1.0]))
+    labels = {(i, j): "red" if i + j == 0 else "blue" for i, j in product(range(3), range(2))}
+    paths = areas(labels, x, y)
+    boxes = [sum(abs(np.diff(p[[0, 2]], axis=0)).prod() for p in path.to_polygons()) for path in paths.values()]
+    assert sum(boxes) == pytest.approx((x[-1] - x[0]) * (y[-1] - y[0]))
+    assert len(seams(labels, x, y)) == 2
+    assert seams(dict.fromkeys(labels, "red"), x, y) == []
+    # The border counts where what lies around is said.
+    assert len(seams(dict.fromkeys(labels, "red"), x, y, around="blue")) == 4
