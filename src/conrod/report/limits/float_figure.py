@@ -1,4 +1,4 @@
-"""A follower in flight: its gap beside the exact one, how deep it sinks while it is held, and from which speed it flies.
+"""A follower in flight: its gap beside the exact one, how deep it sinks in, and from which speed it flies.
 
 One column an engine below a panel of all of them.
 """
@@ -59,10 +59,10 @@ def _flight_panel(axes: Axes, drawn: Sequence[FollowerFloat]) -> None:
     span = float(exact[:, 1].max())
     axes.plot(on_grid(exact[:, 0], 360.0), on_grid(exact[:, 1], span), **EXACT)
     for place, found in enumerate(drawn):
-        angle, _, most = _shown(found)
+        angle, gap, _, _ = _shown(found)
         phase = round(MARKER_SPACING * place / len(drawn))
         style = preset_style(found.engine, found.preset) | {"linewidth": 0.8}
-        axes.plot(on_grid(angle, 360.0), on_grid(1e3 * most, span), markevery=(phase, MARKER_SPACING), **style)
+        axes.plot(on_grid(angle, 360.0), on_grid(1e3 * gap, span), markevery=(phase, MARKER_SPACING), **style)
     axes.set_xlim(exact[0, 0] - BESIDE, exact[-1, 0] + 2.0 * BESIDE)
     axes.set_xlabel("crank angle (deg)")
     axes.set_ylabel("gap (mm)")
@@ -77,7 +77,7 @@ def _depth_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
     exact = _exact(own)
     axes.plot(on_grid(exact[:, 0], 360.0), on_log_grid(np.maximum(1e-3 * exact[:, 1], LEAST)), **SHARE_OF_EXACT)
     for found in own:
-        angle, least, most = _shown(found)
+        angle, _, least, most = _shown(found)
         style = preset_style(found.engine, found.preset) | {"marker": "none", "linewidth": 1.0}
         axes.plot(on_grid(angle, 360.0), on_log_grid(np.where(most > LEAST, most, np.nan)), **style)
         dots = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 1.8, "alpha": 0.6}
@@ -136,10 +136,10 @@ def _exact(drawn: Sequence[FollowerFloat]) -> Array:
     return np.column_stack([np.degrees(exact[:, 0]), 1e3 * exact[:, 1]])
 
 
-def _shown(found: FollowerFloat) -> tuple[Array, Array, Array]:
-    """Crank angle [deg], least and largest gap [m]."""
+def _shown(found: FollowerFloat) -> tuple[Array, Array, Array, Array]:
+    """Crank angle [deg], gap there, least and largest gap around it [m]."""
     gaps = np.array(_curve(found).gaps)
-    return np.degrees(gaps[:, 0]), gaps[:, 1], gaps[:, 2]
+    return np.degrees(gaps[:, 0]), gaps[:, 1], gaps[:, 2], gaps[:, 3]
 
 
 def _curve(found: FollowerFloat) -> GapCurve:

@@ -77,7 +77,7 @@ class Extremes:
         history: marks of a long run, at 1, 2, 5, 10 .. revolutions.
         fingerprint: of every recorded state and sensor value, to the last bit.
         again: the same of further runs, see `conrod.studies.limits.determinism`.
-        gaps: crank angle [rad], least and largest gap [m] of a follower around it, see
+        gaps: crank angle [rad], gap of a follower there, least and largest one around it [m], see
             `conrod.studies.limits.gap_record`.
     """
 
@@ -91,7 +91,7 @@ class Extremes:
     history: tuple[Mark, ...]
     fingerprint: str
     again: tuple[str, ...] = ()
-    gaps: tuple[tuple[float, float, float], ...] = ()
+    gaps: tuple[tuple[float, float, float, float], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as plain values."""
@@ -110,6 +110,6 @@ class Extremes:
                 "flights": tuple(Flight(**flight) for flight in kept["flights"]),
                 "history": tuple(Mark(**mark) for mark in kept["history"]),
                 "again": tuple(kept["again"]),
-                "gaps": tuple((angle, least, most) for angle, least, most in kept.get("gaps", ())),
+                "gaps": tuple((angle, gap, least, most) for angle, gap, least, most in kept.get("gaps", ())),
             }
         )

@@ -9,9 +9,9 @@ from typing import Any
 from conrod.studies.limits.exact_flight import ExactFlight
 from conrod.studies.limits.extremes import Flight
 
-# A flight whose length falls with the step by this order or more shrinks with it: that of the rebounds of a follower that
-# is held is 1 or more, that of a flight which the speed makes is 0, and just at the onset, with rebounds that shrink as h
-# does, it is one half; see `conrod.studies.limits.exact_flight`.
+# A flight whose length falls with the step by this order or more shrinks with it. The order is 1 or more of a held
+# follower's rebounds, 0 of a flight which the speed makes, and one half just at the onset, with rebounds that shrink as
+# h does; see `conrod.studies.limits.exact_flight`.
 SHRINKING_ORDER = 0.5
 WITHIN = 0.02  # how near to the theory's an onset is to be
 
@@ -86,7 +86,8 @@ class GapCurve:
     Attributes:
         speed: over the float speed.
         steps_per_revolution: of the run.
-        gaps: crank angle [rad], least and largest gap [m] in a span around it; negative where the roller is sunk in.
+        gaps: crank angle [rad], gap there, least and largest gap in a span around it [m]; negative where the roller is
+            sunk in.
         exact: crank angle [rad] and gap [m] over the exact flight.
         penetration: static [m].
         threshold: gap above which the follower flies [m].
@@ -94,7 +95,7 @@ class GapCurve:
 
     speed: float
     steps_per_revolution: int
-    gaps: tuple[tuple[float, float, float], ...]
+    gaps: tuple[tuple[float, float, float, float], ...]
     exact: tuple[tuple[float, float], ...]
     penetration: float
     threshold: float

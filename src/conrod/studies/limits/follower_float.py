@@ -35,9 +35,9 @@ CLOSELY = 1.002  # ratio of the speeds between which the onset is found
 LENGTH_SPEED = 1.05  # whose flight's length tells the onset once more
 DRAWN_SPEED, DRAWN_POINTS = 1.5, 200
 # Excess over the float speed at which lengths of exact flights are told, for a figure.
-EXCESSES = np.geomspace(0.001, 0.25, 30)
+EXCESSES = np.geomspace(0.001, 0.25, 24)
 # Speeds among which one with a given exact flight is looked for, and how closely.
-SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH = 1.0001, 4.0, 1e-6
+SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH = 1.0001, 4.0, 1e-5
 
 
 def float_search(case: Case) -> Search[FollowerFloat]:
@@ -73,6 +73,7 @@ class _Bench:
 
     def __init__(self, case: Case) -> None:
         self.case = case
+        self._exact: dict[float, ExactFlight | None] = {}
         steps = max(case.steps, LEAST_STEPS)
         self.steps = (steps, 2 * steps)
         self.vertices = (self.steps[0] // STEPS_PER_FACET, self.steps[1] // STEPS_PER_FACET)
@@ -99,7 +100,9 @@ class _Bench:
 
     def exact(self, speed: float) -> ExactFlight | None:
         """The exact flight at a speed."""
-        return exact_flight(self.at(speed))
+        if speed not in self._exact:
+            self._exact[speed] = exact_flight(self.at(speed))
+        return self._exact[speed]
 
     def exact_length(self, speed: float) -> float:
         """Its length [rad], 0 where the exact follower is held."""

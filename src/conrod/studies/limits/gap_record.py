@@ -18,7 +18,8 @@ from conrod.studies.measurement import Measurement
 
 SPANS = 360  # of a run, of each of which the least and the largest gap are kept
 
-Gaps = tuple[tuple[float, float, float], ...]  # crank angle [rad], least and largest gap [m] around it
+# Crank angle [rad], gap there, least and largest gap around it [m].
+Gaps = tuple[tuple[float, float, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,9 @@ def recorded(cell: GapCell) -> Measurement:
 
 
 def thinned(angle: Array, gap: Array) -> Gaps:
-    """Least and largest gap in each of `SPANS` equal parts of a run; as many samples where there are fewer."""
+    """The gap in the middle, the least and the largest one of each of `SPANS` equal parts of a run (or of fewer)."""
     angles, gaps = (np.array_split(values, min(SPANS, len(values))) for values in (angle, gap))
-    return tuple((float(a[len(a) // 2]), float(g.min()), float(g.max())) for a, g in zip(angles, gaps, strict=True))
+    return tuple(
+        (float(a[len(a) // 2]), float(g[len(g) // 2]), float(g.min()), float(g.max()))
+        for a, g in zip(angles, gaps, strict=True)
+    )
