@@ -15,6 +15,7 @@ from conrod.engines import engine_named
 from conrod.execution.dispatch import run_cells
 from conrod.execution.local import LocalProcesses
 from conrod.scenes import SCENES, CamFollower, ShearPress
+from conrod.studies.cell import Cell
 from conrod.studies.ledger import Ledger
 from conrod.studies.limits.bounded import BoundedCell
 from conrod.studies.limits.cell import LimitCell
@@ -24,7 +25,7 @@ from conrod.studies.limits.perform import perform
 from conrod.studies.limits.search import pursue
 from conrod.studies.limits.solver_notes import LEFT, solver_note
 from conrod.studies.limits.specimen import Specimen
-from conrod.studies.measurement import Measurement
+from conrod.studies.measurement import Measurement, measure
 from conrod.trajectory import Outcome
 
 BY_NAME = {f"{s.outcome.slug}: {s.title} in {s.engine}": s for s in GALLERY}
@@ -66,7 +67,7 @@ def test_a_specimen_ends_as_its_outcome(name: str, tmp_path: Path, workers: Loca
 
 
 def harmless(specimen: Specimen) -> Specimen:
-    """The same without what was done to it: the machine and the preset as they are, at usual steps, past 180 degrees."""
+    """The same without what was done to it: machine and preset as they are, at usual steps, past half a turn."""
     if specimen.outcome is Outcome.UNSUPPORTED:
         return replace(specimen, outcome=Outcome.COMPLETED, name="saw-40rpm", scene=SAW)
     plain = {ShearPress: PRESS, CamFollower: CAM}.get(type(specimen.scene), SAW)
@@ -201,3 +202,6 @@ def test_a_bounded_run_that_keeps_its_limits_is_the_run_itself() -> None:
     assert perform(bounded) == perform(plain)
     assert bounded.key != plain.key
     assert bounded.key != replace(bounded, timeout=1.0).key
+    whole = replace(bounded, whole=True)
+    assert perform(whole) == measure(Cell("saw", SAW, settings, 1.0))
+    assert whole.key != bounded.key

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from conrod.isolation import Ended, isolated
+from conrod.studies.cell import Cell
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.perform import perform
 from conrod.studies.limits.watch import watch
@@ -35,6 +36,11 @@ class BoundedCell(LimitCell):
 
 @perform.register
 def _bounded(cell: BoundedCell) -> Measurement:
-    task = measure if cell.whole else watch
-    answer = isolated(task, cell, timeout=cell.timeout, headroom=cell.headroom)
+    answer = isolated(_run, cell, timeout=cell.timeout, headroom=cell.headroom)
     return Measurement(answer.outcome.slug, answer.reason) if isinstance(answer, Ended) else answer
+
+
+def _run(cell: BoundedCell) -> Measurement:
+    if not cell.whole:
+        return watch(cell)
+    return measure(Cell(cell.name, cell.scene, cell.settings, cell.revolutions, cell.start_angle))
