@@ -104,7 +104,7 @@ def test_a_state_that_is_not_finite_has_diverged(level: str, field: str, bad: fl
     tracks = replace(BodyTracks(states, states, states), **{level: replace(states, **{field: values})})
     found = judge(scene.kinematics, tracks, scene.speed)
     assert found.outcome is Outcome.DIVERGED
-    assert "sample 17" in found.reason
+    assert found.reason == f"not finite from {states.instants.times[17]:.6g} s on"
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -113,7 +113,7 @@ def test_a_body_far_out_of_reach_has_exploded(name: str) -> None:
     far = 1.5 * OUT_OF_REACH * scene.kinematics.size
     found = verdict(scene, moved(1, (far, 0.0), first=31))
     assert found.outcome is Outcome.EXPLODED
-    assert "sample 31" in found.reason
+    assert f"from {exact_states(scene).instants.times[31]:.6g} s on" in found.reason
 
 
 @pytest.mark.parametrize("name", LINKAGES)

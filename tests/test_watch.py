@@ -8,15 +8,17 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from catalogue import CAM, SAW
 from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
+from conrod.engines.engine import PIECE
 from conrod.scenes import SCENES, CamFollower
 from conrod.studies.cell import Cell
 from conrod.studies.limits.solver_look import SolverLook
-from conrod.studies.limits.watch import watch
+from conrod.studies.limits.watch import piece_length, watch
 from conrod.studies.measurement import Measurement, measure
 from conrod.trajectory import Piece, SolverState
 from watched import cell, coarse_cam, extremes, in_pieces_of, moved, planted_in, watched
@@ -188,6 +190,19 @@ def test_an_iteration_cut_short_has_a_residual() -> None:
     assert short.residual is not None
     assert done.residual < 1e-11
     assert short.residual > 1e-4
+
+
+@pytest.mark.parametrize("revolutions", [2.0, 3.0, 4.0, 10.0, 50.0, 1000.0, 10_000.0])
+@pytest.mark.parametrize("steps", [20, 50, 100, 1000, 4096, 20_000])
+def test_the_solver_is_looked_at_all_around_the_turn(steps: int, revolutions: float) -> None:
+    length = piece_length(cell(SAW, PymunkSettings.tuned(SAW, steps), revolutions))
+    assert length <= PIECE
+    looks = length * np.arange(1, min(40, steps * revolutions // length) + 1)
+    at = np.sort(looks % steps) / steps
+    widest = np.diff(at, append=at[0] + 1.0).max()
+    assert widest <= max(0.11, 3.001 / steps)
+    # Negative control: pieces of so many turns look at one angle.
+    assert len(set((steps * np.arange(1, 41)) % steps)) == 1
 
 
 def test_residuals_are_normalised_by_what_they_are() -> None:

@@ -14,9 +14,11 @@ from conrod.studies.limits.seen import Seen
 from conrod.studies.measurement import Measurement
 from conrod.trajectory import Outcome
 
-# The solver is looked at at the end of each piece: so often in a run of any length, twenty times a turn in one of two.
-# What a look costs is then a small part of a long run.
-LOOKS = 40
+# The solver is looked at at the end of each piece: at least so often in a run, and at so many crank angles. What a look
+# costs is then a small part of a long run.
+LOOKS, ANGLES = 40, 20
+# Of a turn: steps of this size come to all parts of it, whole turns between them or not, and so do its powers.
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 LEAST_STEPS = 3  # before the first acceleration that is a difference of velocities
 # A machine that came apart may blow up yet: it is followed for so many revolutions more.
 FOLLOWED = 2.0
@@ -56,10 +58,20 @@ def piece_length(cell: LimitCell) -> int:
     Raises:
         InvalidInput: the run is too short to have accelerations.
     """
-    steps = round(cell.settings.steps_per_revolution * cell.revolutions)
+    turn = cell.settings.steps_per_revolution
+    steps = round(turn * cell.revolutions)
     if steps < LEAST_STEPS:
         raise InvalidInput(
-            f"revolutions = {cell.revolutions:g} at {cell.settings.steps_per_revolution} steps each are {steps} steps; "
+            f"revolutions = {cell.revolutions:g} at {turn} steps each are {steps} steps; "
             f"a run needs {LEAST_STEPS} to have accelerations"
         )
-    return min(max(steps // LOOKS, LEAST_STEPS), PIECE)
+    most = min(max(steps // LOOKS, LEAST_STEPS), PIECE)
+    if most * ANGLES <= turn:
+        return most
+    share = GOLDEN
+    while share * turn > most:
+        share *= GOLDEN
+    length = max(round((int(most / turn - share) + share) * turn), LEAST_STEPS)
+    while math.gcd(length, turn) > 1 and length > LEAST_STEPS:
+        length -= 1
+    return length
