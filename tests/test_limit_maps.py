@@ -50,6 +50,10 @@ def at_fewer(steps: float, mass: float) -> Measurement:
     return Measurement("opened") if steps > 0.5 * bound else Measurement(("exploded", "diverged")[int(steps) % 2])
 
 
+# The case of runs that are made up: its settings ask for no tables of a machine.
+MADE_UP = case_of(engine="pymunk", preset="stock")
+
+
 def mapped(case: Case, pair: Pair, told: Told, resolution: tuple[int, int] = (65, 33)) -> LimitMap:
     """The map of runs that are made up; nothing is run."""
     x, y = pair.values(case, resolution)
@@ -59,7 +63,7 @@ def mapped(case: Case, pair: Pair, told: Told, resolution: tuple[int, int] = (65
 
 @pytest.fixture(scope="module")
 def made_up() -> LimitMap:
-    return mapped(case_of(), MASSES, at_fewer, (33, 17))
+    return mapped(MADE_UP, MASSES, at_fewer, (33, 17))
 
 
 # -- values and cells --------------------------------------------------------------------------------------------------
@@ -105,7 +109,7 @@ def test_a_cam_has_neither_rod_nor_change_point() -> None:
 
 
 def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None:
-    found = mapped(case_of(), MASSES, at_fewer, (49, 25))
+    found = mapped(MADE_UP, MASSES, at_fewer, (49, 25))
     full = {n: grade_of(at_fewer(found.x[n[0]], found.y[n[1]])) for n in product(range(len(found.x)), range(25))}
     assert [n for n, grade in full.items() if standing(found.at(n).level) != standing(grade.level.slug)] == []
     assert found.share <= QUARTER
@@ -131,7 +135,7 @@ def test_a_map_survives_being_written(made_up: LimitMap) -> None:
 
 
 def test_runs_are_asked_for_by_rows_and_once() -> None:
-    case, batches = case_of(), []
+    case, batches = MADE_UP, []
 
     def run(cells: list[LimitCell]) -> dict[str, Measurement]:
         batches.append(cells)
@@ -205,14 +209,14 @@ def test_the_legend_names_what_occurs_and_nothing_else(made_up: LimitMap) -> Non
     assert {"opened", "exploded", "diverged"} <= named
     assert "flipped" not in named
     assert any("in one of these ways" in text for text in named)
-    plain = set(legend_of(drawn(mapped(case_of(), MASSES, one_way, (17, 9)))))
+    plain = set(legend_of(drawn(mapped(MADE_UP, MASSES, one_way, (17, 9)))))
     assert "opened" in plain
     assert not any("in one of these ways" in text for text in plain)
 
 
 def test_ways_that_are_not_known_have_no_way_s_colour(made_up: LimitMap) -> None:
     assert to_hex(NOT_LOOKED_AT) in colours_in(drawn(made_up))
-    assert to_hex(NOT_LOOKED_AT) not in colours_in(drawn(mapped(case_of(), MASSES, one_way, (17, 9))))
+    assert to_hex(NOT_LOOKED_AT) not in colours_in(drawn(mapped(MADE_UP, MASSES, one_way, (17, 9))))
 
 
 @pytest.mark.parametrize("quiet", [True, False])
@@ -228,7 +232,7 @@ def test_quiet_failures_are_outlined(quiet: bool) -> None:
 
 @pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.other.name)
 def test_axes_are_labelled_with_their_units(pair: Pair) -> None:
-    axes = drawn(mapped(case_of(), pair, lambda steps, _: completed(1.0 / steps**2), (9, 5))).axes[0]
+    axes = drawn(mapped(MADE_UP, pair, lambda steps, _: completed(1.0 / steps**2), (9, 5))).axes[0]
     assert axes.get_xlabel() == "steps per revolution"
     assert axes.get_ylabel().replace("\n", " ") == pair.other.label
     assert len(axes.get_xticks()) >= 3
