@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from conrod.cli import main
 from conrod.studies.limits.study import LimitStudy
 
 # Two dozen runs of a second or two in all.
@@ -93,7 +94,7 @@ MISTAKES = {
     "range of two axes": (("--axis", "steps", "--axis", "speed", "--range", "9..3"), ("one --axis",)),
     "range of no axis": (("saw-500rpm", "--range", "9..3"), ("one --axis",)),
     "range of a list": (("saw-500rpm", "--axis", "rounding", "--range", "0..1"), ("its values are a list",)),
-    "no runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "0"), ("--most-runs 0",)),
+    "no runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "0"), ("--most-runs = 0 is out of range",)),
     "too many runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "40"), ("--most-runs", "40", "up to")),
     "no time": (("saw-500rpm", "--axis", "steps", "--cell-timeout", "0"), ("time limit of 0 s",)),
     "no memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "0"), ("memory limit of 0",)),
@@ -105,13 +106,19 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_told_in_one_line_and_nothing_is_written(mistake: str, tmp_path: Path) -> None:
+def test_a_mistake_is_told_in_one_line_and_nothing_is_written(
+    mistake: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     arguments, words = MISTAKES[mistake]
-    done = conrod(*arguments, "--json", "limits.json", cwd=tmp_path)
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    lines = [line for line in done.stderr.splitlines() if not line.startswith("runs: ")]
-    assert len(lines) == 1, done.stderr
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["conrod", "limits", *arguments, "--json", "limits.json", "--ledger", "l.sqlite"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    lines = [line for line in printed.err.splitlines() if not line.startswith("runs: ")]
+    assert len(lines) == 1, printed.err
     assert lines[0].startswith("conrod: ")
     for word in words:
         assert word in lines[0]
