@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import mpmath
 import numpy as np
@@ -115,7 +116,7 @@ def test_fifty_digits_give_the_same_flight() -> None:
         joint = (distance + (nose + roller) * mpmath.cos(normal), (nose + roller) * mpmath.sin(normal))
         start = mpmath.pi - mpmath.atan2(abs(joint[1]), joint[0])
 
-        def on_arc(offset: mpmath.mpf, lowest: mpmath.mpf, radius: mpmath.mpf) -> object:
+        def on_arc(offset: mpmath.mpf, lowest: mpmath.mpf, radius: mpmath.mpf) -> Callable[[mpmath.mpf], mpmath.mpf]:
             return lambda t: (
                 -offset * mpmath.cos(t - lowest) + mpmath.sqrt(radius**2 - (offset * mpmath.sin(t - lowest)) ** 2)
             )

@@ -49,7 +49,7 @@ LEAST_HEIGHT = 1e-12
 # Among so many evenly spaced angles of a flight, and of each of its turns, the widest gap is looked for: more would not
 # be told apart from their neighbours in the least flight.
 WIDTHS, WIDTHS_PER_TURN = 65, 720
-LONGEST_FLIGHT = 1e4  # [rad]; a force that lets a follower fly for longer is none
+LONGEST_FLIGHT = 1e4  # [rad]; a force that may let a follower fly for longer is none
 
 
 @dataclass(frozen=True)
@@ -125,11 +125,19 @@ class Fall:
         """First crank angle [rad] at which it is on the cam again; None where it never rises by `LEAST_HEIGHT`.
 
         Raises:
-            InvalidInput: it flies for more than `LONGEST_FLIGHT`.
+            InvalidInput: it may fly for more than `LONGEST_FLIGHT`.
         """
+        y, slope = self._state
+        fall, drop = fall_per_radian(self.scene), y - self.scene.base_radius - self.scene.roller_radius
+        longest = (slope + math.sqrt(slope**2 + 2.0 * fall * drop)) / fall  # until it is as low as the dwell
+        if longest > LONGEST_FLIGHT:
+            raise InvalidInput(
+                f"preload = {self.scene.preload:g} lets the follower fly for {longest / TURN:.0f} turns, and "
+                f"{LONGEST_FLIGHT / TURN:.0f} are the most: give more"
+            )
         noise = LEAST_HEIGHT * self.scene.base_radius
         step, last, off = FIRST_STEP, self.start, False
-        while last - self.start < LONGEST_FLIGHT:
+        while True:
             steps = np.minimum(step * STEP_GROWTH ** np.arange(1, CHUNK + 1), LARGEST_STEP)
             angles = last + np.cumsum(steps)
             above = self.above(angles)
@@ -142,9 +150,6 @@ class Fall:
                 before = float(angles[k - 1]) if k > 0 else last
                 return bisect(lambda angle: float(self.above(np.array([angle]))[0]), before, float(angles[k]))
             step, last, off = float(steps[-1]), float(angles[-1]), True
-        raise InvalidInput(
-            f"preload = {self.scene.preload:g} lets the follower fly for {LONGEST_FLIGHT / TURN:.0f} turns: give more"
-        )
 
 
 def exact_flight(scene: CamFollower) -> ExactFlight | None:

@@ -1,0 +1,260 @@
+"""Onset of follower float: found in engines that are laws, and in real ones; a wrong force is seen."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.limits.float_figure import float_figure
+from conrod.report.limits.float_table import float_table
+from conrod.scenes import CamFollower, Saw
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.exact_flight import exact_flight, short_flight
+from conrod.studies.limits.extremes import Extremes, Flight
+from conrod.studies.limits.float_results import WITHIN, FollowerFloat, OnsetProbe
+from conrod.studies.limits.follower_float import LEAST_STEPS, float_search
+from conrod.studies.limits.gap_record import SPANS, GapCell, thinned
+from conrod.studies.limits.perform import perform
+from conrod.studies.limits.search import Answers, pursue
+from conrod.studies.measurement import Measurement
+
+CAM = CamFollower()
+REBOUND = 0.05  # speed at which the follower of a law leaves the joint, in A x the step's angle
+HARD, SOFT = 1e-9, 4e-4  # penetration [m]
+
+Law = Callable[[LimitCell], float]  # length of the longest flight [rad]
+
+
+def case(engine: str = "pymunk", preset: str = "tuned") -> Case:
+    return Case("cam-follower", CAM, engine, preset)
+
+
+def rebounding(force: float = 1.0, order: float = 1.0) -> Law:
+    """A follower that leaves the joint with a speed of its own, which falls with the step by an order.
+
+    Args:
+        force: that really acts, over the one that is meant.
+    """
+
+    def length(cell: LimitCell) -> float:
+        assert isinstance(cell.scene, CamFollower)
+        scene = cell.scene.with_parameters(preload=force * cell.scene.preload)
+        excess, (least, curvature) = 1.0 - scene.preload, short_flight(scene)
+        steps = cell.settings.steps_per_revolution / LEAST_STEPS
+        speed = REBOUND * least * 2.0 * math.pi / LEAST_STEPS / steps**order
+        short = (excess / 2.0 + math.sqrt(excess**2 / 4.0 + 2.0 * curvature * speed / (3.0 * least))) * 3.0 / curvature
+        exact = exact_flight(scene)
+        return max(short, 0.0 if exact is None else exact.landing - exact.start)
+
+    return length
+
+
+def answered(law: Law, cells: list[LimitCell], penetration: float = HARD) -> Answers:
+    """What an engine that follows a law would show."""
+    shown = {}
+    for cell in cells:
+        length, start = law(cell), CAM.joint_angles[1]
+        flights = (Flight(start, start + length, 0.25 * length),) if length > 0.0 else ()
+        gaps = thinned(np.linspace(0.0, 7.0, 1000), np.linspace(-penetration, 0.03, 1000))
+        watched = Extremes(
+            samples=1,
+            finite=True,
+            warnings={},
+            solver=None,
+            torque=None,
+            penetration=penetration,
+            flights=flights,
+            history=(),
+            fingerprint="",
+            gaps=gaps if isinstance(cell, GapCell) else (),
+        )
+        shown[cell.key] = Measurement("completed", extremes=watched.as_dict())
+    return shown
+
+
+def found_with(law: Law, penetration: float = HARD) -> FollowerFloat:
+    (found,) = pursue([float_search(case())], lambda cells: answered(law, cells, penetration))
+    return found
+
+
+@pytest.fixture(scope="module")
+def good() -> FollowerFloat:
+    return found_with(rebounding())
+
+
+def test_the_onset_is_where_flights_stop_shrinking_with_the_step(good: FollowerFloat) -> None:
+    assert good.theory == pytest.approx(5.0)
+    assert good.onset == pytest.approx(1.0, abs=0.003)
+    below = [probe for probe in good.probes if probe.speed < 0.998]
+    # There are flights below, as there are in an engine, and they shrink.
+    assert below
+    assert all(probe.lengths[0] > 0.0 and not probe.flies for probe in below)
+    assert good.fit
+
+
+def test_rebounds_that_shrink_faster_leave_the_onset_within_two_per_cent() -> None:
+    onset = found_with(rebounding(order=2.0)).onset
+    assert onset is not None
+    assert 1.0 < onset < 1.0 + WITHIN
+
+
+def test_a_wrong_force_is_seen() -> None:
+    # Negative control: a force six per cent too large moves the onset by its root.
+    found = found_with(rebounding(force=1.06))
+    assert found.onset == pytest.approx(math.sqrt(1.06), abs=0.003)
+    assert found.onset is not None
+    assert abs(found.onset - 1.0) > WITHIN
+    assert found.from_length is not None
+    assert abs(found.from_length - 1.0) > WITHIN
+    assert "not within 2%" in float_table([found])
+
+
+def test_without_flights_there_is_no_onset() -> None:
+    found = found_with(lambda cell: 0.0)
+    assert (found.onset, found.flown, found.from_length) == (None, None, None)
+    assert all(flight.measured is None and flight.gap_error is None for flight in found.flights)
+    assert "n/a" in float_table([found])
+
+
+def test_flights_at_every_speed_are_no_onset() -> None:
+    found = found_with(lambda cell: 0.3)
+    assert (found.onset, found.held) == (None, None)
+    assert found.probes[0].speed == 0.5
+
+
+def test_a_contact_too_soft_for_the_onset_is_told() -> None:
+    found = found_with(lambda cell: max(0.0, cell.scene.speed / 5.0 - 1.1), SOFT)
+    assert found.onset == pytest.approx(1.1, abs=0.003)
+    assert not found.fit
+    assert "too soft" in float_table([found])
+
+
+def test_a_flight_as_long_as_the_exact_one_tells_the_onset_again(good: FollowerFloat) -> None:
+    # The law's flight is a little longer than the exact one, by its rebound.
+    assert good.from_length == pytest.approx(1.0, abs=0.002)
+    last = good.flights[-1]
+    assert last.exact is not None
+    assert last.landing_error == pytest.approx(0.0, abs=1e-12)
+    assert last.measured is not None
+    assert last.gap_error == pytest.approx(last.measured.gap / last.exact.gap - 1.0)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "flies"),
+    [((1.0, 1.0), True), ((1.0, 0.8), True), ((1.0, 0.7), False), ((1.0, 0.5), False), ((0.0, None), False)],
+)
+def test_half_an_order_is_the_border(lengths: tuple[float, float | None], flies: bool) -> None:
+    assert OnsetProbe(1.0, lengths, 0.0).flies is flies
+
+
+def test_all_runs_take_twenty_thousand_steps_or_more_and_refine_the_cam_with_them() -> None:
+    seen: list[LimitCell] = []
+
+    def run(cells: list[LimitCell]) -> Answers:
+        seen.extend(cells)
+        return answered(lambda cell: 0.0, cells)
+
+    pursue([float_search(replace(case(), steps_per_revolution=1000))], run)
+    assert len(seen) < 60
+    assert all(cell.settings.steps_per_revolution >= 20000 for cell in seen)
+    facets = {cell.settings.as_dict()["cam_vertices"] / cell.settings.steps_per_revolution for cell in seen}
+    assert facets == {0.2}
+
+
+def test_a_scene_without_a_held_follower_is_refused() -> None:
+    for scene in (Saw(), CAM.with_parameters(preload=0.0)):
+        (found,) = pursue([float_search(Case("other", scene, "pymunk", "tuned"))], lambda cells: {})
+        assert "follower" in found.refusal
+        assert found.onset is None
+    assert float_table([found]) == ""
+
+
+def test_results_survive_json(good: FollowerFloat) -> None:
+    assert FollowerFloat.of(json.loads(json.dumps(good.as_dict()))) == good
+
+
+def test_the_figure_is_the_same_twice_and_none_without_a_run(good: FollowerFloat) -> None:
+    other = replace(good, engine="mujoco")
+    with drawing_style():
+        figures = [float_figure([good, other]) for _ in range(2)]
+        assert figures[0] is not None
+        assert figures[1] is not None
+        assert svg_text(figures[0]) == svg_text(figures[1])
+        assert len(figures[0].axes) == 5
+        assert float_figure([replace(good, curve=None)]) is None
+
+
+def test_a_thinned_gap_keeps_its_extremes() -> None:
+    angle = np.linspace(0.0, 1.0, 10001)
+    gap = np.zeros(10001)
+    gap[[77, 5000]] = 3.0, -2.0
+    rows = np.array(thinned(angle, gap))
+    assert len(rows) == SPANS
+    assert (rows[:, 2].min(), rows[:, 3].max()) == (-2.0, 3.0)
+    assert np.all(np.diff(rows[:, 0]) > 0.0)
+
+
+# -- real engines ------------------------------------------------------------------------------------------------------
+
+
+def run_at(speed: float, engine: str, revolutions: float, force: float = 1.0) -> Extremes:
+    """A run at a speed over the float speed, at 20000 steps a revolution."""
+    scene = CAM.with_parameters(speed=speed * 5.0, preload=force / speed**2)
+    cell = LimitCell("cam-follower", scene, case(engine).settings(scene, LEAST_STEPS), revolutions)
+    watched = Extremes.of(perform(cell))
+    assert watched is not None
+    return watched
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_engines_fly_as_far_as_the_exact_parabola(engine: str) -> None:
+    exact = exact_flight(CAM.with_parameters(speed=6.0, preload=1.0 / 1.2**2))
+    assert exact is not None
+    (flight, *_) = run_at(1.2, engine, 0.65).flights
+    assert flight.gap == pytest.approx(exact.gap, rel=0.02)
+    assert math.degrees(flight.landing - exact.landing) == pytest.approx(0.0, abs=0.1)
+    # Negative control: six per cent more force are seen in both.
+    (short, *_) = run_at(1.2, engine, 0.65, force=1.06).flights
+    assert abs(short.gap / exact.gap - 1.0) > 0.2
+    assert math.degrees(exact.landing - short.landing) > 1.0
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_engines_hold_the_follower_below_the_float_speed(engine: str) -> None:
+    assert run_at(0.9, engine, 0.65).flights == ()
+
+
+def test_a_recorded_run_shows_the_flight_that_it_measured() -> None:
+    scene = CAM.with_parameters(speed=7.5, preload=1.0 / 1.5**2)
+    cell = GapCell("cam-follower", scene, case().settings(scene, LEAST_STEPS), 0.7)
+    plain = LimitCell(cell.name, cell.scene, cell.settings, cell.revolutions)
+    assert cell.key != plain.key
+    watched, bare = Extremes.of(perform(cell)), Extremes.of(perform(plain))
+    assert watched is not None
+    assert bare is not None
+    assert replace(watched, gaps=()) == bare
+    assert max(most for _, _, _, most in watched.gaps) == watched.flights[0].gap
+    assert -min(least for angle, _, least, _ in watched.gaps if angle < 0.6) == watched.penetration
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("pymunk", "tuned"), ("pymunk", "stock")])
+def test_onset_is_within_two_per_cent_of_theory(engine: str, preset: str) -> None:
+    def run(cells: list[LimitCell]) -> Answers:
+        return {cell.key: perform(cell) for cell in cells}
+
+    (found,) = pursue([float_search(case(engine, preset))], run)
+    assert found.fit
+    assert found.onset == pytest.approx(1.0, abs=WITHIN)
+    assert found.from_length == pytest.approx(1.0, abs=0.002)
+    for flight in (flight for flight in found.flights if flight.speed >= 1.2):
+        assert flight.gap_error == pytest.approx(0.0, abs=0.06)
+        assert flight.landing_error is not None
+        assert abs(math.degrees(flight.landing_error)) < 0.7
