@@ -64,3 +64,16 @@ def test_a_number_that_may_be_rounding_is_no_pivot() -> None:
     rows: list[dict[int, Entry]] = [{0: -1.0, 1: 6e-17}, {0: 0.3, 1: np.ones(SAMPLES)}]
     solution = Elimination(rows, SAMPLES).solve([1.0, 2.0])
     np.testing.assert_allclose(solution, np.tile([-1.0, 2.3], (SAMPLES, 1)), rtol=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_known_pivots_give_the_same_bits_as_looked_for_ones(seed: int) -> None:
+    rows = matrix_with(2, seed)
+    right: list[Entry] = list(np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES)))
+    searched = Elimination(rows, SAMPLES)
+    known = Elimination(rows, SAMPLES, searched.pivots)
+    np.testing.assert_array_equal(known.solve(right), searched.solve(right))
+    np.testing.assert_array_equal(known.determinant_sign(), searched.determinant_sign())
+    assert known.pivots == searched.pivots
+    # Another order is another elimination: it is the given one that is followed.
+    assert Elimination(rows, SAMPLES, searched.pivots[:1]).pivots == searched.pivots[:1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +22,15 @@ WALK_MISS = 0.02
 # Newton iteration that moves more has left for another branch.
 TABLE_MISS, REFINEMENTS = 1e-5, 16
 STRAYED = 1e-3
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a walk is: crank angle [rad], poses there (1, 3 n) and their slope by the angle (1, 3 n)."""
+
+    angle: float
+    poses: Array
+    slope: Array
 
 
 class BranchWalk:
@@ -65,17 +75,16 @@ class BranchWalk:
     @cached_property
     def table(self) -> PoseTable | None:
         """Poses over one full turn; None if the linkage does not reach all of it."""
-        angles, poses = [0.0], [self.start]
+        passed = [self._place(0.0, self.start)]
         try:
             for goal in np.linspace(0.0, 2.0 * np.pi, STEPS_PER_TURN + 1)[1:]:
-                for angle, here in self._steps(angles[-1], poses[-1], float(goal)):
-                    angles.append(angle)
-                    poses.append(here)
+                passed.extend(self._steps(passed[-1], float(goal)))
         except InvalidInput:
             return None
-        stacked = np.concatenate(poses)
+        stacked = np.concatenate([place.poses for place in passed])
         gain = self._gain(stacked[0], stacked[-1])
-        return self._refined(PoseTable(np.array(angles), stacked, self._equations.slope(stacked), gain))
+        angles = np.array([place.angle for place in passed])
+        return self._refined(PoseTable(angles, stacked, self._equations.slope(stacked), gain))
 
     def _refined(self, table: PoseTable) -> PoseTable:
         """The table with a row more in every interval that it does not predict well in its middle."""
@@ -94,36 +103,45 @@ class BranchWalk:
 
     def _walk(self, angle: float, poses: Array, goal: float) -> Array:
         """Poses (1, 3 n) at a goal angle, reached from those at another without leaving the branch."""
-        return [poses, *(reached for _, reached in self._steps(angle, poses, goal))][-1]
+        here = self._place(angle, poses)
+        return [here, *self._steps(here, goal)][-1].poses
 
-    def _steps(self, angle: float, poses: Array, goal: float) -> Iterator[tuple[float, Array]]:
-        """Angles and poses on the way to a goal.
+    def _place(self, angle: float, poses: Array) -> _Place:
+        return _Place(angle, poses, self._equations.slope(poses))
+
+    def _steps(self, here: _Place, goal: float) -> Iterator[_Place]:
+        """Places on the way to a goal.
 
         Raises:
             InvalidInput: the linkage goes no further.
         """
-        step = math.copysign(min(abs(goal - angle), 2.0 * math.pi / STEPS_PER_TURN), goal - angle)
-        while angle != goal:
-            following = goal if abs(goal - angle) <= abs(step) else angle + step
-            reached = self._try_step(angle, poses, following)
+        way = goal - here.angle
+        step = math.copysign(min(abs(way), 2.0 * math.pi / STEPS_PER_TURN), way)
+        while here.angle != goal:
+            following = goal if abs(goal - here.angle) <= abs(step) else here.angle + step
+            reached = self._try_step(here, following)
             if reached is not None:
-                angle, poses, step = following, reached, 2.0 * step
-                yield angle, poses
+                here, step = reached, 2.0 * step
+                yield here
             elif abs(step) > LEAST_STEP:
                 step *= 0.5
             else:
                 raise InvalidInput(self._equations.cannot_turn(np.array([following])))
 
-    def _try_step(self, angle: float, poses: Array, following: float) -> Array | None:
-        """Poses after a step along the tangent; None if they strayed from it or changed branch."""
-        guess = poses + self._equations.slope(poses) * (following - angle)
+    def _try_step(self, here: _Place, following: float) -> _Place | None:
+        """The place after a step along the tangent; None if it strayed from it or changed branch."""
+        guess = here.poses + here.slope * (following - here.angle)
         try:
             reached = self._equations.newton(guess, np.array([following]))
         except InvalidInput:
             return None
         if self._equations.distance(reached, guess)[0] > WALK_MISS:
             return None
-        return reached if self.branch_of(reached)[0] == self.branch else None
+        # The factors that tell the branch give the slope as well, for the step after this one.
+        factors = self._equations.elimination(reached)
+        if factors.determinant_sign()[0] != self.branch:
+            return None
+        return _Place(following, reached, self._equations.slope(reached, factors=factors))
 
     def _gain(self, first: Array, last: Array) -> Array:
         """What one turn adds to the poses: whole turns of bodies, and nothing else."""

@@ -16,6 +16,7 @@ import numpy as np
 from conrod.motion import Array
 
 Entry = float | Array
+Pivots = tuple[tuple[int, int], ...]
 # A number smaller than this may be a rounding error, or small beside other entries: it is no pivot.
 LEAST_PIVOT = 0.5
 
@@ -37,13 +38,15 @@ class Elimination:
     Args:
         rows: of the matrix, each its entries by column.
         samples: length of the entries that are arrays.
+        pivots: of matrices whose numbers are the same and stand at the same places; None looks for them, which takes
+            longer than to eliminate.
     """
 
-    def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int) -> None:
+    def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int, pivots: Pivots | None = None) -> None:
         self._samples, self._size = samples, len(rows)
         left = {i: {c: v for c, v in row.items() if not _is_zero(v)} for i, row in enumerate(rows)}
-        self._steps: list[_Step] = []
-        while (place := _constant_pivot(left)) is not None:
+        self._steps: list[_Step] = [_eliminate(left, *place) for place in pivots or ()]
+        while pivots is None and (place := _constant_pivot(left)) is not None:
             self._steps.append(_eliminate(left, *place))
         gone = {step.column for step in self._steps}
         self._rows, self._columns = list(left), [c for c in range(self._size) if c not in gone]
@@ -51,6 +54,11 @@ class Elimination:
         for i, row in enumerate(left.values()):
             for c, value in row.items():
                 self._block[:, i, self._columns.index(c)] = value
+
+    @property
+    def pivots(self) -> Pivots:
+        """Row and column of each number that was eliminated along, in order."""
+        return tuple((step.row, step.column) for step in self._steps)
 
     def solve(self, right: Sequence[Entry]) -> Array:
         """Solutions (T, n) for one right-hand side, given row by row; not finite where the matrix is singular."""

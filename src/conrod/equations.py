@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.elimination import Elimination, Entry
+from conrod.elimination import Elimination, Entry, Pivots
 from conrod.errors import InvalidInput
 from conrod.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism
@@ -36,6 +36,8 @@ class Equations:
         self.size = float(np.abs(start[:, :2]).max()) or 1.0
         self.approximate = start.reshape(1, -1)
         self._scale = np.tile([self.size, self.size, 1.0], len(mechanism.bodies))
+        # The numbers in the Jacobian are the mechanism's, whatever its poses: they are looked through once.
+        self._pivots: Pivots | None = None
 
     def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
         """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
@@ -53,7 +55,12 @@ class Equations:
 
     def elimination(self, poses: Array, arcs: Arcs | None = None) -> Elimination:
         """The Jacobian's factors."""
-        return Elimination(self._rows(pose_jets(self.mechanism, [poses]), arcs), len(poses))
+        return self._eliminated(pose_jets(self.mechanism, [poses]), len(poses), arcs)
+
+    def _eliminated(self, bodies: dict[str, PoseJet], samples: int, arcs: Arcs | None = None) -> Elimination:
+        factors = Elimination(self._rows(bodies, arcs), samples, self._pivots)
+        self._pivots = factors.pivots
+        return factors
 
     def _rows(self, bodies: dict[str, PoseJet], arcs: Arcs | None = None) -> list[dict[int, Entry]]:
         """Of the Jacobian, each its entries by column."""
@@ -92,11 +99,15 @@ class Equations:
         prescribed = (driver.start + driver.sense * angle, float(driver.sense))
         return [*joints, turn - prescribed[order] if order < len(prescribed) else turn]
 
-    def slope(self, poses: Array, arcs: Arcs | None = None) -> Array:
-        """First derivative (T, 3 n) of the poses by the crank angle; not finite where it does not exist."""
+    def slope(self, poses: Array, arcs: Arcs | None = None, factors: Elimination | None = None) -> Array:
+        """First derivative (T, 3 n) of the poses by the crank angle; not finite where it does not exist.
+
+        Args:
+            factors: those of `elimination`, where they are at hand.
+        """
         # The driver's rate is the same at every angle, so any will do.
         residual = self.residual([poses, np.zeros_like(poses)], np.zeros(len(poses)), arcs)
-        return -self.elimination(poses, arcs).solve(residual)
+        return -(factors or self.elimination(poses, arcs)).solve(residual)
 
     def arcs(self, poses: Array, side: Side) -> Arcs:
         """The cam arcs in force on one side of each angle.
@@ -121,7 +132,7 @@ class Equations:
         poses = guess.copy()
         for _ in range(NEWTON_STEPS):
             bodies = pose_jets(self.mechanism, [poses])
-            step = Elimination(self._rows(bodies), len(poses)).solve(self._residual(bodies, 0, angle))
+            step = self._eliminated(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
             poses -= step
             if not np.all(np.isfinite(step)):
                 break
