@@ -395,6 +395,17 @@ def test_the_solver_that_stopped_early_is_in_the_table() -> None:
     assert "its solver" not in boundaries_table(steps_walks())
 
 
+def test_few_values_of_a_list_have_a_column_each() -> None:
+    runs = [
+        probe(0.0, "safe", "completed", False, 1e-3, text="double precision"),
+        probe(1.0, "wrong", "completed", True, 0.2, text="single precision"),
+    ]
+    head, _, row = boundaries_table([listed("rounding", "mujoco", "stock", runs)]).splitlines()
+    assert head.count("precision") == 2
+    assert row == "| MuJoCo | stock | 0.0010 | 0.20 (quiet) |"
+    assert "72" in boundaries_table(pose_walks())
+
+
 def test_refusals_are_told_once_with_those_they_are_for() -> None:
     said = refusals(regularisation_walks())
     assert said == ["Not walked with pymunk `stock` and `tuned`: pymunk does not regularise."]
@@ -453,6 +464,13 @@ def test_words_are_explained_once(batch: Batch) -> None:
     for name in ("README.md", f"{SCENE}.md"):
         for level in Level:
             assert str(batch.files[name]).count(f"- *{level.slug}*: {level.meaning}") == 1
+
+
+def test_powers_of_ten_are_written_as_in_the_figures(batch: Batch) -> None:
+    page = str(batch.files[f"{SCENE}.md"])
+    assert "1 .. 1e6" in page
+    assert "1 .. 1e-6" in page
+    assert re.search(r"\de[+-]0\d", page) is None
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -13,6 +13,7 @@ from conrod.report.tables import paragraphs, table
 from conrod.studies.limits.results import Probe, Walk
 
 NO_SOLVER_NOTE = "-"
+FEW = 3  # values of a list, each of which gets a column
 HELD_AGAIN = "\\* further on there are runs that keep the criterion again."
 
 
@@ -38,6 +39,20 @@ def boundaries_table(walks: Sequence[Walk]) -> str:
 
 
 def _listed_table(walks: Sequence[Walk]) -> str:
+    """Few values each in a column of its own, many counted."""
+    if max((len(walk.probes) for walk in walks), default=0) <= FEW:
+        head = [f"{probe.text}: position error / L" for probe in walks[0].probes] if walks else []
+        return table(["engine", "preset", *head], [[*_name(walk), *map(_shown, walk.probes)] for walk in walks])
+    return _counted_table(walks)
+
+
+def _shown(probe: Probe) -> str:
+    """The error of a run, or how it ended, and whether quietly."""
+    error = probe.outcome if probe.errors is None else numbers.measured(probe.errors["position"])
+    return f"{error} (quiet)" if probe.quiet else error
+
+
+def _counted_table(walks: Sequence[Walk]) -> str:
     noted = any(probe.solver for walk in walks for probe in walk.probes)
     head = ["engine", "preset", "runs", "within 10 %", "largest position error / L", "ended otherwise"]
     rows = [

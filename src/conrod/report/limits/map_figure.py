@@ -85,9 +85,9 @@ def _draw(axes: Axes, found: LimitMap) -> None:
         axes.add_patch(PathPatch(path, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1))
     lines = seams({node: standing(run.level) for node, run in nodes.items()}, x_edges, y_edges)
     axes.add_collection(LineCollection(lines, zorder=3, capstyle="projecting", **BOUNDARY))
-    quiet = seams({n: run.quiet and found.is_told(n) for n, run in nodes.items()}, x_edges, y_edges, around=False)
+    quiet = seams({node: found.is_quiet(node) for node in nodes}, x_edges, y_edges, around=False)
     for k, outline in enumerate((CASING, CORE)):
-        axes.add_collection(LineCollection(quiet, zorder=4 + k, capstyle="projecting", **outline))
+        axes.add_collection(LineCollection(quiet, zorder=4 + k, capstyle="projecting", clip_on=False, **outline))
     for style, at in _marked(found):
         axes.plot(x[[run.i for run in at]], y[[run.j for run in at]], zorder=6, **style)
     axes.set_xlim(x_edges[0], x_edges[-1])

@@ -85,18 +85,21 @@ def _in_turn(walks: Sequence[Walk], found: Sequence[Sequence[Passage]]) -> str:
     if count == 1:
         return f"{_condition(found[0][0])} throughout"
     way = "down to" if falling(walks[0]) else "up to"
-    parts = []
-    for k in range(count):
-        these = [passes[k] for passes in found]
-        condition = _condition(these[0])
-        if k == count - 1:
-            parts.append(f"{condition} from {_values(walks, [p.probes[0].text for p in these])} on")
-        elif these[0].good:
-            parts.append(f"{condition} {way} {_values(walks, [p.probes[-1].text for p in these])}")
-        else:
-            ranges = [_from_to(p.probes) for p in these]
-            parts.append(f"{condition} {_values(walks, ranges)}")
-    return ", ".join(parts)
+    return ", ".join(_part([passes[k] for passes in found], walks, way, k == count - 1) for k in range(count))
+
+
+def _part(these: Sequence[Passage], walks: Sequence[Walk], way: str, last: bool) -> str:
+    """What the same passage of some walks is told as; the last one goes on to the end of the axis."""
+    first, end = ([p.probes[k].text for p in these] for k in (0, -1))
+    if first == end:
+        told = f"at {_values(walks, first)}"
+    elif last:
+        told = f"from {_values(walks, first)} on"
+    elif these[0].good:
+        told = f"{way} {_values(walks, end)}"
+    else:
+        told = _values(walks, [_from_to(p.probes) for p in these])
+    return f"{_condition(these[0])} {told}"
 
 
 def _comes_and_goes(walk: Walk) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Boundary, Probe, Walk
@@ -15,7 +17,13 @@ BOUNDARIES = {
     "wrong": "in one piece",
     "broken": "bounded",
 }
+EXPONENT = re.compile(r"(?<=\d)e(?:\+|(-))0*(\d)")
 EVERYWHERE, NOWHERE = "all of it", "none of it"
+
+
+def readable(walk: Walk) -> Walk:
+    """The same with powers of ten in its texts as figures have them: 1e6 for 1e+06."""
+    return replace(walk, probes=tuple(replace(p, text=EXPONENT.sub(r"e\1\2", p.text)) for p in walk.probes))
 
 
 def up_to(walk: Walk, criterion: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from conrod.report.limits.document import Entry, document_text, earlier_gallery,
 from conrod.report.limits.figures import limits_figures
 from conrod.report.limits.index import limits_index
 from conrod.report.limits.page import limits_page
+from conrod.report.limits.words import readable
 from conrod.report.pages import FIGURES
 from conrod.report.summary import FILE, INDEX, figure_file, page_file
 from conrod.report.writer import SCENE
@@ -61,7 +63,7 @@ def _rendered(directory: Path, document: str, pages: Collection[str]) -> Batch:
     """The files, made from the document as it is read back: what is drawn is what is kept."""
     kept = json.loads(document)
     scenes: Mapping[str, Entry] = kept["limits"]
-    studies = {name: LimitStudy.of(scene["study"]) for name, scene in scenes.items()}
+    studies = {name: _readable(LimitStudy.of(scene["study"])) for name, scene in scenes.items()}
     files: dict[str, str] = {}
     for name in pages:
         drawn = limits_figures(studies[name])
@@ -70,6 +72,11 @@ def _rendered(directory: Path, document: str, pages: Collection[str]) -> Batch:
     files[FILE] = document
     files[INDEX] = limits_index(scenes, studies, [Exhibit.of(one) for one in kept["gallery"]])
     return Batch(directory, files, _stale(directory, pages, files))
+
+
+def _readable(study: LimitStudy) -> LimitStudy:
+    needs = (replace(need, walks=tuple(map(readable, need.walks))) for need in study.needs)
+    return replace(study, walks=tuple(map(readable, study.walks)), needs=tuple(needs))
 
 
 def _stale(directory: Path, pages: Collection[str], files: Mapping[str, str]) -> tuple[str, ...]:

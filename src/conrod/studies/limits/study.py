@@ -42,7 +42,7 @@ class LimitStudy:
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> LimitStudy:
         """The inverse of `as_dict`."""
-        parts = {
+        parts: dict[str, Any] = {
             "walks": Walk,
             "long_runs": LongRun,
             "maps": LimitMap,
