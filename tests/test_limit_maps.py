@@ -128,6 +128,18 @@ def test_ways_of_failing_that_alternate_are_told_only_where_they_were_run(made_u
     assert any(made_up.at(n).outcome != full[n].outcome for n in untold)
 
 
+def test_an_area_is_quiet_only_if_all_runs_about_it_are() -> None:
+    def corners(*quiet: bool) -> LimitMap:
+        at = ((0, 0), (0, 2), (2, 0), (2, 2))
+        runs = tuple(MapRun(*node, "broken", "opened", q, None) for node, q in zip(at, quiet, strict=True))
+        return LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (9.0, 8.0, 7.0), (1.0, 2.0, 3.0), runs)
+
+    assert corners(True, True, True, True).is_quiet((1, 1))
+    mixed = corners(True, False, True, True)
+    assert mixed.is_told((1, 1))
+    assert [mixed.is_quiet(node) for node in ((1, 1), (0, 0), (0, 2))] == [False, True, False]
+
+
 def test_a_map_survives_being_written(made_up: LimitMap) -> None:
     again = LimitMap.of(json.loads(json.dumps(made_up.as_dict())))
     assert again == made_up
@@ -157,7 +169,7 @@ def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pair", "resolution"), [(NEARNESS, (41, 21)), (MASSES, (41, 21))], ids=["nearness", "masses"])
+@pytest.mark.parametrize(("pair", "resolution"), [(NEARNESS, (33, 17)), (MASSES, (33, 17))], ids=["nearness", "masses"])
 def test_a_real_map_is_that_of_the_full_grid_for_a_quarter_of_its_runs(pair: Pair, resolution: tuple[int, int]) -> None:
     case = case_of()
     x, y = pair.values(case, resolution)

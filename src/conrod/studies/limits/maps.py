@@ -137,9 +137,17 @@ class LimitMap:
         """
         return node in self._told
 
+    def is_quiet(self, node: Node) -> bool:
+        """Whether a node was run and is quiet, or lies in an area about which all runs are."""
+        return node in self._quiet_told and self.at(node).quiet
+
     @cached_property
     def _told(self) -> set[Node]:
         return told((len(self.x), len(self.y)), {node: (run.level, run.outcome) for node, run in self._run_at.items()})
+
+    @cached_property
+    def _quiet_told(self) -> set[Node]:
+        return told((len(self.x), len(self.y)), {node: run.quiet for node, run in self._run_at.items()})
 
     @cached_property
     def _run_at(self) -> Mapping[Node, MapRun]:
