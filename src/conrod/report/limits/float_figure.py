@@ -50,7 +50,8 @@ def float_figure(floats: Sequence[FollowerFloat]) -> Figure | None:
         _depth_panel(axes_at(left, top, wide, LOW), own)
         _onset_panel(axes_at(left, top + LOW + BETWEEN, wide, LOW), own)
     at = (0.5, 1.0 - 0.03 / height)
-    figure.legend(handles=_legend(drawn), loc="upper center", ncol=3, bbox_to_anchor=at, handlelength=3.0)
+    handles = _legend(drawn)
+    figure.legend(handles=handles, loc="upper center", ncol=len(handles), bbox_to_anchor=at, handlelength=3.0)
     return figure
 
 
@@ -81,7 +82,8 @@ def _depth_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
         style = preset_style(found.engine, found.preset) | {"marker": "none", "linewidth": 1.0}
         axes.plot(on_grid(angle, 360.0), on_log_grid(np.where(most > LEAST, most, np.nan)), **style)
         dots = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 1.8, "alpha": 0.6}
-        axes.plot(on_grid(angle, 360.0), on_log_grid(np.where(least < -LEAST, -least, np.nan)), **dots)
+        depth = np.where(least < -LEAST, -least, np.nan)
+        axes.plot(on_grid(angle, 360.0)[::2], on_log_grid(depth)[::2], **dots)
         line = {"color": "#555555", "linestyle": style["linestyle"], "linewidth": 0.9}
         axes.axhline(float(on_log_grid(np.array([_curve(found).threshold]))[0]), **line)
     highest = on_log_grid(np.array([max(_curve(found).threshold for found in own)]))[0]
@@ -92,6 +94,8 @@ def _depth_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
         va="bottom",
         fontsize=7.5,
         color="#333333",
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
+        zorder=9,
     )
     axes.set_yscale("log")
     axes.set_ylim(LEAST, MOST)
@@ -107,6 +111,7 @@ def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
     exact = np.array(own[0].exact_lengths)
     axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **SHARE_OF_EXACT)
     axes.axvline(1.0, color="#333333", linewidth=1.0)
+    axes.annotate("theory ", (1.0, 0.93), xycoords=("data", "axes fraction"), ha="right", fontsize=7.5, color="#333333")
     for found in own:
         shown = [p for p in found.probes if SPEEDS[0] <= p.speed <= SPEEDS[1]]
         for finer in (0, 1):
