@@ -126,13 +126,17 @@ class WorkerProcess:
         self._process.kill()
 
 
+# There are as many processes as cores: the threads of their linear algebra would only get in each other's way.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
 def _started(limits: Limits) -> subprocess.Popen[bytes]:
     try:
         return subprocess.Popen(
             [sys.executable, "-c", f"from conrod.execution.worker import main; main({limits.memory!r})"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
+            env={**ONE_THREAD, **os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
             # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
             process_group=0,
         )
