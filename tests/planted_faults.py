@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import random
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -48,6 +49,29 @@ def hoard() -> None:
             if size < 1024:
                 raise
             size //= 2
+
+
+def hoard_but(spare: int) -> None:
+    """Takes all memory but so many bytes, and keeps it."""
+    kept_free = np.empty(spare, dtype=np.uint8)
+    with suppress(MemoryError):
+        hoard()
+    del kept_free
+
+
+def engine_with_little(megabytes: int) -> Measurement:
+    """A MuJoCo run in a process that has little memory left; it fails in the engine's own ways."""
+    hoard_but(megabytes << 20)
+    return measure(Cell("saw-500rpm", SAW, MuJoCoSettings.hardened(SAW, 2000), 1.0))
+
+
+def mistake_with_little(megabytes: int) -> Measurement:
+    hoard_but(megabytes << 20)
+    raise ZeroDivisionError("a mistake in the task")
+
+
+def wrong_value(megabytes: int) -> Measurement:
+    raise ValueError("a mistake in the task")
 
 
 FAULTS: dict[str, Callable[[], None]] = {"segfault": segfault, "hang": hang, "hoard": hoard}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -136,3 +136,26 @@ def test_a_run_at_an_engines_limits_is_the_same_in_a_worker_process(ledger: Ledg
         "declared in another order": "completed",
         "five steps a revolution": "opened",
     }
+
+
+# -- engines that are given no memory say so in their own ways -------------------------------------------------------
+
+
+@pytest.mark.parametrize("megabytes", [3, 16])
+def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(megabytes: int) -> None:
+    # With 3 MB MuJoCo's library cannot be loaded (ImportError), with 16 its compiler gives up (ValueError).
+    with LocalProcesses(1, cell_memory=MEMORY) as executor, pytest.raises(MemoryError, match="3000000000 bytes"):
+        executor.submit(planted.engine_with_little, megabytes).result()
+
+
+def test_an_engine_that_is_given_enough_is_not() -> None:
+    with LocalProcesses(1, cell_memory=MEMORY) as executor:
+        assert executor.submit(planted.engine_with_little, 256).result().outcome == "completed"
+
+
+@pytest.mark.parametrize(
+    ("task", "kind"), [(planted.mistake_with_little, ZeroDivisionError), (planted.wrong_value, ValueError)]
+)
+def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measurement], kind: type[Exception]) -> None:
+    with LocalProcesses(1, cell_memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
+        executor.submit(task, 16).result()

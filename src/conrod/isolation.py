@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
-from conrod.process import RESERVE, address_space, how_it_ended
+from conrod.process import RESERVE, address_space, how_it_ended, ran_out_of_memory
 from conrod.running import run
 from conrod.trajectory import Outcome, Settings, Trajectory
 
@@ -135,8 +135,9 @@ def _work(
         _confine(memory, headroom)
         answer = _Returned(task(*arguments))
     except Exception as error:
+        ran_out = ran_out_of_memory(error)
         reserve.clear()
-        answer = _Returned(error=error)
+        answer = _Returned(error=MemoryError(str(error)) if ran_out else error)
     sender.send(answer)
 
 

@@ -1,12 +1,43 @@
-"""What the system tells of a process: what it has, and how it ended."""
+"""What the system tells of a process: what it has, whether that was enough, and how it ended."""
 
 from __future__ import annotations
 
 import os
 import signal
 
+from conrod.errors import InvalidInput
+
 # Kept back by a process whose memory is limited: to say that all is taken takes some.
 RESERVE = 1 << 24  # bytes
+
+
+# Less than this is too little for an engine to load its libraries, compile a model or make its state. (With 32 MB left,
+# MuJoCo fails in a handful of ways, of which only some say why; with 64 MB it does not.)
+SPARE = 1 << 26  # bytes
+# What libraries say that were given no memory, and as what kinds of error.
+SIGNS = ("allocate memory", "insufficient memory", "failed to map segment")
+FOREIGN = (ImportError, OSError, RuntimeError, ValueError)
+
+
+def ran_out_of_memory(error: Exception) -> bool:
+    """Whether an error came of this process's memory limit; to be asked before what the process holds is let go."""
+    if isinstance(error, MemoryError):
+        return True
+    limit = memory_limit()
+    if limit is None or isinstance(error, InvalidInput):
+        return False
+    told = any(sign in str(error) for sign in SIGNS)
+    return told or (isinstance(error, FOREIGN) and limit - address_space() < SPARE)
+
+
+def memory_limit() -> int | None:
+    """Largest address space that this process may have [bytes]; None where there is no limit."""
+    try:
+        import resource
+    except ImportError:  # not POSIX
+        return None
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return None if limit == resource.RLIM_INFINITY else limit
 
 
 def address_space() -> int:

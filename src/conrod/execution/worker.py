@@ -15,7 +15,7 @@ import traceback
 from typing import IO
 
 from conrod.errors import InvalidInput
-from conrod.process import RESERVE, address_space
+from conrod.process import RESERVE, address_space, ran_out_of_memory
 
 LENGTH = 8  # bytes
 # Sent before a call is looked at: a process that dies without this word has not died of the call.
@@ -94,16 +94,16 @@ def _answer(call: bytes, reserve: bytearray) -> bytes:
     try:
         function, arguments, named = pickle.loads(call)
         return pickle.dumps((True, function(*arguments, **named)))
-    except MemoryError as error:
-        reserve.clear()
-        return pickle.dumps((False, _portable(error)))
     except Exception as error:
+        if ran_out_of_memory(error):
+            reserve.clear()
+            return pickle.dumps((False, MemoryError(str(error))))
         return pickle.dumps((False, _portable(error)))
 
 
 def _portable(error: Exception) -> Exception:
     """An error that arrives: one that cannot be pickled is told in words."""
-    if not isinstance(error, InvalidInput | MemoryError):
+    if not isinstance(error, InvalidInput):
         error.add_note("".join(traceback.format_exception(error)))
     try:
         pickle.loads(pickle.dumps(error))
