@@ -157,12 +157,17 @@ def test_a_note_says_how_the_solver_ended_where_it_left_something(solver: Solver
     assert solver_note(solver) == note
 
 
-def note_of(engine: str, preset: str, **changes: Any) -> str:
+def solver_of(engine: str, preset: str, **changes: Any) -> SolverWatch | None:
     settings = engine_named(engine).presets[preset](SAW, 200)
     watched = Extremes.of(perform(LimitCell("saw-40rpm", SAW, replace(settings, preset="custom", **changes), 1.0)))
     assert watched is not None
-    assert watched.solver is not None
-    return solver_note(watched.solver)
+    return watched.solver
+
+
+def note_of(engine: str, preset: str, **changes: Any) -> str:
+    solver = solver_of(engine, preset, **changes)
+    assert solver is not None
+    return solver_note(solver)
 
 
 @pytest.mark.parametrize(
@@ -175,6 +180,11 @@ def test_nothing_is_said_of_presets_whose_solver_converges(engine: str, preset: 
 def test_pymunks_ten_iterations_are_too_few_and_said_to_be() -> None:
     assert note_of("pymunk", "stock").startswith("took all its iterations, residual above ")
     assert note_of("pymunk", "tuned", iterations=4).startswith("took all its iterations, residual above ")
+
+
+def test_a_rounded_state_is_no_fault_of_the_solver() -> None:
+    assert solver_of("pymunk", "tuned", rounded_state=True) is None
+    assert note_of("mujoco", "hardened", rounded_state=True) == ""
 
 
 def test_a_mujoco_solver_with_few_iterations_is_said_to_have_left_something() -> None:
