@@ -41,12 +41,12 @@ class BranchWalk:
     """
 
     def __init__(self, equations: Equations) -> None:
-        self._equations = equations
+        self.equations = equations
 
     @cached_property
     def start(self) -> Array:
         """Exact poses at crank angle 0; (1, 3 n)."""
-        return self._equations.newton(self._equations.approximate, np.zeros(1))
+        return self.equations.newton(self.equations.approximate, np.zeros(1))
 
     @cached_property
     def branch(self) -> float:
@@ -55,7 +55,7 @@ class BranchWalk:
 
     def branch_of(self, poses: Array) -> Array:
         """Sign of the determinant of the Jacobian (T,); it tells assembly branches apart."""
-        return self._equations.elimination(poses).determinant_sign()
+        return self.equations.elimination(poses).determinant_sign()
 
     def poses(self, angle: Array) -> Array:
         """Exact poses (T, 3 n) at crank angles (T,) [rad].
@@ -66,8 +66,8 @@ class BranchWalk:
         if self.table is None:
             return np.concatenate([self._walk(0.0, self.start, float(goal)) for goal in angle])
         guess = self.table.interpolate(angle)
-        poses = self._equations.newton(guess, angle)
-        for k in np.flatnonzero(self._equations.distance(poses, guess) > STRAYED):
+        poses = self.equations.newton(guess, angle)
+        for k in np.flatnonzero(self.equations.distance(poses, guess) > STRAYED):
             near, here = self.table.nearest(float(angle[k]))
             poses[k] = self._walk(near, here, float(angle[k]))[0]
         return poses
@@ -84,21 +84,21 @@ class BranchWalk:
         stacked = np.concatenate([place.poses for place in passed])
         gain = self._gain(stacked[0], stacked[-1])
         angles = np.array([place.angle for place in passed])
-        return self._refined(PoseTable(angles, stacked, self._equations.slope(stacked), gain))
+        return self._refined(PoseTable(angles, stacked, self.equations.slope(stacked), gain))
 
     def _refined(self, table: PoseTable) -> PoseTable:
         """The table with a row more in every interval that it does not predict well in its middle."""
         for _ in range(REFINEMENTS):
             middle = 0.5 * (table.angles[:-1] + table.angles[1:])
             guess = table.interpolate(middle)
-            poses = self._equations.newton(guess, middle)
-            miss = self._equations.distance(poses, guess)
+            poses = self.equations.newton(guess, middle)
+            miss = self.equations.distance(poses, guess)
             for k in np.flatnonzero(miss > STRAYED):
                 poses[k] = self._walk(float(table.angles[k]), table.poses[k : k + 1], float(middle[k]))[0]
             coarse = miss > TABLE_MISS
             if not coarse.any():
                 break
-            table = table.with_rows(middle[coarse], poses[coarse], self._equations.slope(poses[coarse]))
+            table = table.with_rows(middle[coarse], poses[coarse], self.equations.slope(poses[coarse]))
         return table
 
     def _walk(self, angle: float, poses: Array, goal: float) -> Array:
@@ -107,7 +107,7 @@ class BranchWalk:
         return [here, *self._steps(here, goal)][-1].poses
 
     def _place(self, angle: float, poses: Array) -> _Place:
-        return _Place(angle, poses, self._equations.slope(poses))
+        return _Place(angle, poses, self.equations.slope(poses))
 
     def _steps(self, here: _Place, goal: float) -> Iterator[_Place]:
         """Places on the way to a goal.
@@ -126,28 +126,28 @@ class BranchWalk:
             elif abs(step) > LEAST_STEP:
                 step *= 0.5
             else:
-                raise InvalidInput(self._equations.cannot_turn(np.array([following])))
+                raise InvalidInput(self.equations.cannot_turn(np.array([following])))
 
     def _try_step(self, here: _Place, following: float) -> _Place | None:
         """The place after a step along the tangent; None if it strayed from it or changed branch."""
         guess = here.poses + here.slope * (following - here.angle)
         try:
-            reached = self._equations.newton(guess, np.array([following]))
+            reached = self.equations.newton(guess, np.array([following]))
         except InvalidInput:
             return None
-        if self._equations.distance(reached, guess)[0] > WALK_MISS:
+        if self.equations.distance(reached, guess)[0] > WALK_MISS:
             return None
         # The factors that tell the branch give the slope as well, for the step after this one.
-        factors = self._equations.elimination(reached)
+        factors = self.equations.elimination(reached)
         if factors.determinant_sign()[0] != self.branch:
             return None
-        return _Place(following, reached, self._equations.slope(reached, factors=factors))
+        return _Place(following, reached, self.equations.slope(reached, factors=factors))
 
     def _gain(self, first: Array, last: Array) -> Array:
         """What one turn adds to the poses: whole turns of bodies, and nothing else."""
         gain = (last - first).reshape(-1, 3)
         whole = 2.0 * np.pi * np.rint(gain[:, 2] / (2.0 * np.pi))
-        if np.abs(gain[:, :2]).max() > 1e-9 * self._equations.size or np.abs(gain[:, 2] - whole).max() > 1e-9:
-            name = self._equations.mechanism.name
+        if np.abs(gain[:, :2]).max() > 1e-9 * self.equations.size or np.abs(gain[:, 2] - whole).max() > 1e-9:
+            name = self.equations.mechanism.name
             raise InvalidInput(f"{name} does not return to its start pose after one turn of the crank")
         return np.column_stack([np.zeros((len(gain), 2)), whole]).ravel()

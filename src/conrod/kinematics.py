@@ -8,7 +8,7 @@ k-th Taylor coefficient of the joint equations is J q_k + (a term in q_0 .. q_(k
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from conrod.mechanism import Joint, Mechanism
 from conrod.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 
 MOTION_ORDER = 3  # position to jerk
+GEOMETRIES_KEPT = 128
 CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
 
 
@@ -35,8 +36,8 @@ class Kinematics:
         if mechanism.mobility != 1:
             raise InvalidInput(f"{mechanism.name} has mobility {mechanism.mobility}; a driven crank needs exactly 1")
         self.mechanism = mechanism
-        self._equations = Equations(mechanism)
-        self._walk = BranchWalk(self._equations)
+        self._walk = _walk_of(_Geometry(mechanism))
+        self._equations = self._walk.equations
 
     @property
     def size(self) -> float:
@@ -152,6 +153,28 @@ class Kinematics:
         turn = derivatives[order][:, 3 * self._equations.crank + 2]
         result[:, -1] = turn - driver.sense * crank - (driver.start if order == 0 else 0.0)
         return result
+
+
+class _Geometry:
+    """A mechanism, equal to every other one that moves alike: masses, forces and observed points move nothing."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        names = tuple(body.name for body in mechanism.bodies)
+        poses = tuple(mechanism.poses[name] for name in names)
+        self._moves = (mechanism.name, names, mechanism.joints, mechanism.driver, poses)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Geometry) and self._moves == other._moves
+
+    def __hash__(self) -> int:
+        return hash(self._moves)
+
+
+@lru_cache(GEOMETRIES_KEPT)
+def _walk_of(geometry: _Geometry) -> BranchWalk:
+    """The walk around the turn, whose table takes longer than many runs: once for machines that differ in masses."""
+    return BranchWalk(Equations(geometry.mechanism))
 
 
 def _derivatives(jet: Jet) -> Derivatives:

@@ -11,7 +11,7 @@ from conrod.studies.cell import Cell
 from conrod.studies.limits.declaration import Declaration, Redeclared
 
 # Raised when what is watched for comes out otherwise, or means something else, than before.
-WATCH_VERSION = 2
+WATCH_VERSION = 3
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from conrod.trajectory import Outcome
 # The solver is looked at at the end of each piece: at least so often in a run, and at so many crank angles. What a look
 # costs is then a small part of a long run.
 LOOKS, ANGLES = 40, 20
+LEAST_PIECE = 25  # steps; in a run of few, to look more often would cost more than the run
 # Of a turn: steps of this size come to all parts of it, whole turns between them or not, and so do its powers.
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 LEAST_STEPS = 3  # before the first acceleration that is a difference of velocities
@@ -65,7 +66,7 @@ def piece_length(cell: LimitCell) -> int:
             f"revolutions = {cell.revolutions:g} at {turn} steps each are {steps} steps; "
             f"a run needs {LEAST_STEPS} to have accelerations"
         )
-    most = min(max(steps // LOOKS, LEAST_STEPS), PIECE)
+    most = min(max(steps // LOOKS, LEAST_PIECE), PIECE)
     if most * ANGLES <= turn:
         return most
     share = GOLDEN
