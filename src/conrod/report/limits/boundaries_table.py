@@ -13,6 +13,7 @@ from conrod.report.tables import paragraphs, table
 from conrod.studies.limits.results import Probe, Walk
 
 NO_SOLVER_NOTE = "-"
+RESIDUAL = ", residual above "  # in a note, before its power of ten; see `conrod.studies.limits.solver_notes`
 FEW = 3  # values of a list, each of which gets a column
 HELD_AGAIN = "\\* further on there are runs that keep the criterion again."
 
@@ -79,14 +80,20 @@ def _ends(walk: Walk) -> str:
 
 
 def solver_notes(probes: Sequence[Probe]) -> str:
-    """What is to be said of the solver, with the first and the last value of which it is said."""
-    where: dict[str, list[Probe]] = {}
+    """What is to be said of the solver, of which values it is said, and between which powers of ten its residual is."""
+    where: dict[str, list[tuple[Probe, str]]] = {}
     for probe in probes:
         if probe.solver:
-            where.setdefault(probe.solver, []).append(probe)
-    return "; ".join(
-        f"{note}: {span_text(noted)} ({len(noted)} of {len(probes)} runs)" for note, noted in where.items()
-    )
+            note, _, residual = probe.solver.partition(RESIDUAL)
+            where.setdefault(note, []).append((probe, residual))
+    return "; ".join(_noted(note, of, len(probes)) for note, of in where.items())
+
+
+def _noted(note: str, of: Sequence[tuple[Probe, str]], among: int) -> str:
+    residuals = sorted({residual for _, residual in of if residual}, key=float)
+    left = f"{RESIDUAL}{residuals[0]}" if residuals else ""
+    up_to = f" to {residuals[-1]}" if len(residuals) > 1 else ""
+    return f"{note}: {span_text([probe for probe, _ in of])} ({len(of)} of {among} runs){left}{up_to}"
 
 
 def refusals(walks: Sequence[Walk]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,6 +25,7 @@ from conrod.report.limits.marks import (
 )
 from conrod.report.styles import engine_title
 from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Probe, Walk
 from conrod.studies.limits.stretches import Stretch, stretches
 
@@ -32,6 +34,9 @@ LEFT, RIGHT, TOP, BOTTOM = 2.1, 0.25, 0.2, 0.52  # margins [inch]
 HALF_BAR, HALF_TICK = 0.27, 0.09  # of a lane
 QUIET_LINE, BELOW = 3.2, 0.075  # [pt], of a lane
 LEGEND_COLUMNS, LEGEND_ROW = 7, 0.19  # [inch]
+INSIDE, ABOVE, UP = 5.0, 3.5, 0.46  # marks on a bar and above one that is too narrow for them [pt], of a lane
+NARROW = 0.013  # of the width
+SEAM, TICK_COLOUR = 0.9, "#555555"  # [pt]
 MARK_APART = 0.022  # of the width: closer marks would cover each other
 
 Lanes = Mapping[str, Sequence[Walk]]  # what a lane is called -> the walks in it
@@ -77,28 +82,38 @@ def _draw_walk(axes: Axes, scale: AxisScale, lane: int, walk: Walk) -> None:
     span = scale.high - scale.low
     found = stretches(walk)
     edges = _edges(scale, found, span)
-    marked: list[float] = []
+    marked: dict[bool, list[float]] = {True: [], False: []}
     for stretch, (start, end) in zip(found, pairwise(edges), strict=True):
-        left, wide = min(start, end), abs(end - start)
-        axes.add_patch(
-            Rectangle((left, lane - HALF_BAR), wide, 2 * HALF_BAR, facecolor=level_colour(stretch.level), linewidth=0.0)
-        )
-        if stretch.quiet:
-            axes.plot(
-                [start, end],
-                [lane + HALF_BAR + BELOW] * 2,
-                color=QUIET_COLOUR,
-                linewidth=QUIET_LINE,
-                solid_capstyle="butt",
-                zorder=4,
-            )
-        centre = 0.5 * (start + end)
-        near = min((abs(centre - other) for other in marked), default=span)
-        if stretch.outcome in OUTCOME_MARKS and near >= MARK_APART * span:
-            marked.append(centre)
-            axes.plot([centre], [lane - 0.03], zorder=5, **mark_style(stretch.outcome, stretch.level))
+        _draw_stretch(axes, lane, stretch, start, end)
+        inside, centre = abs(end - start) >= NARROW * span, 0.5 * (start + end)
+        free = all(abs(centre - other) >= MARK_APART * span for other in marked[inside])
+        if stretch.outcome in OUTCOME_MARKS and free:
+            marked[inside].append(centre)
+            _draw_mark(axes, lane, stretch, centre, inside)
+    for edge, (one, other) in zip(edges[1:-1], pairwise(found), strict=True):
+        if one.level == other.level:
+            axes.vlines([edge], lane - HALF_BAR, lane + HALF_BAR, color="white", linewidth=SEAM, zorder=3)
     places = _places(scale, walk.probes, span)
-    axes.vlines(places, lane - HALF_BAR - HALF_TICK, lane - HALF_BAR, color="#555555", linewidth=0.6, zorder=3)
+    axes.vlines(places, lane - HALF_BAR - HALF_TICK, lane - HALF_BAR, color=TICK_COLOUR, linewidth=0.6, zorder=3)
+
+
+def _draw_stretch(axes: Axes, lane: int, stretch: Stretch, start: float, end: float) -> None:
+    """A bar of the level's colour, underlined where it is quiet."""
+    low, wide = (min(start, end), lane - HALF_BAR), abs(end - start)
+    axes.add_patch(Rectangle(low, wide, 2 * HALF_BAR, facecolor=level_colour(stretch.level), linewidth=0.0))
+    if stretch.quiet:
+        below = [lane + HALF_BAR + BELOW] * 2
+        style: dict[str, Any] = {"color": QUIET_COLOUR, "linewidth": QUIET_LINE, "solid_capstyle": "butt"}
+        axes.plot([start, end], below, zorder=4, **style)
+
+
+def _draw_mark(axes: Axes, lane: int, stretch: Stretch, at: float, inside: bool) -> None:
+    """How a stretch ended: on its bar, or above one that is too narrow to hold it."""
+    if inside:
+        axes.plot([at], [lane], zorder=5, **mark_style(stretch.outcome, stretch.level, INSIDE))
+    else:
+        style = mark_style(stretch.outcome, Level.SAFE.slug, ABOVE)
+        axes.plot([at], [lane - UP], zorder=5, clip_on=False, **style)
 
 
 def _edges(scale: AxisScale, found: Sequence[Stretch], span: float) -> list[float]:
@@ -116,7 +131,7 @@ def _legend(walks: Sequence[Walk]) -> list[object]:
     """Only what occurs."""
     found = [stretch for walk in walks for stretch in stretches(walk)]
     quiet = Line2D([], [], color=QUIET_COLOUR, linewidth=QUIET_LINE, label="quiet: nothing says so")
-    run = Line2D([], [], linestyle="none", marker="|", markersize=5.0, color="#555555", label="a run")
+    run = Line2D([], [], linestyle="none", marker="|", markersize=5.0, color=TICK_COLOUR, label="a run")
     return [
         *level_handles({stretch.level for stretch in found}),
         *([quiet] if any(stretch.quiet for stretch in found) else []),

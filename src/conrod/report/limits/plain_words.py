@@ -23,9 +23,8 @@ def sentences(walks: Sequence[Walk]) -> list[str]:
     groups: dict[tuple[object, ...], list[Walk]] = {}
     for walk in walks:
         if walk.boundaries and walk.probes:
-            ends = walk.probes[0].text, walk.probes[-1].text
-            groups.setdefault((ends, _shape(walk)), []).append(walk)
-    several = len({walk.probes[-1].text for walk in walks if walk.boundaries and walk.probes}) > 1
+            groups.setdefault((falling(walk), _shape(walk)), []).append(walk)
+    several = len({falling(walk) for walk in walks if len(walk.probes) > 1}) > 1
     return [_sentence(group, several) for group in groups.values()] + listed_sentences(walks)
 
 
@@ -83,7 +82,8 @@ def _in_turn(walks: Sequence[Walk], found: Sequence[Sequence[Passage]]) -> str:
     """All passages of walks that have the same ones, in turn."""
     count = len(found[0])
     if count == 1:
-        return f"{_condition(found[0][0])} throughout"
+        whole = "throughout" if len(walks[0].probes) > 1 else f"at {walks[0].probes[0].text}, where it ended"
+        return f"{_condition(found[0][0])} {whole}"
     way = "down to" if falling(walks[0]) else "up to"
     return ", ".join(_part([passes[k] for passes in found], walks, way, k == count - 1) for k in range(count))
 

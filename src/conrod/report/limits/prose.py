@@ -33,7 +33,8 @@ BOUNDARIES = (
     "again between two of these places is missed."
 )
 CHART = (
-    "Ticks are runs. Between two runs that ended otherwise the colour changes half-way. A red line below a bar: quiet."
+    "Ticks are runs. Between two runs that ended otherwise the colour changes half-way. Marks tell how runs ended; one "
+    "above a bar belongs to the stretch below it, which is too narrow to hold it. A red line below a bar: quiet."
 )
 
 REGULARISATION = (

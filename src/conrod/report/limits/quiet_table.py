@@ -93,7 +93,10 @@ def quiet_summary(walks: Sequence[Walk]) -> str:
     rows = []
     for (level, scene, axis, outcome), found in groups.items():
         ended = "ran to its end" if outcome == "completed" else f"`{outcome}`"
-        who = "; ".join(f"{engine_title(one.walk.engine)} {one.walk.preset}: {one.where}" for one in found)
+        places: dict[str, list[str]] = {}
+        for one in found:
+            places.setdefault(f"{engine_title(one.walk.engine)} {one.walk.preset}", []).append(one.where)
+        who = "; ".join(f"{name}: {', '.join(where)}" for name, where in places.items())
         largest = largest_error([probe for one in found for probe in one.probes])
         error = NO_ERROR if largest is None else numbers.measured(largest)
         rows.append([f"[{scene}]({scene}.md)", AXES[axis].title, f"{level}, {ended}", who, error])

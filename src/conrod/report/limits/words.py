@@ -23,7 +23,12 @@ EVERYWHERE, NOWHERE = "all of it", "none of it"
 
 def readable(walk: Walk) -> Walk:
     """The same with powers of ten in its texts as figures have them: 1e6 for 1e+06."""
-    return replace(walk, probes=tuple(replace(p, text=EXPONENT.sub(r"e\1\2", p.text)) for p in walk.probes))
+    probes = (replace(p, text=_plain_powers(p.text), solver=_plain_powers(p.solver)) for p in walk.probes)
+    return replace(walk, probes=tuple(probes))
+
+
+def _plain_powers(text: str) -> str:
+    return EXPONENT.sub(r"e\1\2", text)
 
 
 def up_to(walk: Walk, criterion: str) -> str:
