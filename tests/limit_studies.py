@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from conrod.scenes import SCENES
 from conrod.studies.limits.determinism import RUNS, Determinism
-from conrod.studies.limits.extremes import Mark
+from conrod.studies.limits.exact_flight import ExactFlight
+from conrod.studies.limits.extremes import Flight, Mark
+from conrod.studies.limits.float_results import ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
 from conrod.studies.limits.gallery import Exhibit
 from conrod.studies.limits.iteration_need import IterationNeed
 from conrod.studies.limits.maps import LimitMap, MapRun
@@ -70,6 +73,32 @@ def exhibit(outcome: str, quiet: bool = False, **others: object) -> Exhibit:
         key=outcome,
     )
     return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own
+
+
+def follower(engine: str, preset: str) -> FollowerFloat:
+    """A follower that flies a hair before the theory says, and lands a twentieth of a degree late."""
+    exact = ExactFlight(1.2345678901, 1.4345678901, 1.0e-3, 1.35)
+    measured = Flight(1.2350000001, exact.landing + math.radians(0.05), 1.01e-3)
+    heights = (1e-3 * max(-0.01, math.sin(0.3 * k)) for k in range(40))
+    gaps = tuple((1.2 + 0.01 * k, gap, gap - 1e-6, gap + 1e-6) for k, gap in enumerate(heights))
+    return FollowerFloat(
+        scene="cam-follower",
+        engine=engine,
+        preset=preset,
+        refusal="",
+        theory=37.123,
+        steps_per_revolution=(20000, 40000),
+        cam_vertices=(4000, 8000),
+        penetration=1e-6,
+        held=0.998,
+        flown=0.9995,
+        visible=1.004,
+        from_length=1.001,
+        probes=(OnsetProbe(0.998, (0.01, 0.005), 0.0), OnsetProbe(0.9995, (0.02, 0.02), 0.0)),
+        flights=(ComparedFlight(1.05, 20000, "completed", exact, measured),),
+        curve=GapCurve(1.5, 20000, gaps, ((1.23, 0.0), (1.33, 1e-3), (1.43, 0.0)), 1e-6, 1e-5),
+        exact_lengths=((1.0, 0.0), (1.05, 0.2)),
+    )
 
 
 def limit_study(name: str = SCENE) -> LimitStudy:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 import sys
@@ -20,7 +21,7 @@ from conrod.report.limits.merging import merged
 from conrod.report.limits.writer import limits_report_again, limits_report_batch
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.study import LimitStudy
-from limit_studies import exhibit, limit_study, of_axis, renamed
+from limit_studies import exhibit, follower, limit_study, of_axis, renamed
 from limit_walks import SCENE, quietened
 
 COMMAND = "conrod limits {scene} --out reports/limits"
@@ -156,6 +157,19 @@ def test_values_are_kept_as_they_are_and_measurements_rounded(study: LimitStudy,
     assert kept.determinism == study.determinism
     assert kept.parameters == dict(study.parameters)
     assert rounded({"value": 0.123456789, "torque": 0.123456789}) == {"value": 0.123456789, "torque": 0.1235}
+
+
+def test_a_flight_keeps_the_digits_of_its_landing(study: LimitStudy, tmp_path: Path) -> None:
+    cam = replace(of_axis(study, "rounding"), name="cam-follower", floats=(follower("mujoco", "tuned"),))
+    batch = limits_report_batch([cam], (), tmp_path, COMMAND)
+    kept = LimitStudy.of(json.loads(str(batch.files["results.json"]))["limits"]["cam-follower"]["study"]).floats[0]
+    assert (kept.held, kept.flown) == (0.998, 0.9995)
+    # A landing is told to a thousandth of a degree, which four digits of the angle would not tell.
+    assert math.degrees(kept.flights[0].landing_error or 0.0) == pytest.approx(0.05, abs=1e-5)
+    page = str(batch.files["cam-follower.md"])
+    assert "+0.050 deg" in page
+    assert "](figures/cam-follower-follower-float.svg)" in page
+    assert "figures/cam-follower-follower-float.svg" in batch.files
 
 
 # -- what a folder holds -----------------------------------------------------------------------------------------------
