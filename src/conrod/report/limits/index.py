@@ -10,7 +10,7 @@ from conrod.report.limits.document import Entry
 from conrod.report.limits.findings import findings
 from conrod.report.limits.gallery_table import gallery_table
 from conrod.report.limits.long_run_table import long_run_table
-from conrod.report.limits.quiet_table import quiet_summary
+from conrod.report.limits.quiet_table import quiet_elsewhere, quiet_summary
 from conrod.report.limits.steps_table import steps_table
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs, table
@@ -30,6 +30,7 @@ def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequenc
     """
     walks = [walk for study in studies.values() for walk in study.walks]
     dangers = quiet_summary(walks)
+    elsewhere = "\n".join(f"- {name}: {told}" for name, study in studies.items() if (told := quiet_elsewhere(study)))
     steps = steps_table(walks)
     same = determinism_table([found for study in studies.values() for found in study.determinism], with_scene=True)
     long = long_run_table([run for study in studies.values() for run in study.long_runs], with_scene=True)
@@ -40,8 +41,9 @@ def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequenc
         "\n".join(f"- [{name}]({name}.md): {study.title}" for name, study in studies.items()),
         "## Wrong, and nothing says so",
         prose.WORDS,
-        prose.QUIET if dangers else prose.NO_QUIET,
+        prose.QUIET if dangers or elsewhere else prose.NO_QUIET,
         dangers,
+        elsewhere,
         "## What was found",
         *(block for name, study in studies.items() for block in _findings(name, study)),
         *(["## Steps per revolution", prose.STEPS, steps] if steps else []),

@@ -15,7 +15,7 @@ from conrod.report.limits.long_run_table import long_run_table
 from conrod.report.limits.maps_table import maps_table
 from conrod.report.limits.needs import needs_table
 from conrod.report.limits.plain_words import sentences
-from conrod.report.limits.quiet_table import quiet_table
+from conrod.report.limits.quiet_table import quiet_elsewhere, quiet_table
 from conrod.report.pages import FIGURES
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs
@@ -91,10 +91,10 @@ def _commands(commands: Sequence[str]) -> str:
 
 def _dangers(study: LimitStudy) -> list[str]:
     """The quiet runs; they come first."""
-    if not any(walk.probes for walk in study.walks):
+    if not (study.maps or any(walk.probes for walk in study.walks)):
         return []
-    found = quiet_table(study.walks)
-    return ["## Wrong, and nothing says so", prose.QUIET if found else prose.NO_QUIET, found]
+    found, others = quiet_table(study.walks), quiet_elsewhere(study)
+    return ["## Wrong, and nothing says so", prose.QUIET if found or others else prose.NO_QUIET, found, others]
 
 
 def _plain_words(axes: Mapping[str, Sequence[Walk]]) -> list[str]:

@@ -9,11 +9,13 @@ from conrod.report import numbers
 from conrod.report.limits.passages import largest_error
 from conrod.report.limits.words import span_text
 from conrod.report.styles import engine_title
+from conrod.report.sweep.naming import listed
 from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Probe, Walk
 from conrod.studies.limits.stretches import stretches
+from conrod.studies.limits.study import LimitStudy
 
 LEVELS = [level.slug for level in Level]
 HEAD = ["axis", "engine", "preset", "where", "what it is", "how it ended", "largest position error / L"]
@@ -101,3 +103,12 @@ def quiet_summary(walks: Sequence[Walk]) -> str:
         error = NO_ERROR if largest is None else numbers.measured(largest)
         rows.append([f"[{scene}]({scene}.md)", AXES[axis].title, f"{level}, {ended}", who, error])
     return table(["machine", "axis", "what it is", "who, and where", HEAD[-1]], rows)
+
+
+def quiet_elsewhere(study: LimitStudy) -> str:
+    """How many runs are quiet that are on no walk of an axis alone: of maps, and with iterations that stay."""
+    on_maps = [run.quiet for found in study.maps for run in found.runs]
+    iterated = [probe.quiet for need in study.needs for walk in need.walks for probe in walk.probes]
+    counted = {"of the maps": on_maps, "with iterations that stay": iterated}
+    said = [f"{sum(runs)} of {len(runs)} runs {which}" for which, runs in counted.items() if any(runs)]
+    return f"Quiet are also {listed(said)}." if said else ""
