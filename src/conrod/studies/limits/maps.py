@@ -21,7 +21,7 @@ STEPS = AXES["steps"]
 # From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.
 FEWER = 250.0
 # Columns and rows. A boundary costs runs in proportion to its length, so a finer map needs a smaller share of them.
-RESOLUTION = (65, 33)
+RESOLUTION = (65, 65)
 # Runs over nodes of the full grid.
 ALLOWANCE = 0.25
 IN_ONE_PIECE = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
