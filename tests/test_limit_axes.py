@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -123,11 +123,18 @@ ALONE = {
 
 @pytest.mark.parametrize("name", ALONE)
 def test_an_axis_changes_nothing_but_its_own_quantity(name: str) -> None:
-    axis, case = AXES[name], case_of()
+    axis, usual = AXES[name], case_of()
+    case = replace(usual, steps_per_revolution=usual.steps)
     # Presets follow the machine: the flywheel of the drive its masses and its travel.
     follows = {"armature"} if name in ("mass-ratio", "nearness") else set()
     seen = set.union(*(changed(axis.cell(case, value), case) for value in ends(axis, case)))
     assert ALONE[name] <= seen <= ALONE[name] | follows
+
+
+def test_near_a_change_point_steps_are_finer_unless_their_number_was_asked_for() -> None:
+    case = case_of()
+    assert AXES["nearness"].cell(case, 0.5).settings.steps_per_revolution == 5 * case.steps
+    assert AXES["nearness"].cell(replace(case, steps_per_revolution=80), 0.5).settings.steps_per_revolution == 80
 
 
 # -- each of them ----------------------------------------------------------------------------------------------------

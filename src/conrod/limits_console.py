@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from conrod.console import console
-from conrod.report.limits.words import BOUNDARIES, beyond, up_to
+from conrod.report.limits.words import BOUNDARIES, beyond, readable, up_to
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.study import LimitStudy
 
@@ -22,7 +22,7 @@ def print_limits(studies: Sequence[LimitStudy]) -> None:
         table = Table(title=f"{study.name}: up to where", title_justify="left", caption=CAPTION, caption_justify="left")
         for heading in ("axis", "engine", "preset", *BOUNDARIES.values(), "beyond that"):
             table.add_column(heading)
-        for walk in study.walks:
+        for walk in map(readable, study.walks):
             if walk.boundaries:
                 table.add_row(walk.axis, walk.engine, walk.preset, *_boundaries(walk), beyond(walk))
         if table.row_count:

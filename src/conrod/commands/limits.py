@@ -92,7 +92,7 @@ def limits(
     if folder:
         from conrod.report.limits.writer import limits_report_batch
 
-        given = {"--axis": axes[0] if axes else None, "--range": span, "--engine": engine, "--preset": preset}
+        given = {"--axis": axes, "--range": span, "--engine": engine, "--preset": preset}
         command = command_line("limits", {**given, "--revolutions": revolutions}, assignments, folder)
         batches.append(limits_report_batch(studies, gallery, folder, command))
     write_together(batches)

@@ -13,12 +13,14 @@ def command_line(command: str, options: Mapping[str, object], assignments: Seque
     """The words that a user would type, quoted for a shell; {scene} stands for the scenes.
 
     Args:
-        options: by name; those that are None were not given.
+        options: by name; those that are None were not given, of a tuple each value was.
         assignments: what was given with --set.
     """
     words = ["conrod", command, SCENE]
     for name, value in options.items():
-        words += [] if value is None else [name, shlex.quote(str(value))]
+        given = value if isinstance(value, tuple) else () if value is None else (value,)
+        for one in given:
+            words += [name, shlex.quote(str(one))]
     for assignment in assignments:
         words += ["--set", shlex.quote(assignment)]
     return " ".join([*words, "--out", shlex.quote(str(folder))])

@@ -28,6 +28,10 @@ def _saw(p: Values, nearness: float) -> Values:
 APPROACHES: Mapping[str, Callable[[Values, float], Values]] = {ShearPress.kind: _press, Saw.kind: _saw}
 
 
+# Near a change point all happens within a small part of a turn: with the usual steps nothing holds as far as it could.
+STEPS = 5000
+
+
 class Nearness(Axis):
     """A length over its limit: of the press crank / rod, of the saw offset / (rod - crank)."""
 
@@ -47,7 +51,7 @@ class Nearness(Axis):
 
     def cell(self, case: Case, value: float) -> LimitCell:
         scene = self.scene(case, value)
-        return LimitCell(case.name, scene, case.settings(scene))
+        return LimitCell(case.name, scene, case.settings(scene, case.steps_per_revolution or STEPS))
 
     def scene(self, case: Case, value: float) -> Scene:
         """The machine at a nearness."""
