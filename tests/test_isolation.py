@@ -108,6 +108,28 @@ def test_a_mistake_in_a_task_is_raised() -> None:
         run_isolated(SAW, SETTINGS, 1.0, timeout=60.0, task=mistake)
 
 
+class Unportable(Exception):
+    """It cannot be made again from what a pickle keeps of it."""
+
+    def __init__(self, one: str, other: str) -> None:
+        super().__init__(f"{one} {other}")
+
+
+def mistake_that_cannot_travel() -> None:
+    raise Unportable("a mistake", "in the task")
+
+
+def result_that_cannot_travel() -> Any:
+    return lambda: None
+
+
+def test_a_mistake_that_cannot_be_sent_is_no_crash() -> None:
+    with pytest.raises(RuntimeError, match="Unportable: a mistake in the task"):
+        isolated(mistake_that_cannot_travel)
+    with pytest.raises(Exception, match="lambda"):
+        isolated(result_that_cannot_travel)
+
+
 OWNER = """
 import os, sys, time
 sys.path.insert(0, {tests!r})

@@ -1,8 +1,10 @@
-"""What a user did wrong, said in one line."""
+"""What a user did wrong, said in one line; and errors that are told to another process."""
 
 from __future__ import annotations
 
 import difflib
+import pickle
+import traceback
 from collections.abc import Iterable
 
 
@@ -16,3 +18,14 @@ def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInpu
     near = difflib.get_close_matches(given, names, n=1, cutoff=0.4)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     return InvalidInput(f"unknown {kind} {given!r}: choose from {', '.join(names)}{hint}")
+
+
+def portable(error: Exception) -> Exception:
+    """An error that arrives in another process: one that cannot be pickled is told in words."""
+    if not isinstance(error, InvalidInput):
+        error.add_note("".join(traceback.format_exception(error)))
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any, TypeVar
 
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
+from conrod.errors import portable
 from conrod.process import RESERVE, address_space, how_it_ended, ran_out_of_memory
 from conrod.running import run
 from conrod.trajectory import Outcome, Settings, Trajectory
@@ -66,7 +68,7 @@ def isolated(
         receiver.recv()
         if not receiver.poll(timeout):
             return Ended(Outcome.TIMED_OUT, f"no result after {timeout:g} s")
-        answer: _Returned = receiver.recv()
+        answer: _Returned = pickle.loads(receiver.recv_bytes())
     except EOFError:
         process.join()
         return Ended(Outcome.CRASHED, how_it_ended(process.exitcode))
@@ -133,12 +135,13 @@ def _work(
     sender.send(None)
     try:
         _confine(memory, headroom)
-        answer = _Returned(task(*arguments))
+        # Within the limits too: a result that there is no memory to send is none.
+        answer = pickle.dumps(_Returned(task(*arguments)))
     except Exception as error:
         ran_out = ran_out_of_memory(error)
         reserve.clear()
-        answer = _Returned(error=MemoryError(str(error)) if ran_out else error)
-    sender.send(answer)
+        answer = pickle.dumps(_Returned(error=MemoryError(str(error)) if ran_out else portable(error)))
+    sender.send_bytes(answer)
 
 
 def _end_with_owner() -> None:

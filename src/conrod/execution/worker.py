@@ -11,10 +11,9 @@ import pickle
 import queue
 import sys
 import threading
-import traceback
 from typing import IO
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, portable
 from conrod.process import RESERVE, address_space, ran_out_of_memory
 
 LENGTH = 8  # bytes
@@ -98,15 +97,4 @@ def _answer(call: bytes, reserve: bytearray) -> bytes:
         if ran_out_of_memory(error):
             reserve.clear()
             return pickle.dumps((False, MemoryError(str(error))))
-        return pickle.dumps((False, _portable(error)))
-
-
-def _portable(error: Exception) -> Exception:
-    """An error that arrives: one that cannot be pickled is told in words."""
-    if not isinstance(error, InvalidInput):
-        error.add_note("".join(traceback.format_exception(error)))
-    try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:
-        return RuntimeError(f"{type(error).__name__}: {error}")
-    return error
+        return pickle.dumps((False, portable(error)))
