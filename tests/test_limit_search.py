@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, ClassVar
@@ -17,7 +18,7 @@ from conrod.studies.limits.extremes import Extremes
 from conrod.studies.limits.results import Boundary, Walk
 from conrod.studies.limits.search import pursue
 from conrod.studies.limits.spacing import between, spaced
-from conrod.studies.limits.walk import most_runs, walk_search
+from conrod.studies.limits.walk import CRITERIA, SCANNED, most_runs, walk_search
 from conrod.studies.measurement import Measurement
 
 CASE = Case("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
@@ -172,6 +173,30 @@ def test_a_walk_never_asks_for_more_runs_than_were_announced(axis: Axis) -> None
 
         assert sum(walked(axis, rule)[1]) <= announced
     assert sum(walked(axis, lambda v: graded(1.0 + 3e4 * abs(v - axis.harmless)))[1]) <= announced
+
+
+class FromFewToMany(Whole):
+    """The first whole numbers have none between them, those far from the first have many."""
+
+    harmless: ClassVar[float] = 1.0
+    hopeless: ClassVar[float] = 1000.0
+
+
+def test_no_walk_asks_for_more_runs_than_were_announced_however_levels_alternate() -> None:
+    announced = most_runs(FromFewToMany(), CASE, 1.0, 1000.0)
+    ends: tuple[float | str, ...] = (1e-4, 0.05, 0.5, "opened", "diverged")
+    chance = random.Random(4)
+    asked = []
+    for _ in range(300):
+        weights = [3.0, *(chance.random() for _ in ends[1:])]
+
+        def rule(_: float, weights: list[float] = weights) -> float | str:
+            return chance.choices(ends, weights)[0]
+
+        asked.append(sum(walked(FromFewToMany(), rule)[1]))
+    assert max(asked) <= announced
+    # Gaps such as the first one, in which there is nothing to halve, would make it a run for each criterion.
+    assert max(asked) > SCANNED + len(CRITERIA)
 
 
 def test_searches_share_batches_and_runs() -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -66,6 +67,16 @@ def float_search(case: Case) -> Search[FollowerFloat]:
         curve=curve,
         exact_lengths=tuple((speed, bench.exact_length(speed)) for speed in (1.0 + EXCESSES).tolist()),
     )
+
+
+def most_float_runs() -> int:
+    """The largest number of runs that one search can ask for."""
+    # Every speed takes two, and the one that is drawn a run more. Between neighbours of the first speeds the ratio is
+    # halved, on its logarithm, until it is close enough.
+    listed = sorted((*COMPARED_SPEEDS, *HELD_SPEEDS))
+    widest = max(math.log(faster / slower) for slower, faster in pairwise(listed))
+    halvings = math.ceil(math.log2(widest / math.log(CLOSELY)))
+    return 1 + 2 * (len(listed) + halvings)
 
 
 class _Bench:

@@ -161,7 +161,7 @@ class Exhibit:
         title, what: of the specimen.
         quiet: wrong, and nothing in its numbers or from its engine says so.
         warnings: what the engine itself warned of, and how often.
-        finite: whether every recorded number was; None where nothing was recorded.
+        finite: see `Extremes`; None where nothing was recorded.
         solver: what is to be said of the engine's solver, empty where nothing is.
     """
 
@@ -212,6 +212,6 @@ def exhibit(specimen: Specimen, measurement: Measurement) -> Exhibit:
         quiet=grade_of(measurement).quiet,
         warnings={} if watched is None else dict(watched.warnings),
         finite=None if watched is None else watched.finite,
-        solver="" if watched is None or watched.solver is None else solver_note(watched.solver),
+        solver="" if watched is None else solver_note(watched.solver),
         key=specimen.cell.key,
     )

@@ -17,7 +17,7 @@ from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.conditioning import reference_error
 from conrod.studies.limits.determinism import determinism_search
-from conrod.studies.limits.follower_float import float_search
+from conrod.studies.limits.follower_float import float_search, most_float_runs
 from conrod.studies.limits.iteration_need import ITERATIONS, PRESET, most_need_runs, need_search
 from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
 from conrod.studies.limits.results import Walk
@@ -27,8 +27,7 @@ from conrod.studies.limits.study import LimitStudy
 from conrod.studies.limits.walk import most_runs, walk_search
 
 REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
-# Runs that the searches of a case which are no walks or maps ask for at most; measured on the scenes.
-DETERMINISM_RUNS, FLOAT_RUNS = 1, 200
+DETERMINISM_RUNS = 1  # of a case, made again and again within its one cell
 KINDS = ("walks", "lengths", "maps", "needs", "determinism", "floats")
 
 
@@ -152,7 +151,7 @@ class _Planner:
                 self._add("needs", partial(need_search, case, iterations), most_need_runs(case))
         self._add("determinism", partial(determinism_search, case), DETERMINISM_RUNS)
         if case.contact:
-            self._add("floats", partial(float_search, case), FLOAT_RUNS)
+            self._add("floats", partial(float_search, case), most_float_runs())
 
     def _refused(self, asked: Axis | Pair, case: Case) -> bool:
         refusal = asked.refusal(case)

@@ -12,12 +12,12 @@ from conrod.studies.limits.extremes import SolverWatch
 LEFT = 4e-9
 
 
-def solver_note(solver: SolverWatch) -> str:
+def solver_note(solver: SolverWatch | None) -> str:
     """A few words, or none where all is well.
 
     They give the residual by its power of ten, so that runs of which the same is to be said can be told together.
     """
-    if solver.residual is None or solver.residual <= LEFT:
+    if solver is None or solver.residual is None or solver.residual <= LEFT:
         # With nothing left to do, to stop at once is right.
         return ""
     return f"{_iterations(solver)}, residual above {10.0 ** math.floor(math.log10(solver.residual)):g}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import Case
@@ -37,7 +38,6 @@ def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler)
     listed = axis.scale is Scale.LISTED
     cells: dict[float, LimitCell] = {}
     answers: dict[str, Measurement] = {}
-    listed = axis.scale is Scale.LISTED
     wanted = list(axis.values(case)) if listed else _scanned(axis, first, last)
     while wanted:
         new = {value: axis.cell(case, value) for value in wanted}
@@ -57,10 +57,16 @@ def most_runs(axis: Axis, case: Case, first: float, last: float) -> int:
     scanned = _scanned(axis, first, last)
     if len(scanned) < 2:
         return len(scanned)
-    halvings, good, bad = 0, scanned[0], scanned[1]
-    while (middle := _middle(axis, good, bad)) is not None:
-        halvings, good = halvings + 1, middle
+    # In every round each criterion halves a gap. Where values are whole numbers, gaps are not all as wide.
+    halvings = max(_halvings(axis, good, bad) for good, bad in pairwise(scanned))
     return len(scanned) + len(CRITERIA) * (halvings + 1)
+
+
+def _halvings(axis: Axis, good: float, bad: float) -> int:
+    found = 0
+    while (middle := _middle(axis, good, bad)) is not None:
+        found, good = found + 1, middle
+    return found
 
 
 def _scanned(axis: Axis, first: float, last: float) -> list[float]:
@@ -109,7 +115,7 @@ def probe_of(axis: Axis, case: Case, value: float, cell: LimitCell, measurement:
         reason=measurement.reason,
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
         torque=None if watched is None else watched.torque,
-        solver="" if watched is None or watched.solver is None else solver_note(watched.solver),
+        solver="" if watched is None else solver_note(watched.solver),
         ruler=ruler(cell),
         key=cell.key,
     )
