@@ -51,7 +51,11 @@ PREVAILING = (
 
 
 def prevailing(before: Verdict, after: Verdict) -> Verdict:
-    """How a run ended of which two parts were judged by themselves; of equal verdicts the earlier."""
+    """How a run ended of which two parts were judged by themselves; of equal verdicts the earlier.
+
+    The outcome is that of the whole. The reason is that of the first part which shows it: a gap told there may be
+    exceeded in a later one.
+    """
     return min(before, after, key=lambda verdict: PREVAILING.index(verdict.outcome))
 
 

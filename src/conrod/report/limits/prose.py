@@ -63,8 +63,8 @@ FLOAT = (
 
 DETERMINISM = (
     "Each run was made again in the same process, again after another machine had been run in between, and once "
-    "more in another process. Identical means to the last bit, of every recorded state and sensor value; the "
-    "fingerprint is the beginning of their hash, which is whole in results.json."
+    "more in another process. Identical means to the last bit, of all poses, rates and observed points' "
+    "motion at every step; the fingerprint is the beginning of their hash, which is whole in results.json."
 )
 
 LONG_RUNS = (

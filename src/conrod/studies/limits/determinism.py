@@ -51,7 +51,7 @@ class Determinism:
 
     Attributes:
         outcome, reason: of the run itself, or, where the other process had none, how that one ended.
-        fingerprints: of every recorded state and sensor value, by the names of `RUNS`; empty where there is no run.
+        fingerprints: of all states and observed points, by the names of `RUNS`; empty where there is no run.
         identical: whether each of the other runs was the first one bit for bit; empty where there is no run.
     """
 

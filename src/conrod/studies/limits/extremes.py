@@ -67,7 +67,7 @@ class Extremes:
 
     Attributes:
         samples: how many were recorded and compared.
-        finite: whether every recorded number was.
+        finite: whether all poses and rates of the bodies and the motion of the observed points were.
         warnings: what the engine itself warned of, and how often.
         solver: None where the engine has none to look at.
         torque: largest error of the drive torque over its exact peak, from the second sample on: at the first one an
@@ -75,7 +75,7 @@ class Extremes:
         penetration: how deep a follower sinks into its cam while it is held [m]; None without a cam.
         flights: of a follower off its cam, the longest first.
         history: marks of a long run, at 1, 2, 5, 10 .. revolutions.
-        fingerprint: of every recorded state and sensor value, to the last bit.
+        fingerprint: of the same numbers, to the last bit.
         again: the same of further runs, see `conrod.studies.limits.determinism`.
         gaps: crank angle [rad], gap of a follower there, least and largest one around it [m], see
             `conrod.studies.limits.gap_record`.

@@ -1,4 +1,4 @@
-"""Every recorded number of a run in one hash, which does not depend on how the run is cut into pieces."""
+"""The states of a run and the motion of its points in one hash, which does not depend on how the run is cut."""
 
 from __future__ import annotations
 

@@ -37,11 +37,12 @@ def recorded(cell: GapCell) -> Measurement:
     watched = Extremes.of(measurement)
     if watched is None or not watched.finite:
         return measurement
-    trajectory = run(cell.scene, cell.settings, cell.revolutions, cell.start_angle)
+    mechanism = cell.machine.kinematics.mechanism
+    trajectory = run(cell.machine, cell.settings, cell.revolutions, cell.start_angle)
     assert trajectory.bodies is not None
     states = trajectory.bodies.position
-    contact = cell.scene.kinematics.mechanism.cam_contacts[0]
-    gap = joint_gaps(cell.scene.kinematics.mechanism, [states.poses])[contact.name]
+    contact = mechanism.cam_contacts[0]
+    gap = joint_gaps(mechanism, [states.poses])[contact.name]
     return replace(measurement, extremes=replace(watched, gaps=thinned(states.instants.angle, gap)).as_dict())
 
 

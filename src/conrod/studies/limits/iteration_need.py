@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axes.mass_ratio import MassRatio
@@ -21,8 +21,6 @@ PRESET = "tuned"
 
 class MassRatioAtIterations(MassRatio):
     """The mass ratio, with the preset's rule for the iterations replaced by a number that stays."""
-
-    allowed: ClassVar[tuple[float, float]] = MassRatio.allowed
 
     def __init__(self, iterations: int) -> None:
         self.iterations = iterations

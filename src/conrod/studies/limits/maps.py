@@ -125,10 +125,6 @@ class LimitMap:
         """The run that a node stands for, or inherits from; it is the node's own if its i and j are."""
         return self._run_at[self._sources[node]]
 
-    def was_run(self, node: Node) -> bool:
-        """Whether a node was run."""
-        return node in self._run_at
-
     def is_told(self, node: Node) -> bool:
         """Whether a node has the level and the outcome that its own run would show, islands apart.
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Probe, Walk
 
 
@@ -36,11 +34,3 @@ def stretches(walk: Walk) -> tuple[Stretch, ...]:
         Stretch(level, outcome, quiet, tuple(probes))
         for (level, outcome, quiet), probes in groupby(walk.probes, lambda p: (p.level, p.outcome, p.quiet))
     )
-
-
-def quiet_stretches(walks: Sequence[Walk]) -> list[tuple[Walk, Stretch]]:
-    """The dangerous ones: wrong, with finite numbers and no warning; the widest error that is no outcome first."""
-    found = [(walk, stretch) for walk in walks for stretch in stretches(walk) if stretch.quiet]
-    levels = [level.slug for level in Level]
-    # A motion in one piece is harder to tell from a right one than a machine that came apart.
-    return sorted(found, key=lambda pair: levels.index(pair[1].level))
