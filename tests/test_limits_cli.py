@@ -13,6 +13,11 @@ from typing import Any
 import pytest
 
 from conrod.cli import main
+from conrod.commands.limits import EPILOG, MOST_RUNS
+from conrod.selection import select_engines, select_scenes
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.maps import PAIRS
+from conrod.studies.limits.plan import Request, check_runs, plan_limits
 from conrod.studies.limits.study import LimitStudy
 
 # Two dozen runs of a second or two in all.
@@ -89,6 +94,7 @@ MISTAKES = {
     "pair of a linkage on a cam": (("cam-follower", "--axis", "steps-x-nearness"), ("nearness",)),
     "empty range": (("saw-500rpm", "--axis", "steps", "--range", "100..100"), ("--range 100..100 is empty",)),
     "no range": (("saw-500rpm", "--axis", "steps", "--range", "100"), ("'100' is no range", "20000..2")),
+    "half a range": (("saw-500rpm", "--axis", "steps", "--range", "100.."), ("'100..' is no range", "20000..2")),
     "range out of bounds": (("saw-500rpm", "--axis", "steps", "--range", "100..1"), ("1 is out of range",)),
     "half a step": (("saw-500rpm", "--axis", "steps", "--range", "99.5..10"), ("99.5 is not a whole number",)),
     "range of two axes": (("--axis", "steps", "--axis", "speed", "--range", "9..3"), ("one --axis",)),
@@ -100,6 +106,8 @@ MISTAKES = {
     "no memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "0"), ("memory limit of 0",)),
     "too little memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "10MB"), ("memory limit of 10000000",)),
     "no revolutions": (("saw-500rpm", "--axis", "run-length", "--revolutions", "0"), ("--revolutions", "1")),
+    "revolutions of no long run": (("--axis", "steps", "--revolutions", "9"), ("--revolutions 9", "run-length")),
+    "two lengths": (("--axis", "run-length", "--range", "1..9", "--revolutions", "5"), ("--range 1..9", "give one")),
     "unknown preset": (("saw-500rpm", "--axis", "steps", "--preset", "hard"), ("unknown preset 'hard'",)),
     "preset that no engine has here": (("cam-follower", "--axis", "steps", "--preset", "hardened"), ("hardened",)),
 }
@@ -123,3 +131,41 @@ def test_a_mistake_is_told_in_one_line_and_nothing_is_written(
     for word in words:
         assert word in lines[0]
     assert not (tmp_path / "limits.json").exists()
+
+
+@pytest.mark.parametrize("command", ["limits", "sweep"])
+@pytest.mark.parametrize("name", ["results.json", "README.md", "saw-500rpm.md", "figures/steps.svg"])
+def test_results_are_not_written_over_a_file_of_the_report(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "report" / "figures").mkdir(parents=True)
+    outputs = ["--out", "report", "--json", f"report/{name}", "--ledger", "l.sqlite"]
+    monkeypatch.setattr(sys, "argv", ["conrod", command, "saw-500rpm", *outputs])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert (
+        capsys.readouterr().err == f"conrod: cannot write report/{name}: the report in report has a file of that name\n"
+    )
+
+
+def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> None:
+    engines = select_engines(None)
+    plans = [plan_limits(name, scene, engines, None, Request()) for name, scene in select_scenes((), ()).items()]
+    assert len(plans) > 1
+    check_runs(plans, MOST_RUNS)
+
+
+def test_help_names_every_axis_and_every_pair() -> None:
+    named = {word.strip(",;.") for word in EPILOG.split()}
+    assert {*AXES, *(pair.name for pair in PAIRS)} <= named
+
+
+def test_the_report_names_the_limits_of_a_run_that_it_was_made_with(folder: Path) -> None:
+    bounds = ("--axis", "run-length", "--revolutions", "3", "--cell-timeout", "50")
+    done = conrod("saw-500rpm", "--engine", "pymunk", "--preset", "tuned", *bounds, "--out", "short", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    page = (folder / "short" / "saw-500rpm.md").read_text()
+    options = "--axis run-length --engine pymunk --preset tuned --revolutions 3 --cell-timeout 50"
+    assert f"`conrod limits saw-500rpm {options} --out short`" in page

@@ -16,6 +16,7 @@ from conrod.trajectory import Outcome
 from limit_studies import exhibit, limit_study, same_again
 from limit_walks import (
     SCENE,
+    Part,
     listed,
     mass_walks,
     pose_walks,
@@ -77,7 +78,7 @@ def test_what_comes_and_goes_is_not_told_value_by_value() -> None:
         said == "pymunk `stock`: safe up to 16, from 32 on it comes and goes: **broken but quiet** (opened) and safe."
     )
     assert "16 *" in boundaries_table([flickering()])
-    assert "keep the criterion again" in boundaries_table([flickering()])
+    assert "further on there are runs that keep the criterion" in boundaries_table([flickering()])
     assert " *" not in boundaries_table(steps_walks())
 
 
@@ -134,6 +135,21 @@ def test_steps_at_which_an_engine_leaves_and_breaks() -> None:
         f"| {SCENE} | pymunk | stock | 400 (399: rough) | 80 (79: wrong, quiet) | 20 (19: flipped, quiet) | all of it |"
     )
     assert "none of it (20000: rough)" in rows[0]
+
+
+def test_what_only_the_harmless_end_lacks_is_not_called_nowhere() -> None:
+    late: tuple[Part, ...] = ((10_000.0, "wrong", "completed", True, 0.2), (2.0, "safe", "completed", False, 1e-3))
+    never: tuple[Part, ...] = ((2.0, "wrong", "completed", True, 0.2),)
+    walk = walked("steps", "mujoco", "stock", 20_000.0, late, text="{:.0f}")
+    table = boundaries_table([walk])
+    assert "| not at first * | not at first * | all of it |" in table
+    assert "further on there are runs" in table
+    assert "not at first (20000: wrong, quiet)" in steps_table([walk])
+    assert "not at first, but further on with MuJoCo `stock`" in findings([walk])[1]
+    other = walked("steps", "mujoco", "stock", 20_000.0, never)
+    assert "| none of it | none of it | all of it |" in boundaries_table([other])
+    assert "further on" not in boundaries_table([other])
+    assert "nowhere with MuJoCo `stock`" in findings([other])[1]
 
 
 def test_the_solver_that_stopped_early_is_in_the_table() -> None:

@@ -15,20 +15,30 @@ if TYPE_CHECKING:
     from conrod.studies.limits.gallery import Exhibit
     from conrod.studies.limits.study import LimitStudy
 
-MOST_RUNS = 100_000
+# All scenes and axes may need two thirds of it, should no two neighbours on any map end alike.
+MOST_RUNS = 300_000
+# The mark keeps the lines as they are: names of axes are not to be broken at their hyphens.
+EPILOG = """\b
+Axes: steps, speed, mass-ratio, nearness, stabilisation, regularisation,
+iterations, run-length, length-unit, rounding, start-pose, declaration;
+of a cam: float, flank-radius, nose-radius.
+Pairs: steps-x-mass-ratio, steps-x-nearness, steps-x-stabilisation.
+docs/limits.md says what each one does."""
 
 
-@click.command()
+@click.command(epilog=EPILOG)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 @click.option(
-    "--axis", "axes", multiple=True, metavar="AXIS", help="One axis, or a pair such as steps:mass-ratio [all]."
+    "--axis", "axes", multiple=True, metavar="AXIS", help="One axis or pair of axes only; may be given again [all]."
 )
-@click.option("--range", "span", metavar="FROM..TO", help="Other ends for the one axis, in its own unit.")
+@click.option("--range", "span", metavar="FROM..TO", help="Other ends for the one axis, in its unit, e.g. 200..2.")
 @options.engine
 @click.option("--preset", metavar="PRESET", help="One preset only.")
 @options.assignments
-@click.option("--revolutions", type=float, metavar="N", help="Of the long runs [1000].")
-@click.option("--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse to need more.")
+@click.option("--revolutions", type=float, metavar="N", help="Length of the runs of run-length [1000].")
+@click.option(
+    "--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse what may need more."
+)
 @options.runs
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
@@ -74,9 +84,11 @@ def limits(
     folder = None if out is None else folder_to_write(out, "--out")
     file = None if document is None else file_to_write(document, "--json")
     if folder:
-        from conrod.report.limits.document import check_limits_folder
+        from conrod.report.limits.document import check_limits_apart, check_limits_folder
 
         check_limits_folder(folder, chosen)
+        if file:
+            check_limits_apart(file, folder, chosen)
     check_count("--most-runs", most_runs, 1, 10**9)
     how = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)
     check_apart({"the ledger": how.ledger_file, **({"--json": file} if file else {})})
@@ -92,8 +104,11 @@ def limits(
     if folder:
         from conrod.report.limits.writer import limits_report_batch
 
-        given = {"--axis": axes, "--range": span, "--engine": engine, "--preset": preset}
-        command = command_line("limits", {**given, "--revolutions": revolutions}, assignments, folder)
+        given = {"--axis": axes, "--range": span, "--engine": engine, "--preset": preset, "--revolutions": revolutions}
+        # Limits of a run are told too: they decide how some end.
+        given |= {"--cell-timeout": cell_timeout, "--cell-memory": cell_memory}
+        given |= {"--most-runs": None if most_runs == MOST_RUNS else most_runs}
+        command = command_line("limits", given, assignments, folder)
         batches.append(limits_report_batch(studies, gallery, folder, command))
     write_together(batches)
     if folder:

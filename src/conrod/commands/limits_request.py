@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.ranges import check_number
-from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.maps import PAIRS
 from conrod.studies.limits.plan import REVOLUTIONS, Request
@@ -21,10 +21,11 @@ def request_of(names: Sequence[str], span: str | None, revolutions: float | None
     """The request; everything where nothing is named.
 
     Raises:
-        InvalidInput: an unknown axis, or a range that is none, is empty, or is for no single axis.
+        InvalidInput: an unknown axis, a range that is none, is empty, or is for no single axis, or a number of
+            revolutions that is out of range or for no run.
     """
     if revolutions is not None:
-        check_number("--revolutions", revolutions, 1.0, MOST_REVOLUTIONS)
+        _check_revolutions(revolutions, names, span)
     length = REVOLUTIONS if revolutions is None else float(revolutions)
     if not names:
         if span is not None:
@@ -39,6 +40,14 @@ def request_of(names: Sequence[str], span: str | None, revolutions: float | None
     return Request(axes, mapped, _span(span, axes, mapped), length, everything=False)
 
 
+def _check_revolutions(revolutions: float, names: Sequence[str], span: str | None) -> None:
+    check_number("--revolutions", revolutions, 1.0, MOST_REVOLUTIONS)
+    if names and LENGTH_AXIS not in names:
+        raise InvalidInput(f"--revolutions {revolutions:.15g} is for --axis {LENGTH_AXIS}, which is not asked for")
+    if names and span is not None:
+        raise InvalidInput(f"--revolutions {revolutions:.15g} and --range {span} both say how long a run is: give one")
+
+
 def _span(text: str | None, axes: Sequence[Axis], pairs: Sequence[object]) -> tuple[float, float] | None:
     if text is None:
         return None
@@ -48,7 +57,7 @@ def _span(text: str | None, axes: Sequence[Axis], pairs: Sequence[object]) -> tu
     if axis.scale is Scale.LISTED:
         raise InvalidInput(f"--range {text} does not go with {axis.name}: its values are a list, all of which are run")
     first, separator, last = text.partition(SEPARATOR)
-    if not separator:
+    if not (separator and first.strip() and last.strip()):
         raise InvalidInput(f"--range {text!r} is no range: give FROM..TO, for instance {_example(axis)}")
     ends = tuple(parse_quantity("--range", part, "") for part in (first, last))
     for value in ends:

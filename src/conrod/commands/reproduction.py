@@ -20,7 +20,12 @@ def command_line(command: str, options: Mapping[str, object], assignments: Seque
     for name, value in options.items():
         given = value if isinstance(value, tuple) else () if value is None else (value,)
         for one in given:
-            words += [name, shlex.quote(str(one))]
+            words += [name, shlex.quote(_typed(one))]
     for assignment in assignments:
         words += ["--set", shlex.quote(assignment)]
     return " ".join([*words, "--out", shlex.quote(str(folder))])
+
+
+def _typed(value: object) -> str:
+    """A whole number without the point that a float has."""
+    return str(int(value)) if isinstance(value, float) and value.is_integer() else str(value)

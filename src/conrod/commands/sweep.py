@@ -58,9 +58,11 @@ def sweep(
     folder = None if out is None else folder_to_write(out, "--out")
     file = None if document is None else file_to_write(document, "--json")
     if folder:
-        from conrod.report.sweep.document import check_sweep_folder
+        from conrod.report.sweep.document import check_sweep_apart, check_sweep_folder
 
         check_sweep_folder(folder, chosen)
+        if file:
+            check_sweep_apart(file, folder, chosen)
     asked_for = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory, retime)
     check_apart({"the ledger": asked_for.ledger_file, **({"--json": file} if file else {})})
     plans = [plan_sweep(name, scene, engines, wanted) for name, scene in chosen.items()]

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from conrod.errors import InvalidInput
-from conrod.files import is_folder, is_no_file, real_path
+from conrod.files import is_folder, is_no_file
 from conrod.report import numbers
+from conrod.report.apart import check_beside
 from conrod.report.pages import FIGURES
 from conrod.report.verdicts import short_verdict
 from conrod.studies.results import Result, SceneStudy
@@ -124,13 +125,7 @@ def check_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
     """
     scenes = {*scenes, *earlier_scenes(directory)}
     pages = [INDEX, FILE, *(page_file(scene) for scene in scenes)]
-    folder, wanted = real_path(directory), real_path(document)
-    # Compared without case: on some systems readme.md is README.md.
-    taken = {str(folder / name).casefold() for name in (*pages, *_figures(scenes))}
-    if str(wanted).casefold() in taken:
-        raise InvalidInput(f"cannot write {document}: the report in {directory} has a file of that name")
-    if wanted in (folder, *folder.parents):
-        raise InvalidInput(f"cannot write {document}: it is where the folder {directory} has to be")
+    check_beside(document, directory, [*pages, *_figures(scenes)])
 
 
 def _figures(scenes: Iterable[str]) -> list[str]:

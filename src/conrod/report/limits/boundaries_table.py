@@ -15,7 +15,7 @@ from conrod.studies.limits.results import Probe, Walk
 NO_SOLVER_NOTE = "-"
 RESIDUAL = ", residual above "  # in a note, before its power of ten; see `conrod.studies.limits.solver_notes`
 FEW = 3  # values of a list, each of which gets a column
-HELD_AGAIN = "\\* further on there are runs that keep the criterion again."
+HELD_AGAIN = "\\* further on there are runs that keep the criterion."
 
 
 def boundaries_table(walks: Sequence[Walk]) -> str:

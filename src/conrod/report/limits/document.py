@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from conrod.errors import InvalidInput
 from conrod.files import is_folder, is_no_file
 from conrod.report import numbers
+from conrod.report.apart import check_beside
 from conrod.report.limits.merging import merged
 from conrod.report.pages import FIGURES
 from conrod.report.summary import FILE, INDEX, page_file
@@ -144,6 +145,17 @@ def check_limits_folder(directory: Path, scenes: Collection[str]) -> None:
     for name in pages:
         if (directory / name).exists():
             raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not a report of limits")
+
+
+def check_limits_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
+    """Refuse a file that is one of those that a report of the limits of some scenes consists of, or is in its way.
+
+    Raises:
+        InvalidInput: names the file.
+    """
+    pages = [page_file(scene) for scene in (*scenes, *earlier_limits(directory))]
+    # Its folder of figures is the report's own.
+    check_beside(document, directory, [INDEX, FILE, *pages, f"{FIGURES}/{document.name}"])
 
 
 def _is_limits(directory: Path) -> bool:

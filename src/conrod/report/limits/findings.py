@@ -43,8 +43,10 @@ def _told(walks: Sequence[Walk]) -> str:
     throughout = [walk for walk in walks if walk not in left]
     if not left:
         return f"within 10 % throughout with {'every preset' if len(walks) > 1 else names_of(walks)}"
-    nowhere = [walk for walk in left if boundary_of(walk, CRITERION).last_good is None]
-    somewhere = sorted((walk for walk in left if walk not in nowhere), key=_reach)
+    unheld = [walk for walk in left if boundary_of(walk, CRITERION).last_good is None]
+    nowhere = [walk for walk in unheld if not boundary_of(walk, CRITERION).good_again]
+    late = [walk for walk in unheld if walk not in nowhere]
+    somewhere = sorted((walk for walk in left if walk not in unheld), key=_reach)
     parts = [f"within 10 % throughout with {names_of(throughout)}"] if throughout else []
     if somewhere and not throughout and _reach(somewhere[-1]) > _reach(somewhere[0]):
         parts.append(f"within 10 % furthest with {names_of(_equal(somewhere, -1))} ({_limit(somewhere[-1])})")
@@ -53,6 +55,8 @@ def _told(walks: Sequence[Walk]) -> str:
         parts.append(f"{how} with {names_of(_equal(somewhere, 0))} ({_limit(somewhere[0])})")
     if nowhere:
         parts.append(f"nowhere with {names_of(nowhere)}")
+    if late:
+        parts.append(f"not at first, but further on with {names_of(late)}")
     return f"{', '.join(parts)}; {_quietly(left)}"
 
 

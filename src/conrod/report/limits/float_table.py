@@ -48,10 +48,10 @@ def _onset(found: FollowerFloat) -> list[str]:
 
 def _verdict(found: FollowerFloat) -> str:
     if found.onset is not None and abs(found.onset - 1.0) <= WITHIN:
-        return f"within {WITHIN:.0%}"
+        return f"within {100 * WITHIN:g} %"
     if not found.fit:
-        return f"too soft: {WITHIN:.0%} above the onset the exact flight is lower than ten penetrations"
-    return f"**not within {WITHIN:.0%}**"
+        return f"too soft: {100 * WITHIN:g} % above the onset the exact flight is lower than ten penetrations"
+    return f"**not within {100 * WITHIN:g} %**"
 
 
 def _flight(flight: ComparedFlight) -> list[str]:

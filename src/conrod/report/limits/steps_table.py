@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.report.limits.words import BOUNDARIES, EVERYWHERE, NOWHERE, boundary_of, text_at
+from conrod.report.limits.words import BOUNDARIES, EVERYWHERE, boundary_of, not_held, text_at
 from conrod.report.styles import engine_title
 from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
@@ -30,7 +30,7 @@ def _held(walk: Walk, criterion: str) -> str:
         return EVERYWHERE
     bad = next(probe for probe in walk.probes if probe.value == boundary.first_bad)
     ended = bad.level if bad.outcome == "completed" else bad.outcome
-    held = NOWHERE if boundary.last_good is None else _number(text_at(walk, boundary.last_good))
+    held = not_held(boundary) if boundary.last_good is None else _number(text_at(walk, boundary.last_good))
     return f"{held} ({_number(bad.text)}: {ended}{', quiet' if boundary.quiet else ''})"
 
 

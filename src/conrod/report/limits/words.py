@@ -18,7 +18,8 @@ BOUNDARIES = {
     "broken": "bounded",
 }
 EXPONENT = re.compile(r"(?<=\d)e(?:\+|(-))0*(\d)")
-EVERYWHERE, NOWHERE = "all of it", "none of it"
+EVERYWHERE, NOWHERE, NOT_AT_FIRST = "all of it", "none of it", "not at first"
+AGAIN = " *"  # after a value: there are runs further on that keep the criterion
 
 
 def readable(walk: Walk) -> Walk:
@@ -36,9 +37,13 @@ def up_to(walk: Walk, criterion: str) -> str:
     boundary = boundary_of(walk, criterion)
     if boundary.first_bad is None:
         return EVERYWHERE
-    if boundary.last_good is None:
-        return NOWHERE
-    return text_at(walk, boundary.last_good) + (" *" if boundary.good_again else "")
+    held = not_held(boundary) if boundary.last_good is None else text_at(walk, boundary.last_good)
+    return held + (AGAIN if boundary.good_again else "")
+
+
+def not_held(boundary: Boundary) -> str:
+    """Of a criterion that not even the harmless end keeps: whether any run does."""
+    return NOT_AT_FIRST if boundary.good_again else NOWHERE
 
 
 def boundary_of(walk: Walk, criterion: str) -> Boundary:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from conrod.errors import InvalidInput
 from conrod.files import is_folder, is_no_file
 from conrod.report import numbers
+from conrod.report.apart import check_beside
 from conrod.report.pages import FIGURES
 from conrod.report.summary import FILE, INDEX, figure_file, page_file
 from conrod.report.sweep.findings import found_in
@@ -121,6 +122,17 @@ def check_sweep_folder(directory: Path, scenes: Collection[str]) -> None:
     for name in pages:
         if (directory / name).exists():
             raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not a sweep's report")
+
+
+def check_sweep_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
+    """Refuse a file that is one of those that a report of a sweep of some scenes consists of, or is in its way.
+
+    Raises:
+        InvalidInput: names the file.
+    """
+    pages = [page_file(scene) for scene in (*scenes, *earlier_sweeps(directory))]
+    # Its folder of figures is the report's own.
+    check_beside(document, directory, [INDEX, FILE, *pages, f"{FIGURES}/{document.name}"])
 
 
 def _is_sweep(directory: Path) -> bool:

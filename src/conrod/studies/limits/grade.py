@@ -20,8 +20,8 @@ UNBOUNDED = LOUD | {o.slug for o in (Outcome.DIVERGED, Outcome.EXPLODED, Outcome
 class Level(Enum):
     """From good to bad; the texts are for people."""
 
-    SAFE = ("safe", f"position within {SAFE_ERROR:.0%} of the travel")
-    ROUGH = ("rough", f"position within {ROUGH_ERROR:.0%} of the travel")
+    SAFE = ("safe", f"position within {100 * SAFE_ERROR:g} % of the travel")
+    ROUGH = ("rough", f"position within {100 * ROUGH_ERROR:g} % of the travel")
     WRONG = ("wrong", "in one piece, but further off than that")
     BROKEN = ("broken", "no longer the machine: it came apart, flipped, let go of its cam, ..")
     UNBOUNDED = ("unbounded", "blown up, reset, crashed or never ended")
