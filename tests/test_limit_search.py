@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, ClassVar
 
 import pytest
 
 from conrod.scenes import scene_named
+from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
-from conrod.studies.limits.extremes import Extremes
+from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk
+from conrod.studies.limits.run_length import length_search, most_length_runs
 from conrod.studies.limits.search import pursue
 from conrod.studies.limits.spacing import between, spaced
 from conrod.studies.limits.walk import CRITERIA, SCANNED, most_runs, walk_search
@@ -234,3 +237,43 @@ def test_halving_ends() -> None:
     assert between(Scale.LOG, 1.0, 1.03) == pytest.approx(math.sqrt(1.03))
     assert between(Scale.COUNT, 17.0, 16.0) is None
     assert between(Scale.COUNT, 4.0, 2.0) == 3.0
+
+
+# -- long runs -------------------------------------------------------------------------------------------------------
+
+
+def long_walk(opens_after: float) -> tuple[Walk, list[float]]:
+    """The walk of a machine that comes apart after so many revolutions, and the runs that were asked for."""
+    asked: list[float] = []
+
+    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+        asked.extend(cell.revolutions for cell in cells)
+        return {cell.key: lengthy(cell.revolutions, opens_after) for cell in cells}
+
+    ((walk, long_run),) = pursue([length_search(AXES["run-length"], CASE, 1000.0)], run)
+    assert long_run.outcome == ("completed" if opens_after > 1000.0 else "opened")
+    return walk, asked
+
+
+def lengthy(revolutions: float, opens_after: float) -> Measurement:
+    marks = tuple(Mark(n, 1e-4, 1e-4, 0.0, 0.0) for n in (1, 10, 100, 1000) if n <= min(revolutions, opens_after))
+    watched = replace(Extremes.of(answer(lambda _: 1e-4, 1.0)), history=marks).as_dict()  # type: ignore[type-var]
+    ending = answer((lambda _: 1e-4) if revolutions <= opens_after else (lambda _: "opened"), 1.0)
+    return replace(ending, extremes=watched)
+
+
+def test_a_long_run_that_holds_shows_all_shorter_ones() -> None:
+    walk, asked = long_walk(math.inf)
+    assert asked == [1000.0]
+    assert all(boundary.first_bad is None for boundary in walk.boundaries if boundary.criterion == "safe")
+    assert [probe.value for probe in walk.probes] == [1.0, 10.0, 100.0, 1000.0]
+
+
+def test_where_a_long_run_comes_apart_is_found_by_shorter_ones_to_two_per_cent() -> None:
+    walk, asked = long_walk(217.0)
+    found = boundaries(walk)["safe"]
+    assert found.last_good is not None
+    assert found.first_bad is not None
+    assert found.last_good <= 217.0 < found.first_bad <= 1.02 * found.last_good + 1.0
+    assert len(asked) == len(set(asked)) + 1  # the longest, which the ledger has by then
+    assert len(set(asked)) <= most_length_runs(AXES["run-length"], CASE, 1000.0)

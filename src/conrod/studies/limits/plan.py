@@ -21,7 +21,7 @@ from conrod.studies.limits.follower_float import float_search, most_float_runs
 from conrod.studies.limits.iteration_need import ITERATIONS, PRESET, most_need_runs, need_search
 from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
 from conrod.studies.limits.results import Walk
-from conrod.studies.limits.run_length import length_search
+from conrod.studies.limits.run_length import length_search, most_length_runs
 from conrod.studies.limits.search import Answers, Search, pursue
 from conrod.studies.limits.study import LimitStudy
 from conrod.studies.limits.walk import most_runs, walk_search
@@ -132,7 +132,7 @@ class _Planner:
         elif axis.name == LENGTH_AXIS:
             last = self._asked.revolutions if self._asked.span is None else max(self._asked.span)
             axis.cell(case, last)
-            self._add("lengths", partial(length_search, axis, case, last), 1)
+            self._add("lengths", partial(length_search, axis, case, last), most_length_runs(axis, case, last))
         else:
             for first, last in (self._asked.span,) if self._asked.span else axis.spans(case):
                 _check_ends(axis, case, first, last)

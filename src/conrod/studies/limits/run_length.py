@@ -9,12 +9,12 @@ from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR, Level, grade_of
 from conrod.studies.limits.results import LongRun, Probe, Walk
 from conrod.studies.limits.search import Search
-from conrod.studies.limits.walk import CRITERIA, boundary_of, probe_of
+from conrod.studies.limits.walk import CRITERIA, boundary_of, most_runs, probe_of, walk_search
 from conrod.studies.measurement import Measurement
 
 
 def length_search(axis: Axis, case: Case, revolutions: float) -> Search[tuple[Walk, LongRun]]:
-    """The longest run alone: its marks show all shorter ones.
+    """The longest run: its marks show all shorter ones. Where something changes on the way, shorter runs find where.
 
     Raises:
         InvalidInput: the number of revolutions is out of range.
@@ -27,9 +27,17 @@ def length_search(axis: Axis, case: Case, revolutions: float) -> Search[tuple[Wa
     last = probe_of(axis, case, _reached(cell, watched), cell, measurement, lambda _: None)
     if not probes or probes[-1].value < last.value:
         probes.append(last)
-    boundaries = tuple(boundary_of(probes, level) for level in CRITERIA)
-    walk = Walk(axis.name, case.name, case.engine, case.preset, "", tuple(probes), boundaries)
+    if len({probe.level for probe in probes}) == 1 and measurement.errors is not None:
+        boundaries = tuple(boundary_of(probes, level) for level in CRITERIA)
+        walk = Walk(axis.name, case.name, case.engine, case.preset, "", tuple(probes), boundaries)
+    else:
+        walk = yield from walk_search(axis, case, axis.harmless, revolutions, lambda _: None)
     return walk, _long_run(case, cell, measurement, marks)
+
+
+def most_length_runs(axis: Axis, case: Case, revolutions: float) -> int:
+    """The largest number of runs that the search can ask for; the longest one is shared with the walk."""
+    return most_runs(axis, case, axis.harmless, revolutions)
 
 
 def _reached(cell: LimitCell, watched: Extremes | None) -> float:
