@@ -17,6 +17,7 @@ from conrod.commands.limits import EPILOG, MOST_RUNS
 from conrod.selection import select_engines, select_scenes
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import PAIRS
+from conrod.studies.limits.parts import PARTS
 from conrod.studies.limits.plan import Request, check_runs, plan_limits
 from conrod.studies.limits.study import LimitStudy
 
@@ -105,6 +106,8 @@ MISTAKES = {
     "no time": (("saw-500rpm", "--axis", "steps", "--cell-timeout", "0"), ("time limit of 0 s",)),
     "no memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "0"), ("memory limit of 0",)),
     "too little memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "10MB"), ("memory limit of 10000000",)),
+    "memory for no run": (("saw-500rpm", "--axis", "steps", "--cell-memory", "200MB"), ("is too little", "may need")),
+    "flight of a saw": (("saw-500rpm", "--axis", "flight"), ("no cam",)),
     "no revolutions": (("saw-500rpm", "--axis", "run-length", "--revolutions", "0"), ("--revolutions", "1")),
     "revolutions of no long run": (("--axis", "steps", "--revolutions", "9"), ("--revolutions 9", "run-length")),
     "two lengths": (("--axis", "run-length", "--range", "1..9", "--revolutions", "5"), ("--range 1..9", "give one")),
@@ -159,7 +162,7 @@ def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> No
 
 def test_help_names_every_axis_and_every_pair() -> None:
     named = {word.strip(",;.") for word in EPILOG.split()}
-    assert {*AXES, *(pair.name for pair in PAIRS)} <= named
+    assert {*AXES, *(pair.name for pair in PAIRS), *PARTS} <= named
 
 
 def test_the_report_names_the_limits_of_a_run_that_it_was_made_with(folder: Path) -> None:

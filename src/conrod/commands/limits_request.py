@@ -9,6 +9,7 @@ from conrod.ranges import check_number
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.maps import PAIRS
+from conrod.studies.limits.parts import PARTS
 from conrod.studies.limits.plan import REVOLUTIONS, Request
 from conrod.studies.limits.spacing import measure_of
 from conrod.units import parse_quantity
@@ -33,11 +34,12 @@ def request_of(names: Sequence[str], span: str | None, revolutions: float | None
         return Request(revolutions=length)
     pairs = {pair.name: pair for pair in PAIRS}
     for name in names:
-        if name not in AXES and name not in pairs:
-            raise unknown_choice("axis", name, [*AXES, *pairs])
+        if name not in AXES and name not in pairs and name not in PARTS:
+            raise unknown_choice("axis", name, [*AXES, *pairs, *PARTS])
     axes = tuple(AXES[name] for name in dict.fromkeys(names) if name in AXES)
     mapped = tuple(pairs[name] for name in dict.fromkeys(names) if name in pairs)
-    return Request(axes, mapped, _span(span, axes, mapped), length, everything=False)
+    parts = tuple(PARTS[name] for name in dict.fromkeys(names) if name in PARTS)
+    return Request(axes, mapped, _span(span, axes, (*mapped, *parts)), length, parts)
 
 
 def _check_revolutions(revolutions: float, names: Sequence[str], span: str | None) -> None:

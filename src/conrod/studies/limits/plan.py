@@ -11,15 +11,12 @@ from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS
-from conrod.studies.limits.axes.mass_ratio import MassRatio
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.conditioning import reference_error
-from conrod.studies.limits.determinism import determinism_search
-from conrod.studies.limits.follower_float import float_search, most_float_runs
-from conrod.studies.limits.iteration_need import ITERATIONS, PRESET, most_need_runs, need_search
 from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
+from conrod.studies.limits.parts import PARTS, Part
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.run_length import length_search, most_length_runs
 from conrod.studies.limits.search import Answers, Search, pursue
@@ -27,7 +24,6 @@ from conrod.studies.limits.study import LimitStudy
 from conrod.studies.limits.walk import most_runs, walk_search
 
 REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
-DETERMINISM_RUNS = 1  # of a case, made again and again within its one cell
 KINDS = ("walks", "lengths", "maps", "needs", "determinism", "floats")
 
 
@@ -40,14 +36,19 @@ class Request:
         pairs: mapped together.
         span: first and last value of the only axis, where its own ends are not wanted.
         revolutions: of the long runs.
-        everything: determinism and the flight of followers too.
+        parts: what is no axis and no pair, see `PARTS`.
     """
 
     axes: tuple[Axis, ...] = tuple(AXES.values())
     pairs: tuple[Pair, ...] = PAIRS
     span: tuple[float, float] | None = None
     revolutions: float = REVOLUTIONS
-    everything: bool = True
+    parts: tuple[Part, ...] = tuple(PARTS.values())
+
+    @property
+    def everything(self) -> bool:
+        """Whether nothing was named, so that all is looked at that there is."""
+        return self == Request(span=self.span, revolutions=self.revolutions)
 
 
 @dataclass(frozen=True)
@@ -103,8 +104,8 @@ def plan_limits(
             plan.walk(axis, case)
         for pair in asked.pairs:
             plan.map(pair, case)
-        if asked.everything:
-            plan.whole(case)
+        for part in asked.parts:
+            plan.part(part, case)
     searches = {kind: tuple(made) for kind, made in plan.searches.items()}
     missing = unfit if not cases else plan.unfit if not asked.everything else {}
     return LimitPlan(name, scene, tuple(engines), tuple(plan.refused), missing, searches, plan.most)
@@ -144,16 +145,13 @@ class _Planner:
         if not self._refused(pair, case):
             self._add("maps", partial(map_search, case, pair), most_map_runs(case, pair))
 
-    def whole(self, case: Case) -> None:
+    def part(self, part: Part, case: Case) -> None:
         """What is no axis and no pair."""
-        if case.preset == PRESET and AXES[MassRatio.name].refusal(case) is None:
-            for iterations in ITERATIONS:
-                self._add("needs", partial(need_search, case, iterations), most_need_runs(case))
-        self._add("determinism", partial(determinism_search, case), DETERMINISM_RUNS)
-        if case.contact:
-            self._add("floats", partial(float_search, case), most_float_runs())
+        if not self._refused(part, case):
+            for made in part.searches(case):
+                self._add(part.kind, made, part.most(case))
 
-    def _refused(self, asked: Axis | Pair, case: Case) -> bool:
+    def _refused(self, asked: Axis | Pair | Part, case: Case) -> bool:
         refusal = asked.refusal(case)
         if refusal is None:
             self._fit.add(asked.name)
