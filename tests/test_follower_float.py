@@ -131,7 +131,7 @@ def test_a_wrong_force_is_seen() -> None:
     assert abs(found.onset - 1.0) > WITHIN
     assert found.from_length is not None
     assert abs(found.from_length - 1.0) > WITHIN
-    assert "not within 2%" in float_table([found])
+    assert "not within 2 %" in float_table([found])
 
 
 def test_without_flights_there_is_no_onset() -> None:
