@@ -15,7 +15,9 @@ sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an
 
 limits: $(READY) ## find where the engines stop being trustworthy and rewrite reports/limits/; hours, can be interrupted
 	$(BIN)/conrod limits shear-press saw-500rpm cam-follower --out reports/limits
-	$(BIN)/conrod limits saw-500rpm --axis run-length --revolutions 1000000 --cell-timeout 20000 --out reports/limits
+	for run in "mujoco --preset hardened" "pymunk --preset tuned"; do \
+	    $(BIN)/conrod limits saw-500rpm --axis run-length --engine $$run --revolutions 1000000 --cell-timeout 20000 \
+	        --out reports/limits || exit; done
 
 test: $(READY) ## the tests, about three minutes
 	$(BIN)/python -m pytest -n auto
