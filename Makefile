@@ -19,7 +19,7 @@ limits: $(READY) ## find where the engines stop being trustworthy and rewrite re
 	    $(BIN)/conrod limits saw-500rpm --axis run-length --engine $$run --revolutions 1000000 --cell-timeout 20000 \
 	        --out reports/limits || exit; done
 
-test: $(READY) ## the tests, about three minutes
+test: $(READY) ## the tests, about five minutes on two cores
 	$(BIN)/python -m pytest -n auto
 
 test-all: $(READY) ## the slow tests too: all 25 cams, long runs
