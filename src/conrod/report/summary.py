@@ -8,10 +8,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput
-from conrod.files import is_folder, is_no_file
 from conrod.report import numbers
 from conrod.report.apart import check_beside
+from conrod.report.own_folder import check_own_folder, document_in, holds_document
 from conrod.report.pages import FIGURES
 from conrod.report.verdicts import short_verdict
 from conrod.studies.results import Result, SceneStudy
@@ -69,7 +68,7 @@ def _rounded(value: Any, given: bool = False) -> Any:
 def earlier_scenes(directory: Path) -> dict[str, Any]:
     """Scenes of the report that a folder already holds; none where it holds no report of this kind."""
     try:
-        document = _document(directory)
+        document = document_in(directory / FILE)
         scenes = document["scenes"] if document["schema"] == SCHEMA else {}
         # Before scenes named the version that they were measured with, the document alone did.
         default = document.get("conrod", "unknown")
@@ -81,10 +80,6 @@ def earlier_scenes(directory: Path) -> dict[str, Any]:
 
 def _is_whole(scene: Mapping[str, Any]) -> bool:
     return scene.keys() >= SCENE_KEYS and all(entry.keys() >= ENTRY_KEYS for entry in scene["results"])
-
-
-def _document(directory: Path) -> Any:
-    return json.loads((directory / FILE).read_text(encoding="utf-8"))
 
 
 def page_file(scene: str) -> str:
@@ -104,17 +99,8 @@ def check_report_folder(directory: Path, scenes: Collection[str]) -> None:
         InvalidInput: names the file that is in the way.
     """
     pages = [INDEX, FILE, *(page_file(scene) for scene in scenes)]
-    figures = directory / FIGURES
-    if figures.is_symlink() or (figures.exists() and not is_folder(figures)):
-        raise InvalidInput(f"cannot write into {directory}: {FIGURES} in it is not a folder")
-    for name in (*pages, *_figures(scenes)):
-        if is_no_file(directory / name):
-            raise InvalidInput(f"cannot write into {directory}: {name} in it is not a regular file")
-    if _is_report(directory):
-        return
-    for name in pages:
-        if (directory / name).exists():
-            raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not a conrod report")
+    own = holds_document(directory / FILE, {"schema", "scenes"})
+    check_own_folder(directory, pages, _figures(scenes), FIGURES, own, "a conrod report")
 
 
 def check_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
@@ -130,14 +116,6 @@ def check_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
 
 def _figures(scenes: Iterable[str]) -> list[str]:
     return [figure_file(scene, figure) for scene in scenes for figure in (*ALWAYS_DRAWN, *DRAWN_OF_RUNS)]
-
-
-def _is_report(directory: Path) -> bool:
-    try:
-        document = _document(directory)
-    except (OSError, ValueError):
-        return False
-    return isinstance(document, dict) and {"schema", "scenes"} <= document.keys()
 
 
 def summary_text(scenes: Mapping[str, Any], conrod: str) -> str:

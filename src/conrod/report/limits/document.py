@@ -9,11 +9,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput
-from conrod.files import is_folder, is_no_file
 from conrod.report import numbers
 from conrod.report.apart import check_beside
 from conrod.report.limits.merging import merged
+from conrod.report.own_folder import check_own_folder, document_in, holds_document
 from conrod.report.pages import FIGURES
 from conrod.report.summary import FILE, INDEX, page_file
 from conrod.studies.limits.study import LimitStudy
@@ -101,7 +100,7 @@ def _lines(value: Any, level: int) -> str:
 def earlier_limits(directory: Path) -> dict[str, Entry]:
     """Scenes of the report of limits that a folder already holds; none where it holds no report of this kind."""
     try:
-        document = _document(directory)
+        document = document_in(directory / FILE)
         scenes = document["limits"] if document["schema"] == SCHEMA else {}
         return {name: scene for name, scene in scenes.items() if _is_whole(scene)}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -111,7 +110,7 @@ def earlier_limits(directory: Path) -> dict[str, Entry]:
 def earlier_gallery(directory: Path) -> list[dict[str, Any]]:
     """Rows of the gallery that a folder's report has."""
     try:
-        document = _document(directory)
+        document = document_in(directory / FILE)
         return list(document["gallery"]) if document["schema"] == SCHEMA else []
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return []
@@ -133,18 +132,10 @@ def check_limits_folder(directory: Path, scenes: Collection[str]) -> None:
         InvalidInput: names the file that is in the way.
     """
     pages = [INDEX, FILE, *(page_file(scene) for scene in scenes)]
-    figures = directory / FIGURES
-    if figures.is_symlink() or (figures.exists() and not is_folder(figures)):
-        raise InvalidInput(f"cannot write into {directory}: {FIGURES} in it is not a folder")
-    drawn = [path.relative_to(directory).as_posix() for scene in scenes for path in figures.glob(f"{scene}-*.svg")]
-    for name in (*pages, *drawn):
-        if is_no_file(directory / name):
-            raise InvalidInput(f"cannot write into {directory}: {name} in it is not a regular file")
-    if _is_limits(directory):
-        return
-    for name in pages:
-        if (directory / name).exists():
-            raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not a report of limits")
+    found = (path for scene in scenes for path in (directory / FIGURES).glob(f"{scene}-*.svg"))
+    drawn = [path.relative_to(directory).as_posix() for path in found]
+    own = holds_document(directory / FILE, {"schema", "limits"})
+    check_own_folder(directory, pages, drawn, FIGURES, own, "a report of limits")
 
 
 def check_limits_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
@@ -156,15 +147,3 @@ def check_limits_apart(document: Path, directory: Path, scenes: Iterable[str]) -
     pages = [page_file(scene) for scene in (*scenes, *earlier_limits(directory))]
     # Its folder of figures is the report's own.
     check_beside(document, directory, [INDEX, FILE, *pages, f"{FIGURES}/{document.name}"])
-
-
-def _is_limits(directory: Path) -> bool:
-    try:
-        document = _document(directory)
-    except (OSError, ValueError):
-        return False
-    return isinstance(document, dict) and {"schema", "limits"} <= document.keys()
-
-
-def _document(directory: Path) -> Any:
-    return json.loads((directory / FILE).read_text(encoding="utf-8"))

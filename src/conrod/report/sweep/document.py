@@ -9,10 +9,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput
-from conrod.files import is_folder, is_no_file
 from conrod.report import numbers
 from conrod.report.apart import check_beside
+from conrod.report.own_folder import check_own_folder, document_in, holds_document
 from conrod.report.pages import FIGURES
 from conrod.report.summary import FILE, INDEX, figure_file, page_file
 from conrod.report.sweep.findings import found_in
@@ -96,7 +95,7 @@ def _lines(value: Any, level: int) -> str:
 def earlier_sweeps(directory: Path) -> dict[str, Any]:
     """Scenes of the sweep report that a folder already holds; none where it holds no report of this kind."""
     try:
-        document = _document(directory)
+        document = document_in(directory / FILE)
         scenes = document["sweeps"] if document["schema"] == SCHEMA else {}
         whole = {name: scene for name, scene in scenes.items() if scene.keys() >= SCENE_KEYS}
         return {name: scene for name, scene in whole.items() if (directory / page_file(name)).is_file()}
@@ -111,17 +110,9 @@ def check_sweep_folder(directory: Path, scenes: Collection[str]) -> None:
         InvalidInput: names the file that is in the way.
     """
     pages = [INDEX, FILE, *(page_file(scene) for scene in scenes)]
-    figures = directory / FIGURES
-    if figures.is_symlink() or (figures.exists() and not is_folder(figures)):
-        raise InvalidInput(f"cannot write into {directory}: {FIGURES} in it is not a folder")
-    for name in (*pages, *(figure_file(scene, figure) for scene in scenes for figure in DRAWN)):
-        if is_no_file(directory / name):
-            raise InvalidInput(f"cannot write into {directory}: {name} in it is not a regular file")
-    if _is_sweep(directory):
-        return
-    for name in pages:
-        if (directory / name).exists():
-            raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not a sweep's report")
+    drawn = [figure_file(scene, figure) for scene in scenes for figure in DRAWN]
+    own = holds_document(directory / FILE, {"schema", "sweeps"})
+    check_own_folder(directory, pages, drawn, FIGURES, own, "a sweep's report")
 
 
 def check_sweep_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
@@ -133,15 +124,3 @@ def check_sweep_apart(document: Path, directory: Path, scenes: Iterable[str]) ->
     pages = [page_file(scene) for scene in (*scenes, *earlier_sweeps(directory))]
     # Its folder of figures is the report's own.
     check_beside(document, directory, [INDEX, FILE, *pages, f"{FIGURES}/{document.name}"])
-
-
-def _is_sweep(directory: Path) -> bool:
-    try:
-        document = _document(directory)
-    except (OSError, ValueError):
-        return False
-    return isinstance(document, dict) and {"schema", "sweeps"} <= document.keys()
-
-
-def _document(directory: Path) -> Any:
-    return json.loads((directory / FILE).read_text(encoding="utf-8"))
