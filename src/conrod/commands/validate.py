@@ -5,11 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from conrod.commands import exit_status, options
+from conrod.commands.bundles import check_unused
+from conrod.commands.model_options import ModelOptions, of_a_model
+from conrod.commands.table_options import TableOptions, of_a_table
+from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
     from conrod.files import Batch
@@ -17,35 +21,71 @@ if TYPE_CHECKING:
     from conrod.studies.results import SceneStudy
 
 DEFAULT_REVOLUTIONS = 2
+MODELS = (".xml", ".mjcf", ".mjb")
+TABLES = (".csv", ".tsv", ".txt", ".parquet", ".npz")
 
 
 @click.command()
-@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
+@click.option("--scene", metavar="SCENE", help="What a FILE is to be: the machine it is judged against.")
 @click.option("--engine", metavar="ENGINE", help="One engine only: mujoco or pymunk.")
 @click.option("--preset", metavar="PRESET", help="One preset only: stock, tuned or hardened.")
 @click.option("--steps-per-rev", type=int, metavar="N", help="Time steps a revolution [1000; for contact 62832].")
-@click.option(
-    "--revolutions", type=int, default=DEFAULT_REVOLUTIONS, show_default=True, metavar="K", help="Turns of the crank."
-)
+@click.option("--revolutions", type=int, metavar="K", help=f"Turns of the crank [{DEFAULT_REVOLUTIONS}].")
 @options.assignments
 @click.option("--tolerance", metavar="Q=T,...", help="Judge every preset by these, e.g. position=1e-4,velocity=1e-3.")
+@of_a_model
+@of_a_table
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
 def validate(
+    subjects: tuple[str, ...], scene: str | None, model: ModelOptions, table: TableOptions, **asked: Any
+) -> None:
+    """Compare engines with the exact motion: all SCENEs and both engines, or those named.
+
+    A FILE is judged instead, against the machine that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of
+    any tool as a table (.csv, .parquet, .npz).
+
+    Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
+    """
+    files = [name for name in subjects if name.lower().endswith(MODELS + TABLES)]
+    if not files:
+        for bundle in (model, table):
+            check_unused(bundle, "a scene: it is for a file")
+        if scene is not None:
+            raise InvalidInput(f"--scene {scene} is for a file; a scene is named as it is: conrod validate {scene}")
+        validate_scenes(subjects, **asked)
+        return
+    if len(subjects) > 1:
+        raise InvalidInput(
+            f"{files[0]}: a file is judged on its own, without {next(s for s in subjects if s != files[0])}"
+        )
+    if scene is None:
+        raise InvalidInput(f"{files[0]}: say with --scene what machine it is; `conrod show` lists them")
+    if files[0].lower().endswith(MODELS):
+        from conrod.commands.validate_model import validate_model
+
+        check_unused(table, "a model: it is for a table")
+        validate_model(files[0], scene, model, **asked)
+    else:
+        from conrod.commands.validate_table import validate_table
+
+        check_unused(model, "a table: it is for a model")
+        validate_table(files[0], scene, table, **asked)
+
+
+def validate_scenes(
     scenes: tuple[str, ...],
     engine: str | None,
     preset: str | None,
     steps_per_rev: int | None,
-    revolutions: int,
+    revolutions: int | None,
     assignments: tuple[str, ...],
     tolerance: str | None,
     out: str | None,
     document: str | None,
 ) -> None:
-    """Compare engines with the exact motion: all SCENEs and both engines, or those named.
-
-    Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
-    """
+    """Scenes in engines."""
     from conrod.commands.reproduction import command_line
     from conrod.console import print_verdicts, run_with_progress
     from conrod.files import naming, write_together
@@ -54,7 +94,8 @@ def validate(
     chosen = select_scenes(scenes, assignments)
     engines = select_engines(engine)
     presets = select_presets(engines, preset)
-    plan = make_plan(chosen, steps_per_rev, revolutions, tolerance)
+    turns = DEFAULT_REVOLUTIONS if revolutions is None else revolutions
+    plan = make_plan(chosen, steps_per_rev, turns, tolerance)
     folder, file = _checked_outputs(out, document, chosen)
     studies = run_with_progress(chosen, engines, presets, plan)
     with naming("standard output"):
@@ -68,7 +109,7 @@ def validate(
             "--engine": engine,
             "--preset": preset,
             "--steps-per-rev": steps_per_rev,
-            "--revolutions": None if revolutions == DEFAULT_REVOLUTIONS else revolutions,
+            "--revolutions": None if turns == DEFAULT_REVOLUTIONS else turns,
             "--tolerance": tolerance,
         }
         command = command_line("validate", asked, assignments, folder)

@@ -1,0 +1,1 @@
+"""MuJoCo models that were not made by conrod."""
