@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Generic, Protocol
 
+from conrod.engines.ingredient import Ingredient
 from conrod.engines.rule import Grid, Rule
 from conrod.engines.variations import AnySettings, Variations
 from conrod.kinematics import Kinematics
@@ -154,6 +155,14 @@ class Engine(ABC, Generic[AnySettings]):
     @abstractmethod
     def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
         """What a sweep varies on this machine: rules for settings, the presets first."""
+
+    @abstractmethod
+    def minimal(self, machine: Machine, steps_per_revolution: int) -> AnySettings:
+        """The cheapest model that has the observed motion right, which studies of a model's ingredients start from."""
+
+    @abstractmethod
+    def ingredients(self, machine: Machine, minimal: AnySettings) -> tuple[Ingredient[AnySettings], ...]:
+        """What the minimal model of a machine may carry beside what it needs, and what it consists of."""
 
     @abstractmethod
     def paste(self, machine: Machine, settings: AnySettings) -> str:

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 import mujoco
 
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mujoco import dynamics, kinematic, law, softness
 from conrod.engines.mujoco.bare import BareRun, started
 from conrod.engines.mujoco.grid import rules
+from conrod.engines.mujoco.ingredients import ingredients, minimal
 from conrod.engines.mujoco.paste import paste
 from conrod.engines.mujoco.reference_loop import reference_loop
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
@@ -68,6 +70,12 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
         return rules(machine, grid)
+
+    def minimal(self, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+        return minimal(machine, steps_per_revolution)
+
+    def ingredients(self, machine: Machine, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
+        return ingredients(machine, minimal)
 
     def paste(self, machine: Machine, settings: MuJoCoSettings) -> str:
         return paste(machine, settings)

@@ -49,6 +49,7 @@ class MuJoCoSettings:
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     refsafe: bool = True  # a time constant below two steps is raised to them
     rounded_state: bool = False  # coordinates and rates to single precision, after each step
+    dressing: tuple[str, ...] = ()  # names of what the model carries beside what it needs, see `ingredients`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning in MuJoCo.

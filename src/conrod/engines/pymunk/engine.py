@@ -7,10 +7,12 @@ from collections.abc import Iterator
 import pymunk
 
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.pymunk import drift, dynamics, kinematic, law
 from conrod.engines.pymunk.bare import BareRun, started
 from conrod.engines.pymunk.grid import rules
+from conrod.engines.pymunk.ingredients import ingredients, minimal
 from conrod.engines.pymunk.paste import paste
 from conrod.engines.pymunk.pieces import pieces
 from conrod.engines.pymunk.reference_loop import reference_loop
@@ -67,6 +69,12 @@ class Pymunk(Engine[PymunkSettings]):
 
     def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
         return rules(machine, grid)
+
+    def minimal(self, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
+        return minimal(machine, steps_per_revolution)
+
+    def ingredients(self, machine: Machine, minimal: PymunkSettings) -> tuple[Ingredient[PymunkSettings], ...]:
+        return ingredients(machine, minimal)
 
     def paste(self, machine: Machine, settings: PymunkSettings) -> str:
         return paste(machine, settings)

@@ -36,6 +36,7 @@ class PymunkSettings:
     cam_vertices: int = 4000
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     rounded_state: bool = False  # to single precision, after each step
+    dressing: tuple[str, ...] = ()  # names of what the model carries beside what it needs, see `ingredients`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning, or what Chipmunk aborts the interpreter on.
