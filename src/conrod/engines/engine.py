@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol
 
 from conrod.engines.ingredient import Ingredient
+from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.rule import Grid, Rule
 from conrod.engines.variations import AnySettings, Variations
 from conrod.kinematics import Kinematics
@@ -163,6 +164,14 @@ class Engine(ABC, Generic[AnySettings]):
     @abstractmethod
     def ingredients(self, machine: Machine, minimal: AnySettings) -> tuple[Ingredient[AnySettings], ...]:
         """What the minimal model of a machine may carry beside what it needs, and what it consists of."""
+
+    @abstractmethod
+    def mobility(self, machine: Machine, settings: AnySettings, angle: Array) -> MobilityCount:
+        """Degrees of freedom and constraints of the compiled model, at the exact poses of crank angles (T,) [rad].
+
+        Raises:
+            InvalidInput: the machine cannot be given in the form that the settings ask for; see `refusal`.
+        """
 
     @abstractmethod
     def paste(self, machine: Machine, settings: AnySettings) -> str:

@@ -9,10 +9,12 @@ import mujoco
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal
+from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.mujoco import dynamics, kinematic, law, softness
 from conrod.engines.mujoco.bare import BareRun, started
 from conrod.engines.mujoco.grid import rules
 from conrod.engines.mujoco.ingredients import ingredients, minimal
+from conrod.engines.mujoco.mobility import model_mobility
 from conrod.engines.mujoco.paste import paste
 from conrod.engines.mujoco.reference_loop import reference_loop
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
@@ -76,6 +78,9 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def ingredients(self, machine: Machine, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
         return ingredients(machine, minimal)
+
+    def mobility(self, machine: Machine, settings: MuJoCoSettings, angle: Array) -> MobilityCount:
+        return model_mobility(machine, settings, angle)
 
     def paste(self, machine: Machine, settings: MuJoCoSettings) -> str:
         return paste(machine, settings)

@@ -9,6 +9,7 @@ import pymunk
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal
+from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.pymunk import drift, dynamics, kinematic, law
 from conrod.engines.pymunk.bare import BareRun, started
 from conrod.engines.pymunk.grid import rules
@@ -75,6 +76,9 @@ class Pymunk(Engine[PymunkSettings]):
 
     def ingredients(self, machine: Machine, minimal: PymunkSettings) -> tuple[Ingredient[PymunkSettings], ...]:
         return ingredients(machine, minimal)
+
+    def mobility(self, machine: Machine, settings: PymunkSettings, angle: Array) -> MobilityCount:
+        raise NotImplementedError("the joints of a pymunk space are not counted yet")
 
     def paste(self, machine: Machine, settings: PymunkSettings) -> str:
         return paste(machine, settings)

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from conrod.engines.mobility_count import jacobian_rank
 from conrod.motion import Array
-
-# Singular values below this share of the largest are zero: what is left of rounding is 1e-15 of it, a linkage a
-# thousandth of a degree from a singular pose has 1e-5.
-RANK_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -54,13 +51,3 @@ def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         mujoco.mj_mulJacVec(model, data, column, direction)
         columns[:, k] = column
     return columns[equality]
-
-
-def jacobian_rank(jacobian: Array) -> int:
-    """Rank of a Jacobian whose rows and columns may be in different units."""
-    if not jacobian.size:
-        return 0
-    # A column in metres beside one in radians must not decide what is small.
-    scale = np.linalg.norm(jacobian, axis=0)
-    singular = np.linalg.svd(jacobian / np.where(scale > 0.0, scale, 1.0), compute_uv=False)
-    return int(np.sum(singular > RANK_TOLERANCE * singular[0])) if singular[0] > 0.0 else 0
