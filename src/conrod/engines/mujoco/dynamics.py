@@ -96,9 +96,9 @@ def drive_torque(settings: MuJoCoSettings, instants: Instants) -> Array | None:
 
 def instants_of(made: Build, times: Array, states: Array, sensors: Array) -> Instants:
     """When samples were taken and where the crank was then."""
-    nq, crank, mechanism = made.model.nq, made.crank_dof, made.form.whole
+    angle, rate, mechanism = 1 + made.crank_coordinate, 1 + made.model.nq + made.crank_dof, made.form.whole
     turn = made.sensor(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
-    return Instants(times, states[:, 1 + crank], states[:, 1 + nq + crank], mechanism.driver.sense * turn)
+    return Instants(times, states[:, angle], states[:, rate], mechanism.driver.sense * turn)
 
 
 def point_tracks(made: Build, instants: Instants, sensors: Array) -> dict[str, PointTracks]:

@@ -12,6 +12,7 @@ from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.mujoco import dynamics, kinematic, law, softness
 from conrod.engines.mujoco.bare import BareRun, started
+from conrod.engines.mujoco.dressing import dressing_refusal
 from conrod.engines.mujoco.grid import rules
 from conrod.engines.mujoco.ingredients import ingredients, minimal
 from conrod.engines.mujoco.mobility import model_mobility
@@ -38,7 +39,8 @@ class MuJoCo(Engine[MuJoCoSettings]):
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         if settings.hardening is not None and machine.kinematics.mechanism.cam_contacts:
             return "hardening does not apply to contact"
-        return form_refusal(machine.kinematics.mechanism, settings.rod)
+        mechanism = machine.kinematics.mechanism
+        return form_refusal(mechanism, settings.rod) or dressing_refusal(mechanism, settings)
 
     def run(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0

@@ -26,6 +26,11 @@ def _extent(tree: Tree) -> tuple[float, float, float]:
     return float(middle[0]), float(middle[1]), float(max(np.max(high - low), 0.15))
 
 
+def link_width(tree: Tree) -> float:
+    """Radius of the bars that links are drawn with [m]."""
+    return 0.03 * _extent(tree)[2]
+
+
 def add_looks(root: ET.Element, tree: Tree) -> None:
     """Sky, lighting and the part of space that viewers start from."""
     x, y, size = _extent(tree)
@@ -47,7 +52,7 @@ def add_camera(world: ET.Element, tree: Tree) -> None:
 
 def add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
     """A bar between the joints of a link, a disc at every pin, a block for a slider. None of them can collide."""
-    width = 0.03 * _extent(tree)[2]
+    width = link_width(tree)
     pins = pins_of(tree.mechanism, body)
     if body == GROUND:
         pins = []

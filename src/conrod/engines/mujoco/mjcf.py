@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.engines.mujoco.closures import add_closures, closure_points
+from conrod.engines.mujoco.dressing import dress_up
 from conrod.engines.mujoco.looks import add_camera, add_link_geoms, add_looks
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.xml import add, clean, number, numbers
@@ -55,6 +56,7 @@ def mjcf(
     _add_forces(root, tree.mechanism)
     if sensors:
         _add_sensors(root, tree.mechanism, bodies=dress is None)
+    dress_up(root, tree, settings)
     if dress:
         keyframe = add(root, "keyframe")
         zero = numbers([0.0] * len(tree.branches))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import ModelForm, model_form
+from conrod.engines.mujoco.coordinates import Coordinates
 from conrod.engines.mujoco.hardening import harden
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
@@ -28,17 +30,28 @@ class Build:
     model: mujoco.MjModel
 
     @property
-    def crank_dof(self) -> int:
-        """Index of the crank's joint coordinate."""
-        return int(self.model.joint("crank").dofadr[0])
+    def crank_coordinate(self) -> int:
+        """Index of the crank among the coordinates."""
+        return int(self.model.joint("crank").qposadr[0])
 
     @property
-    def order(self) -> list[int]:
-        """Index in the tree's branches of each joint coordinate of the model."""
-        names = [
-            "crank" if b.joint.name == self.tree.mechanism.driver.joint else b.joint.name for b in self.tree.branches
-        ]
-        return [names.index(self.model.joint(i).name) for i in range(self.model.njnt)]
+    def crank_dof(self) -> int:
+        """Index of the crank among the rates."""
+        return int(self.model.joint("crank").dofadr[0])
+
+    @cached_property
+    def coordinates_of(self) -> Coordinates:
+        """Where the model keeps the state of the tree."""
+        driven = self.tree.mechanism.driver.joint
+        names = ["crank" if b.joint.name == driven else b.joint.name for b in self.tree.branches]
+        joints = [self.model.joint(name) for name in names]
+        return Coordinates(
+            tree=self.tree,
+            places=tuple(int(joint.qposadr[0]) for joint in joints),
+            rate_places=tuple(int(joint.dofadr[0]) for joint in joints),
+            free=tuple(joint.type[0] == mujoco.mjtJoint.mjJNT_FREE for joint in joints),
+            sizes=(self.model.nq, self.model.nv),
+        )
 
     def start_state(self, machine: Machine, angle: float) -> tuple[Array, Array]:
         """Joint coordinates and rates of the exact motion at a crank angle."""
@@ -46,17 +59,17 @@ class Build:
         return self.coordinates(poses)[0], self.rates(poses, slopes * machine.speed)[0]
 
     def coordinates(self, poses: Array) -> Array:
-        """Model coordinates (T, nv) of poses (T, 3 n)."""
-        return self.tree.coordinates(self.form.kept(poses))[:, self.order]
+        """Model coordinates (T, nq) of poses (T, 3 n)."""
+        return self.coordinates_of.of_poses(self.form.kept(poses))
 
     def rates(self, poses: Array, rates: Array) -> Array:
         """Model rates (T, nv) of rates of the poses (T, 3 n); a joint's rate is linear in them."""
-        return self.tree.rates(self.form.kept(poses), self.form.kept(rates))[:, self.order]
+        return self.coordinates_of.of_rates(self.form.kept(poses), self.form.kept(rates))
 
     def forward(self, coordinates: Array, rates: Array, after: Array | None = None) -> tuple[Array, Array]:
-        """Poses and their rates (T, 3 n) of model coordinates and rates (T, nv); for `after` see `completed`."""
-        inverse = np.argsort(self.order)
-        poses, speeds = self.form.completed(self.tree.forward(coordinates[:, inverse], rates[:, inverse]), after)
+        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv); for `after` see `completed`."""
+        before = None if after is None else self.form.kept(after)
+        poses, speeds = self.form.completed(self.coordinates_of.forward(coordinates, rates, before), after)
         return poses, speeds
 
     def sensor(self, data: Array, name: str) -> Array:

@@ -49,7 +49,7 @@ class MuJoCoSettings:
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     refsafe: bool = True  # a time constant below two steps is raised to them
     rounded_state: bool = False  # coordinates and rates to single precision, after each step
-    dressing: tuple[str, ...] = ()  # names of what the model carries beside what it needs, see `ingredients`
+    dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning in MuJoCo.
@@ -57,6 +57,8 @@ class MuJoCoSettings:
         Raises:
             InvalidInput: names the value and its range or choices.
         """
+        # Equal models are equal settings, and have one key, however their dressing was put together.
+        object.__setattr__(self, "dressing", tuple(sorted(set(self.dressing))))
         for kind, value, choices in (
             ("integrator", self.integrator, INTEGRATORS),
             ("solver", self.solver, SOLVERS),
