@@ -133,8 +133,13 @@ def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
 
 def point_errors(trajectory: Trajectory, ruler: Ruler) -> dict[str, PointErrors]:
     """Errors of all observed points at every sample, whatever became of the run."""
+    return track_errors(trajectory.points, trajectory.speed, ruler)
+
+
+def track_errors(points: Mapping[str, PointTracks], speed: float, ruler: Ruler) -> dict[str, PointErrors]:
+    """Errors of points, however they were come by; the nominal speed is in rad/s."""
     exact = _Exact(ruler)
-    return {name: _point_errors(name, tracks, exact, trajectory.speed) for name, tracks in trajectory.points.items()}
+    return {name: _point_errors(name, tracks, exact, speed) for name, tracks in points.items()}
 
 
 class _Exact:
