@@ -9,6 +9,7 @@ from importlib.metadata import version
 import click
 
 from conrod.commands import exit_status
+from conrod.commands.ablate import ablate
 from conrod.commands.export import export
 from conrod.commands.limits import limits
 from conrod.commands.recommend import recommend
@@ -27,7 +28,7 @@ def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
 
 
-for command in (show, validate, sweep, recommend, limits, results, export):
+for command in (show, validate, sweep, recommend, limits, ablate, results, export):
     cli.add_command(command)
 
 

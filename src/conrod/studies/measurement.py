@@ -40,6 +40,7 @@ class Measurement:
         signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
             the last turn, the first at its start.
         extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.extremes`.
+        beside: what a study's own task found besides; plain values that this study alone reads.
     """
 
     outcome: str
@@ -51,6 +52,7 @@ class Measurement:
     prediction: Mapping[str, Sizes] | None = None
     signed: Mapping[str, Mapping[str, list[list[float]]]] | None = None
     extremes: Mapping[str, Any] | None = None
+    beside: Mapping[str, Any] | None = None
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         """Largest error of a quantity over the observed points; None unless the run completed."""

@@ -1,0 +1,166 @@
+"""What every ingredient costs, and how much it changes the motion: a row for each, a panel for either."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from conrod.report.ablate.words import alone, in_full, ratio_text
+from conrod.report.canvas import on_grid, on_log_grid
+from conrod.report.numbers import ROUNDING
+from conrod.studies.ablate.results import EngineAblation, Evidence, IngredientResult, Verdict
+from conrod.studies.ablate.verdict import COSTS, levels
+
+WIDTH, ROW = 9.5, 0.24  # [inch]
+LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 2.6, 0.25, 0.85, 0.42, 0.5  # [inch]
+COST_SHARE = 0.52  # of the panels' width
+# Okabe and Ito's colours, told apart by colour-blind readers; the verdict stands beside the row in words as well.
+COLOURS = {
+    Verdict.REQUIRED: "#0072B2",
+    Verdict.FREE: "#009E73",
+    Verdict.COSTLY: "#E69F00",
+    Verdict.HARMFUL: "#D55E00",
+    Verdict.UNTOLD: "#777777",
+}
+APART = 0.17  # of a row: the two models of an ingredient above each other
+TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+FEW_TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+NARROW = 8.0  # largest ratio of the ends of a cost axis that has all the ticks
+TITLE_LENGTH = 40  # characters of an ingredient's title that fit beside its row
+
+
+def ingredients_figure(found: EngineAblation) -> Figure | None:
+    """The figure of an engine; None where it has no ingredients."""
+    rows = found.ingredients
+    if not rows:
+        return None
+    tall = ROW * len(rows)
+    height = TOP + tall + BOTTOM
+    figure = Figure(figsize=(WIDTH, height))
+    wide = WIDTH - LEFT - BETWEEN - RIGHT
+    costs = figure.add_axes((LEFT / WIDTH, BOTTOM / height, COST_SHARE * wide / WIDTH, tall / height))
+    left = LEFT + COST_SHARE * wide + BETWEEN
+    changes = figure.add_axes((left / WIDTH, BOTTOM / height, (1.0 - COST_SHARE) * wide / WIDTH, tall / height))
+    for axes in (costs, changes):
+        axes.set_ylim(len(rows) - 0.5, -0.5)
+        axes.grid(visible=False, axis="y")
+        for row in range(1, len(rows), 2):
+            axes.axhspan(row - 0.5, row + 0.5, color="#f5f5f5", zorder=0, linewidth=0)
+    _costs(costs, rows)
+    _changes(changes, rows, levels(found.variants[0])["position"])
+    _verdicts(changes, rows)
+    figure.legend(handles=_legend(), loc="upper center", ncol=4, bbox_to_anchor=(0.5, 1.0 - 0.03 / height))
+    return figure
+
+
+def _costs(axes: Axes, rows: Sequence[IngredientResult]) -> None:
+    axes.set_xscale("log")
+    found = [(row, one, alike) for row, one in enumerate(rows) for alike in (alone(one), in_full(one))]
+    ends = [1.0]
+    for row, one, evidence in found:
+        if evidence is None or evidence.cost is None:
+            continue
+        low, middle, high = on_grid(np.array([evidence.cost.low, evidence.cost.ratio, evidence.cost.high]), 1.0)
+        at, colour = _lane(row, one, evidence), _colour(one)
+        axes.plot([low, high], [at, at], color=colour, linewidth=2.2, alpha=0.55, solid_capstyle="butt", zorder=3)
+        axes.plot([middle], [at], **_mark(colour, evidence))
+        ends += [float(low), float(high)]
+    axes.axvline(1.0, color="#333333", linewidth=0.9, zorder=2)
+    axes.axvspan(1.0, COSTS, color="#e2e2e2", zorder=1, linewidth=0)
+    low, high = min(ends) / 1.06, max(ends) * 1.06
+    axes.set_xlim(low, high)
+    ticks = [tick for tick in (TICKS if high / low < NARROW else FEW_TICKS) if low <= tick <= high]
+    axes.set_xticks(ticks, [ratio_text(tick).rstrip("0").rstrip(".") for tick in ticks])
+    axes.minorticks_off()
+    axes.set_xlabel("CPU time with it over without it")
+    axes.set_yticks(range(len(rows)), [_title(one) for one in rows])
+    axes.tick_params(axis="y", length=0)
+
+
+def _changes(axes: Axes, rows: Sequence[IngredientResult], level: float) -> None:
+    axes.set_xscale("log")
+    largest = level
+    for row, one in enumerate(rows):
+        for evidence in (alone(one), in_full(one)):
+            if evidence is None or evidence.change is None:
+                continue
+            change = float(on_log_grid(np.array([evidence.change["position"]]))[0])
+            axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(_colour(one), evidence))
+            largest = max(largest, change)
+    top = 10.0 ** np.ceil(np.log10(largest) + 0.3)
+    axes.set_xlim(0.5 * ROUNDING, top)
+    axes.axvspan(0.5 * ROUNDING, float(on_log_grid(np.array([level]))[0]), color="#e2e2e2", zorder=1, linewidth=0)
+    first, last = round(np.log10(ROUNDING)), round(float(np.log10(top)))
+    every = max(2, -(-(last - first) // 5))
+    decades = range(first, last + 1, every)
+    axes.set_xticks(
+        [10.0**k for k in decades], ["$\\leq 10^{-12}$" if k == first else f"$10^{{{k}}}$" for k in decades]
+    )
+    axes.minorticks_off()
+    axes.set_xlabel("change of the position, over L")
+    axes.set_yticks([])
+
+
+def _verdicts(axes: Axes, rows: Sequence[IngredientResult]) -> None:
+    """The verdict in words at the right end of each row."""
+    for row, one in enumerate(rows):
+        axes.annotate(
+            one.verdict,
+            (1.0, row),
+            xycoords=("axes fraction", "data"),
+            xytext=(8.0, 0.0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8.5,
+            color=_colour(one),
+            fontweight="bold",
+        )
+
+
+def _lane(row: int, one: IngredientResult, evidence: Evidence) -> float:
+    """Above each other where an ingredient was looked at in two models, in the middle where in one."""
+    if len(one.evidence) == 1:
+        return float(row)
+    return row + (APART if evidence.full else -APART)
+
+
+def _mark(colour: str, evidence: Evidence) -> dict[str, Any]:
+    filled = "white" if evidence.full else colour
+    return {
+        "color": colour,
+        "marker": "o",
+        "markersize": 4.6,
+        "markerfacecolor": filled,
+        "markeredgewidth": 1.1,
+        "linestyle": "none",
+        "zorder": 5,
+    }
+
+
+def _colour(one: IngredientResult) -> str:
+    return next(colour for verdict, colour in COLOURS.items() if verdict.slug == one.verdict)
+
+
+def _title(one: IngredientResult) -> str:
+    return one.title if len(one.title) <= TITLE_LENGTH else one.name
+
+
+def _legend() -> list[Line2D]:
+    grey = "#555555"
+    mark: dict[str, Any] = {
+        "color": grey,
+        "marker": "o",
+        "markersize": 4.6,
+        "linestyle": "none",
+        "markeredgewidth": 1.1,
+    }
+    return [
+        Line2D([], [], label="alone, in the minimal model", **mark),
+        Line2D([], [], label="in the fully dressed model", markerfacecolor="white", **mark),
+        Line2D([], [], color="#d0d0d0", linewidth=7.0, label="no cost, no change"),
+    ]

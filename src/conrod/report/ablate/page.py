@@ -1,0 +1,162 @@
+"""The page of one scene's ingredients, in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from conrod.report import numbers
+from conrod.report.ablate import prose, words
+from conrod.report.pages import FIGURES
+from conrod.report.styles import engine_title
+from conrod.report.tables import paragraphs, table
+from conrod.studies.ablate.results import AblationStudy, EngineAblation, Gruebler, IngredientResult, VariantResult
+from conrod.studies.ablate.variants import Role
+
+QUANTITIES = ("position", "velocity", "acceleration")
+ROLES = {
+    Role.MINIMAL: "minimal",
+    Role.ADDED: "minimal + {}",
+    Role.DRESSED: "fully dressed",
+    Role.TAKEN: "fully dressed - {}",
+    Role.REDUCED: "minimal - {}",
+}
+
+
+def ablate_page(study: AblationStudy, entry: Mapping[str, Any], drawn: Collection[str]) -> str:
+    """The page.
+
+    Args:
+        entry: of the scene in the document.
+        drawn: engines of which there is a figure.
+    """
+    versions = ", ".join(f"{engine_title(found.engine)} {found.version}" for found in study.engines)
+    commands = ", then ".join(f"`{command}`" for command in entry["commands"])
+    blocks = [
+        f"# {study.name}: what the model needs",
+        f"{study.title}, with {versions}. See the [index](README.md) for the other machines.",
+        f"Reproduced by {commands}.",
+        prose.VERDICTS,
+        prose.COLUMNS,
+        *(block for found in study.engines for block in _engine(study, found, drawn)),
+        "## Degrees of freedom",
+        prose.COUNTS,
+        f"Gruebler: {words.gruebler_text(study.gruebler)}.",
+        *(block for found in study.engines for block in _counts(found, study.gruebler)),
+    ]
+    return paragraphs(*blocks) + "\n"
+
+
+def _engine(study: AblationStudy, found: EngineAblation, drawn: Collection[str]) -> list[str]:
+    title = engine_title(found.engine)
+    shown = (
+        f"![Cost and change of every ingredient in {title}, {study.name}]({FIGURES}/{study.name}-{found.engine}.svg)"
+    )
+    return [
+        f"## {title}",
+        f"{words.speed_up(found)} {_made_on(found)}",
+        *([shown, prose.FIGURE] if found.engine in drawn else []),
+        _ingredients(found),
+        *_meanings(found),
+        f"### Every model in {title}",
+        prose.MODELS,
+        _models(found),
+    ]
+
+
+def _made_on(found: EngineAblation) -> str:
+    steps, turns = found.steps_per_revolution, numbers.quantity(found.revolutions)
+    return f"{steps} steps a revolution, {turns} revolutions; costs taken on {found.machine}."
+
+
+def _ingredients(found: EngineAblation) -> str:
+    head = ["ingredient", "in words", "cost alone", "cost in full", "change", "verdict", "drive torque", "needed by"]
+    return table(head, [_ingredient(one) for one in found.ingredients])
+
+
+def _ingredient(one: IngredientResult) -> list[str]:
+    alone, full = words.alone(one), words.in_full(one)
+    faster = "; faster with it" if words.saves_time(one) else ""
+    return [
+        f"`{one.name}`",
+        f"{one.title}{' (part of the minimal model)' if one.minimal else ''}",
+        words.cost_of(alone),
+        words.cost_of(full),
+        words.change_of(alone or full),
+        f"**{one.verdict}**{f' ({one.because})' if one.because else ''}{faster}",
+        words.torque_text(one),
+        words.needs_text(one),
+    ]
+
+
+def _meanings(found: EngineAblation) -> list[str]:
+    told = [f"- `{one.name}`: {one.meaning}" for one in found.ingredients if one.meaning]
+    return ["What each of them is:", "\n".join(told)] if told else []
+
+
+# -- all models ------------------------------------------------------------------------------------------------------
+
+
+def variant_name(variant: VariantResult) -> str:
+    """What a model is called."""
+    return ROLES[Role(variant.role)].format(variant.ingredient)
+
+
+def _models(found: EngineAblation) -> str:
+    head = ["model", "ended", "cost over minimal", *(f"{q} error" for q in QUANTITIES)]
+    head += [*(f"change of {q}" for q in QUANTITIES), "torque error"]
+    return table(head, [_model(variant) for variant in found.variants])
+
+
+def _model(variant: VariantResult) -> list[str]:
+    errors, change = variant.errors, variant.change
+    ended = f"`{variant.outcome}`" + (f": {variant.reason}" if variant.reason else "")
+    return [
+        variant_name(variant),
+        ended,
+        words.cost_text(variant.cost),
+        *(numbers.measured(None if errors is None else errors[q]) for q in QUANTITIES),
+        *(words.change_text(change, q) for q in QUANTITIES),
+        numbers.measured(variant.torque_error),
+    ]
+
+
+# -- counts ----------------------------------------------------------------------------------------------------------
+
+
+def _counts(found: EngineAblation, gruebler: Gruebler) -> list[str]:
+    head = ["model", "degrees of freedom", "constraint rows", "rank", "left", "redundant and empty rows", "missing"]
+    rows = [_count(names, found, gruebler) for names in _alike(found)]
+    return [f"### Counted in {engine_title(found.engine)}", table(head, rows)] if rows else []
+
+
+def _alike(found: EngineAblation) -> list[Sequence[VariantResult]]:
+    """Models of the same count together."""
+    groups: dict[str, list[VariantResult]] = {}
+    for variant in found.variants:
+        if variant.mobility is not None:
+            groups.setdefault(repr(variant.mobility), []).append(variant)
+    return list(groups.values())
+
+
+def _count(alike: Sequence[VariantResult], found: EngineAblation, gruebler: Gruebler) -> list[str]:
+    count = alike[0].mobility
+    assert count is not None
+    rank = str(count.most_rank) if count.least_rank == count.most_rank else f"{count.least_rank} .. {count.most_rank}"
+    return [
+        _names(alike, found),
+        str(count.coordinates),
+        str(count.rows),
+        rank,
+        words.freedom_text(count, gruebler.mobility),
+        words.redundant_text(count),
+        str(count.missing) if count.missing else "none",
+    ]
+
+
+def _names(alike: Sequence[VariantResult], found: EngineAblation) -> str:
+    """The largest group by what it is not: all that others do not name."""
+    names = [variant_name(variant) for variant in alike]
+    if alike[0].role == Role.MINIMAL.value and len(alike) > len(found.variants) // 2:
+        return "minimal, and all that are not named below"
+    return ", ".join(names)

@@ -1,0 +1,76 @@
+"""What an executor does with a cell of a study of ingredients; importable, so that any worker process can."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from conrod.engines import engine_named
+from conrod.scenes import Scene
+from conrod.studies.ablate.cell import ChangeCell, CostCell
+from conrod.studies.ablate.observed import Observed, observe
+from conrod.studies.measurement import Measurement
+from conrod.studies.paired_clock import time_pair
+from conrod.studies.results import QUANTITIES
+from conrod.trajectory import Outcome, Settings
+
+# Crank angles of a turn at which a compiled model's constraints are counted.
+COUNTED = 36
+
+
+def measure_change(cell: ChangeCell) -> Measurement:
+    """The motion of a cell, by how much it differs from that of what it is compared with, and its constraints.
+
+    Raises:
+        InvalidInput: as `conrod.run`.
+    """
+    engine, scene = engine_named(cell.settings.engine), cell.scene
+    refusal = engine.refusal(scene, cell.settings)
+    if refusal:
+        return Measurement(Outcome.UNSUPPORTED.slug, refusal)
+    turn = np.linspace(0.0, 2.0 * np.pi, COUNTED, endpoint=False)
+    beside: dict[str, Any] = {"mobility": _plain(asdict(engine.mobility(scene, cell.settings, turn)))}
+    settings: Any = cell.settings  # settings of all engines are hashable, which their protocol cannot say
+    against: Any = cell.against
+    run = _observed(scene, settings, cell.revolutions)
+    if not run.completed:
+        return Measurement(run.verdict.outcome.slug, run.verdict.reason, beside=beside)
+    other = _observed(scene, against, cell.revolutions)
+    beside |= {"torque": run.torque_error, **_changes(run, other)}
+    return Measurement(run.verdict.outcome.slug, errors=run.errors, beside=beside)
+
+
+def measure_cost(cell: CostCell) -> Measurement:
+    """What a cell costs over what it is compared with."""
+    timing = time_pair(engine_named(cell.settings.engine), cell.scene, cell.settings, cell.against, rounds=cell.rounds)
+    return Measurement(Outcome.COMPLETED.slug, beside={"paired": timing.as_dict()})
+
+
+# Of the models that others are compared with there are two, and a process meets many of those others.
+@lru_cache(3)
+def _observed(scene: Scene, settings: Settings, revolutions: float) -> Observed:
+    return observe(scene, settings, revolutions)
+
+
+def _changes(run: Observed, other: Observed) -> dict[str, Any]:
+    """Largest differences of the observed points, and of the drive torque; None where there is nothing to compare."""
+    if not other.completed:
+        return {"change": None, "torque_change": None}
+    torques = None if run.torque is None or other.torque is None else (run.torque, other.torque)
+    return {
+        "change": {
+            quantity: max(run.motion[point][quantity].difference(other.motion[point][quantity]) for point in run.motion)
+            for quantity in QUANTITIES
+        },
+        "torque_change": None if torques is None else torques[0].difference(torques[1]),
+    }
+
+
+def _plain(count: Mapping[str, Any]) -> dict[str, Any]:
+    """A count with its rows as texts."""
+    empty = [f"{row['constraint']} {row['part']}".rstrip() for row in count["empty"]]
+    return {**count, "empty": empty, "redundant": dict(count["redundant"])}
