@@ -110,16 +110,19 @@ def _check_samples(name: str, steps: int, revolutions: int) -> None:
         )
 
 
-def parse_tolerance(text: str) -> dict[str, float]:
+def parse_tolerance(text: str, known: Sequence[str] = TOLERANCES) -> dict[str, float]:
     """Tolerances from `position=1e-4,velocity=1e-3`; normalised errors.
+
+    Args:
+        known: what may be judged.
 
     Raises:
         InvalidInput: an unknown quantity, or a value that is not a positive number.
     """
     tolerances = {}
     for name, value in _split_all(text.split(","), "--tolerance").items():
-        if name not in TOLERANCES:
-            raise unknown_choice("quantity", name, TOLERANCES)
+        if name not in known:
+            raise unknown_choice("quantity", name, known)
         tolerances[name] = parse_quantity(name, value, "")
         check_number(f"tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE)
     return tolerances

@@ -1,0 +1,112 @@
+"""The page of a judged table, in Markdown."""
+
+from __future__ import annotations
+
+from conrod.report import numbers
+from conrod.report.tables import paragraphs, table
+from conrod.report.trajectory.folder import ERROR_FIGURE
+from conrod.report.trajectory.words import estimate_rows, remaining_text, sense_text, summary_line, verdict_text
+from conrod.tables.judging import ERRORS
+from conrod.tables.study import TableStudy
+
+READING = (
+    "`total` is the position against the exact one at the nominal time; `position`, `velocity` and `acceleration` are "
+    "taken at the crank angle, rate and angular acceleration that the table itself says, where it does. Errors are "
+    "Euclidean norms, divided by L, ω L or ω² L, where L is the largest distance between two exact positions of the "
+    "point and ω the nominal crank speed. Below 1e-12 an error is rounding noise."
+)
+CAUSES = (
+    "A cause is named only where undoing it takes the difference away: no more than a twentieth of it is left. Several "
+    "may look the same in one table."
+)
+ESTIMATES = (
+    "By least squares of the positions on the exact motion. The standard errors hold for errors of one size, "
+    "independent from row to row; a table whose error is smooth has larger ones."
+)
+
+
+def table_page(study: TableStudy, command: str, with_figure: bool) -> str:
+    """The page.
+
+    Args:
+        command: what makes it again.
+    """
+    blocks = [
+        f"# {study.file} against {study.scene_name}",
+        f"**{verdict_text(study)}.**",
+        f"{summary_line(study)}.",
+        f"Judged against: {study.scene.title}. Frame: {study.scene.frame}",
+        f"Reproduced by `{command}`.",
+        "## Errors",
+        f"![Error of the table over the run]({ERROR_FIGURE})" if with_figure else "",
+        _errors(study),
+        READING if study.errors else "",
+        _crank(study),
+        *_causes(study),
+        *_estimation(study),
+        "## Columns",
+        table(
+            ("quantity", "column", "unit", "unit from"),
+            [(f"`{c.target.name}`", c.heading, c.unit, c.told_by) for c in study.columns],
+        ),
+        f"Not used: {', '.join(study.unused)}." if study.unused else "",
+        "\n".join(f"- {note[0].upper()}{note[1:]}." for note in study.notes),
+        "## Parameters",
+        _parameters(study),
+    ]
+    return paragraphs(*blocks) + "\n"
+
+
+def _errors(study: TableStudy) -> str:
+    rows = []
+    for point, errors in study.errors.items():
+        for name in ERRORS:
+            if name in errors:
+                size, limit = errors[name].size, study.tolerance.get(name)
+                sizes = (numbers.measured(value) for value in (size.max, size.rms, size.final))
+                rows.append((point, name, *sizes, "not judged" if limit is None else f"{limit:g}"))
+    return table(("point", "error", "max", "rms", "final", "tolerance"), rows)
+
+
+def _crank(study: TableStudy) -> str:
+    if study.crank is None:
+        return ""
+    speed = "" if study.crank.speed is None else f" Its speed is off by {numbers.measured(study.crank.speed)} at most."
+    return (
+        f"The crank's angle is off its nominal one by {numbers.measured(study.largest('phase'))} rad at most, "
+        f"{numbers.measured(abs(float(study.crank.phase[-1])))} rad at the end.{speed}"
+    )
+
+
+def _causes(study: TableStudy) -> list[str]:
+    if not study.causes:
+        return []
+    rows = [
+        (cause.text, name, numbers.measured(before), numbers.measured(after))
+        for cause in study.causes
+        for name, (before, after) in cause.explains.items()
+    ]
+    return ["## Likely causes", table(("cause", "error", "as it is", "without the cause"), rows), CAUSES]
+
+
+def _estimation(study: TableStudy) -> list[str]:
+    if study.estimation is None:
+        return []
+    found = study.estimation
+    return [
+        "## Estimates",
+        table(("what", "value", "standard error", "unit", "meaning"), estimate_rows(found)),
+        "" if found.sense is None else f"{sense_text(found.sense)}.".capitalize(),
+        "\n".join(f"- {text}." for text in found.undetermined),
+        f"Made from {found.rows} rows; {remaining_text(study)}.",
+        ESTIMATES,
+    ]
+
+
+def _parameters(study: TableStudy) -> str:
+    facts = study.scene.parameter_facts()
+    rows = [
+        (f"`{name}`", *numbers.in_shown_unit(value, facts[name].unit), facts[name].meaning)
+        for name, value in study.scene.parameters.items()
+    ]
+    return table(("parameter", "value", "unit", "meaning"), rows)

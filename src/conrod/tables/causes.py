@@ -1,0 +1,63 @@
+"""Why a table is off: what people commonly get wrong, each named only where undoing it makes the difference go away."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from conrod.scenes import Scene
+from conrod.tables.alignment import Alignment
+from conrod.tables.ideas import ideas
+from conrod.tables.judging import largest, table_errors
+from conrod.tables.samples import Observed
+
+# A cause reproduces a difference where no more than this share of it is left once the cause is undone.
+LEFT = 0.05
+# Rows that causes are looked for in, evenly spread: plenty to tell a twentieth.
+MOST_ROWS = 5_000
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A likely cause.
+
+    Attributes:
+        kind: in a word or two, the same for all tables.
+        text: with its size.
+        explains: name of an error -> its largest value as it is, and with the cause undone.
+    """
+
+    kind: str
+    text: str
+    explains: Mapping[str, tuple[float, float]]
+
+
+def likely_causes(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> tuple[Cause, ...]:
+    """Causes that reproduce what is wrong: those that explain most first, then those that leave least.
+
+    Args:
+        wrong: names of the errors that are to be explained.
+    """
+    rows = observed.thinned(MOST_ROWS)
+    errors = table_errors(rows, scene, alignment)
+    before = {name: size for name in wrong if (size := largest(errors, name))}
+    found: dict[str, Cause] = {}
+    for idea in ideas(rows, scene, alignment, tuple(before)):
+        left = table_errors(idea.observed, scene, idea.alignment)
+        explains = {}
+        for name in before.keys() & set(idea.concerns):
+            after = largest(left, name)
+            if after is not None and after <= LEFT * before[name]:
+                explains[name] = (before[name], after)
+        # Of several of one kind the first is the simplest.
+        if explains and idea.kind not in found:
+            ordered = {name: explains[name] for name in before if name in explains}
+            found[idea.kind] = Cause(idea.kind, idea.text, ordered)
+    return tuple(sorted(found.values(), key=_rank))
+
+
+def _rank(cause: Cause) -> tuple[int, float]:
+    share = max(after / before for before, after in cause.explains.values())
+    # Below a part in a million all of it is explained; which leaves less is then rounding.
+    return -len(cause.explains), math.ceil(math.log10(max(share, 1e-6)))

@@ -1,0 +1,105 @@
+"""What columns of a table may be, and the names under which it is found without being told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
+AXES = "xy"
+# Quantity -> letter in conrod's own headings, SI unit, and what others call it before or after the axis.
+MOTION = {
+    "position": ("", "m", ("", "pos", "position", "r")),
+    "velocity": ("v", "m/s", ("v", "vel", "velocity")),
+    "acceleration": ("a", "m/s^2", ("a", "acc", "acceleration")),
+}
+DOTS = {"position": (), "velocity": ("{}dot", "{}_dot", "d{}"), "acceleration": ("{}ddot", "{}_ddot", "dd{}", "d2{}")}
+# Of the crank and the clock: SI unit and other names.
+SINGLE = {
+    TIME: ("s", ("t", "zeit", "timestamp")),
+    CRANK_ANGLE: ("rad", ("crank", "angle", "theta", "crank_theta", "theta_crank", "crank_phi", "angle_crank")),
+    CRANK_SPEED: ("rad/s", ("omega", "crank_omega", "omega_crank", "angular_speed", "angular_velocity", "crank_rate")),
+    CRANK_ACCELERATION: ("rad/s^2", ("alpha", "crank_alpha", "alpha_crank", "angular_acceleration")),
+}
+
+
+@dataclass(frozen=True)
+class Target:
+    """One thing that a column may be.
+
+    Attributes:
+        name: as in conrod's own tables, `C.x`, `C.vx`, `crank_angle`.
+        unit: SI.
+        aliases: other names, words joined by underscores.
+        point, quantity, axis: of the observed motion; empty for the clock and the crank.
+    """
+
+    name: str
+    unit: str
+    aliases: tuple[str, ...]
+    point: str = ""
+    quantity: str = ""
+    axis: int = 0
+
+
+def targets(points: Sequence[str]) -> tuple[Target, ...]:
+    """All that columns may be in a table of some observed points."""
+    single = [Target(name, unit, (name, *others)) for name, (unit, others) in SINGLE.items()]
+    return (*single, *(target for point in points for target in _of_point(point, alone=len(points) == 1)))
+
+
+def _of_point(point: str, alone: bool) -> Iterator[Target]:
+    for quantity, (letter, unit, words) in MOTION.items():
+        for axis, axis_name in enumerate(AXES):
+            name = f"{point}.{letter}{axis_name}"
+            aliases = (*_aliases(point, words, quantity, axis_name), *_bare(words, quantity, axis_name, alone))
+            yield Target(name, unit, tuple(dict.fromkeys(aliases)), point, quantity, axis)
+
+
+def _aliases(point: str, words: Sequence[str], quantity: str, axis: str) -> Iterator[str]:
+    for word in words:
+        if not word:
+            yield from (f"{point}_{axis}", f"{axis}_{point}")
+            continue
+        yield from (f"{point}_{word}{axis}", f"{point}_{word}_{axis}", f"{word}{axis}_{point}")
+        yield from (f"{word}_{axis}_{point}", f"{word}_{point}_{axis}", f"{word}{point}_{axis}")
+        yield from (f"{point}_{axis}_{word}", f"{axis}_{word}_{point}")
+    for dotted in DOTS[quantity]:
+        yield from (f"{point}_{dotted.format(axis)}", f"{dotted.format(axis)}_{point}")
+
+
+def _bare(words: Sequence[str], quantity: str, axis: str, alone: bool) -> Iterator[str]:
+    """Names without the point, which say enough where there is but one."""
+    if alone:
+        yield from (f"{word}{axis}" for word in words)
+        yield from (f"{word}_{axis}" for word in words if word)
+        yield from (dotted.format(axis) for dotted in DOTS[quantity])
+
+
+def _words(name: str) -> str:
+    return re.sub(r"[\W_]+", "_", name).strip("_")
+
+
+# Ways in which a heading may be one of the names, the strictest first.
+WAYS: tuple[Callable[[str], str], ...] = (
+    lambda name: name,
+    _words,
+    lambda name: _words(name).replace("_", ""),
+    lambda name: _words(name).casefold(),
+    lambda name: _words(name).replace("_", "").casefold(),
+)
+
+
+def meant_by(name: str, among: Sequence[Target]) -> Target | None:
+    """The one thing that a name stands for; None where it is none, or may be several.
+
+    Upper and lower case tell things apart before they are taken for the same: `Ax` is x of a point A, `ax` an
+    acceleration.
+    """
+    for way in WAYS:
+        wanted = way(name)
+        found = [t for t in among if wanted in (way(t.name), *map(way, t.aliases))]
+        if found:
+            return found[0] if len(found) == 1 else None
+    return None
