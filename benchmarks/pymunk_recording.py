@@ -14,9 +14,10 @@ from benchmarks.row import Row
 from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
 from conrod import PymunkSettings, Saw
 from conrod.engines.pymunk import dynamics
+from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.instants import staggered
 from conrod.engines.pymunk.points import point_tracks
-from conrod.engines.pymunk.space import Build, build
+from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, repeat
 from conrod.motion import Array
 from conrod.trajectory import PointTracks

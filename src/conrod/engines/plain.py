@@ -7,7 +7,7 @@ from typing import Any
 
 # Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
 # has it, it is not told: keys of results, and reports, stay what they were.
-LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": []}
+LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": [], "cam": "contact"}
 
 
 def plain(settings: object) -> dict[str, Any]:

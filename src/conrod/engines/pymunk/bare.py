@@ -6,8 +6,9 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import Machine
+from conrod.engines.pymunk.built import Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import Pushed, build
+from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import repeat
 
 
@@ -18,17 +19,26 @@ class BareRun:
         turn: of the crank body at the start [rad].
         spin: its speed [rad/s].
         steps: taken so far; the crank's turn is counted from it, as in a recorded run.
+        substeps: steps of the space, each of `timestep`, for one that is asked for.
     """
 
     def __init__(
-        self, space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, *, timestep: float, turn: float, spin: float
+        self,
+        space: pymunk.Space,
+        crank: pymunk.Body,
+        pushed: Pushed,
+        *,
+        timestep: float,
+        turn: float,
+        spin: float,
+        substeps: int = 1,
     ) -> None:
         self.space, self.crank, self.pushed = space, crank, pushed
-        self.timestep, self.turn, self.spin = timestep, turn, spin
+        self.timestep, self.turn, self.spin, self.substeps = timestep, turn, spin, substeps
         self.steps = 0
 
     def __call__(self, steps: int) -> None:
-        times = self.timestep * np.arange(self.steps, self.steps + steps)
+        times = self.timestep * np.arange(self.substeps * self.steps, self.substeps * (self.steps + steps))
         repeat(self.space, self.crank, self.pushed, self.timestep, (self.turn + self.spin * times).tolist())
         self.steps += steps
 
@@ -43,7 +53,8 @@ def started(machine: Machine, settings: PymunkSettings) -> BareRun:
         made.space,
         made.crank,
         made.pushed,
-        timestep=settings.timestep,
+        timestep=settings.substep,
         turn=driver.start,
         spin=driver.sense * machine.speed,
+        substeps=settings.substeps,
     )

@@ -28,8 +28,8 @@ LAW = "drift of the joints: bias^h of it is left at each step, and h^2/2 of the 
 
 
 def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness | None:
-    """Position error at these settings' step; None for contact, and where the drift has no end."""
-    if machine.kinematics.mechanism.cam_contacts:
+    """Position error at these settings' step; None for contact and dressed models, and where the drift has no end."""
+    if machine.kinematics.mechanism.cam_contacts or settings.dressing:
         return None
     joints = _Drifting(machine, settings)
     errors = self_consistent(joints.drifted, joints.none())

@@ -10,10 +10,11 @@ import pymunk
 
 from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import ModelForm
+from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.instants import Staggered, staggered
 from conrod.engines.pymunk.points import point_tracks
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import Build, build
+from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
 from conrod.joint_equations import pose_jets
 from conrod.mechanism import Mechanism
@@ -44,16 +45,26 @@ class Stretch:
 def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> Trajectory:
     """One run at constant crank speed, sampled at every step."""
     steps = round(settings.steps_per_revolution * revolutions)
-    (whole,) = stretches(machine, build(machine, settings), settings, start_angle, steps, max(steps, 1))
+    (whole,) = stretches(machine, started(machine, settings, start_angle), settings, start_angle, steps, max(steps, 1))
     return trajectory_of(machine, settings, revolutions, whole)
+
+
+def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> Build:
+    """The machine's space in the exact state of a crank angle [rad]."""
+    made = build(machine, settings)
+    poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
+    made.place(poses[0], slopes[0] * machine.speed)
+    return made
 
 
 def stretches(
     machine: Machine, made: Build, settings: PymunkSettings, start_angle: float, steps: int, length: int
 ) -> Iterator[Stretch]:
-    """A run of so many steps, in stretches of a length; the first has the start beside its steps."""
-    poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
-    made.place(poses[0], slopes[0] * machine.speed)
+    """A run of so many steps, in stretches of a length; the first has the start beside its steps.
+
+    Args:
+        made: in its state at the start angle [rad].
+    """
     driver = made.mechanism.driver
     known, before = state(made), None
     for first in (0, *range(length + 1, steps + 1, length)):
@@ -66,7 +77,7 @@ def stretches(
         centres, rates = advance(made, settings, turns, known)
         # A state that is not finite any more stays so; how the run ended is told from it.
         with np.errstate(all="ignore"):
-            at = staggered(made.mechanism, settings.timestep, times, centres, rates)
+            at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
             bodies = body_tracks(made.form, at, centres, rates, before)
             points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
         new = _only_new(bodies, points, len(times) - (last - first))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pymunk
 
@@ -10,16 +10,18 @@ from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult,
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mobility_count import MobilityCount
-from conrod.engines.pymunk import drift, dynamics, kinematic, law
+from conrod.engines.pymunk import drift, dynamics, kinematic, law, linkage_run
 from conrod.engines.pymunk.bare import BareRun, started
 from conrod.engines.pymunk.grid import rules
 from conrod.engines.pymunk.ingredients import ingredients, minimal
+from conrod.engines.pymunk.mobility import space_mobility
 from conrod.engines.pymunk.paste import paste
 from conrod.engines.pymunk.pieces import pieces
 from conrod.engines.pymunk.reference_loop import reference_loop
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
 from conrod.engines.pymunk.variations import PymunkVariations
 from conrod.engines.rule import Grid, Rule
+from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, linkage_refusal
 from conrod.motion import Array
 from conrod.trajectory import Piece, Trajectory
 
@@ -36,12 +38,15 @@ class Pymunk(Engine[PymunkSettings]):
         return str(pymunk.version)
 
     def refusal(self, machine: Machine, settings: PymunkSettings) -> str | None:
+        if settings.cam == EQUIVALENT_LINKAGE:
+            return linkage_refusal(machine.kinematics.mechanism)
         return form_refusal(machine.kinematics.mechanism, settings.rod)
 
     def run(
         self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
     ) -> Trajectory:
-        return dynamics.run(machine, settings, revolutions, start_angle)
+        run = linkage_run.run if settings.cam == EQUIVALENT_LINKAGE else dynamics.run
+        return run(machine, settings, revolutions, start_angle)
 
     def pieces(
         self,
@@ -51,7 +56,8 @@ class Pymunk(Engine[PymunkSettings]):
         start_angle: float = 0.0,
         steps: int = PIECE,
     ) -> Iterator[Piece]:
-        return pieces(machine, settings, revolutions, start_angle, steps)
+        told = linkage_run.pieces if settings.cam == EQUIVALENT_LINKAGE else pieces
+        return told(machine, settings, revolutions, start_angle, steps)
 
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
         return kinematic.solve(machine, PymunkSettings.tuned(machine, 1000), angle)
@@ -62,7 +68,9 @@ class Pymunk(Engine[PymunkSettings]):
     def predicted_softness(self, machine: Machine, settings: PymunkSettings) -> Softness | None:
         return drift.predicted_softness(machine, settings)
 
-    def stepper(self, machine: Machine, settings: PymunkSettings) -> BareRun:
+    def stepper(self, machine: Machine, settings: PymunkSettings) -> Callable[[int], None]:
+        if settings.cam == EQUIVALENT_LINKAGE:
+            return linkage_run.LinkageRun(machine, settings)
         return started(machine, settings)
 
     def reference_loop(self) -> BareRun:
@@ -78,7 +86,7 @@ class Pymunk(Engine[PymunkSettings]):
         return ingredients(machine, minimal)
 
     def mobility(self, machine: Machine, settings: PymunkSettings, angle: Array) -> MobilityCount:
-        raise NotImplementedError("the joints of a pymunk space are not counted yet")
+        return space_mobility(machine, settings, angle)
 
     def paste(self, machine: Machine, settings: PymunkSettings) -> str:
         return paste(machine, settings)

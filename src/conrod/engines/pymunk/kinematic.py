@@ -9,10 +9,11 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states, observed_points
 from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import Build, build
+from conrod.engines.pymunk.space import build
 from conrod.engines.secant import close_gap
 from conrod.mechanism import CamContact, Prismatic, pins_of
 from conrod.motion import Array

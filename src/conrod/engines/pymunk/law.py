@@ -24,6 +24,7 @@ from conrod.engines.pymunk.drift import predicted_softness
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon
 from conrod.engines.smoothness import largest_derivatives, rounding
+from conrod.equivalent_linkage import CONTACT
 
 LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)
 CONTACT_LAW = (
@@ -35,8 +36,8 @@ LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the exact motion
 
 
 def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
-    """Bounds for full correction; none where a share of the error is left at each step."""
-    if settings.error_bias > 0.0:
+    """Bounds for full correction; none where a share of the error is left at each step, or of another model."""
+    if settings.error_bias > 0.0 or settings.dressing or settings.cam != CONTACT:
         return ExpectedError(None, None, None)
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)

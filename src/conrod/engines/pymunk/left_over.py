@@ -34,7 +34,7 @@ def gap_rate_left(form: ModelForm, settings: PymunkSettings, centres: Array, rat
     mechanism = form.mechanism
     if mechanism.cam_contacts or settings.rounded_state:
         return None
-    h = settings.timestep
+    h = settings.substep
     mending = (1.0 - settings.error_bias**h) / h
     bodies = pose_jets(mechanism, list(body_states(mechanism, centres, rates)))
     held = [joint for joint in mechanism.joints if joint.name != mechanism.driver.joint]

@@ -9,6 +9,8 @@ from typing import Any, ClassVar
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.left_out_rod import BODY, ROD_FORMS
 from conrod.engines.plain import plain
+from conrod.engines.pymunk.dressing_names import SUBSTEPS, in_order
+from conrod.equivalent_linkage import CAM_FORMS, CONTACT
 from conrod.errors import unknown_choice
 from conrod.mass_ratio import mass_ratio
 from conrod.mechanism import Mechanism
@@ -37,6 +39,7 @@ class PymunkSettings:
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     rounded_state: bool = False  # to single precision, after each step
     dressing: tuple[str, ...] = ()  # names of what the model carries beside what it needs, see `ingredients`
+    cam: str = CONTACT  # how a cam drives its follower, see `CAM_FORMS`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning, or what Chipmunk aborts the interpreter on.
@@ -46,6 +49,9 @@ class PymunkSettings:
         """
         if self.rod not in ROD_FORMS:
             raise unknown_choice("rod", self.rod, ROD_FORMS)
+        if self.cam not in CAM_FORMS:
+            raise unknown_choice("cam", self.cam, CAM_FORMS)
+        object.__setattr__(self, "dressing", in_order(self.dressing))
         check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
@@ -53,6 +59,16 @@ class PymunkSettings:
         check_number("error_bias", self.error_bias, 0.0, 1.0)
         check_number("collision_bias", self.collision_bias, 0.0, 1.0)
         check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
+
+    @property
+    def substeps(self) -> int:
+        """Steps of the space for each one that is recorded."""
+        return max([1, *(SUBSTEPS[name] for name in self.dressing if name in SUBSTEPS)])
+
+    @property
+    def substep(self) -> float:
+        """Length of a step of the space [s]."""
+        return self.timestep / self.substeps
 
     def time_constant(self, contact: bool) -> float:
         bias = self.collision_bias if contact else self.error_bias

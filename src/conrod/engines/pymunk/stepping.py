@@ -13,8 +13,8 @@ import numpy as np
 import pymunk
 
 from conrod.chunks import chunks
+from conrod.engines.pymunk.built import Build, Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import Build, Pushed
 from conrod.motion import Array
 
 ffi: Any
@@ -58,13 +58,20 @@ def advance(
     centres, rates = np.empty((2, len(turns), 3 * len(made.bodies)))
     centres[:first], rates[:first] = begun
     way = _by_memory if memory_is_known() else _by_properties
-    turned = turns[first - 1 : -1]
+    turned = between(turns[first - 1 :], settings.substeps)
     if settings.rounded_state:
         turned = turned.astype(np.float32).astype(np.float64)
     # A number too large for single precision becomes infinite: the run diverges, which is told from what it recorded.
     with np.errstate(over="ignore"):
         way(made, settings, turned, centres[first:], rates[first:])
     return centres, rates
+
+
+def between(turns: Array, substeps: int) -> Array:
+    """Crank turns [rad] at the beginning of every step of the space, from those at the T samples; (k (T - 1),)."""
+    if substeps == 1:
+        return turns[:-1]
+    return np.asarray((turns[:-1, None] + np.diff(turns)[:, None] * np.arange(substeps) / substeps).ravel())
 
 
 def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: float, turns: list[float]) -> None:
@@ -90,16 +97,17 @@ def _repeat_private(space: Any, crank: Any, pushed: PrivatePushed, timestep: flo
 
 
 def _by_properties(made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array) -> None:
-    """Take a step from each turn, and fill in the samples after it."""
-    bodies, crank = made.bodies, made.crank
-    for n, turn in enumerate(turns.tolist()):
+    """Take a step from each turn, and fill in the samples after every one, or every so-many-th."""
+    bodies, crank, substeps = made.bodies, made.crank, settings.substeps
+    for n, turn in enumerate(turns.tolist(), start=1):
         crank.angle = turn
         for body, force in made.pushed:
             body.force = force
-        made.space.step(settings.timestep)
+        made.space.step(settings.substep)
         if settings.rounded_state:
             _round(bodies)
-        _record(bodies, centres[n], rates[n])
+        if n % substeps == 0:
+            _record(bodies, centres[n // substeps - 1], rates[n // substeps - 1])
 
 
 def _round(bodies: tuple[pymunk.Body, ...]) -> None:
@@ -119,16 +127,16 @@ def _record(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) -> No
 
 def _by_memory(made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array) -> None:
     # A new space takes its first step by the public call: it checks the bodies' masses, which the private one does not.
-    begun = int(made.space.current_time_step == 0.0)
-    _by_properties(made, settings, turns[:begun], centres, rates)
+    begun, substeps = int(made.space.current_time_step == 0.0), settings.substeps
+    _by_properties(made, settings, turns[: begun * substeps], centres, rates)
     memory = [memory_of(body) for body in made.bodies]
     crank, pushed = memory_of(made.crank), [(body._body, force) for body, force in made.pushed]
     step_and_copy = _step_round_and_copy if settings.rounded_state else _step_and_copy
-    for steps in chunks(len(turns[begun:]), BLOCK):
-        turned = turns[begun:][steps].tolist()
-        copies = step_and_copy(made.space._space, crank, pushed, settings.timestep, turned, memory)
-        states = np.frombuffer(copies).reshape(len(turned), WIDTH * len(memory))
+    for steps in chunks(len(centres) - begun, BLOCK):
         rows = slice(begun + steps.start, begun + steps.stop)
+        turned = turns[substeps * rows.start : substeps * rows.stop].tolist()
+        copies = step_and_copy(made.space._space, crank, pushed, settings.substep, turned, memory)
+        states = np.frombuffer(copies).reshape(len(turned), WIDTH * len(memory))[substeps - 1 :: substeps]
         # Without a mode, `take` would first fill an array of its own.
         np.take(states, _columns(CENTRE, len(memory)), axis=1, out=centres[rows], mode="clip")
         np.take(states, _columns(RATE, len(memory)), axis=1, out=rates[rows], mode="clip")

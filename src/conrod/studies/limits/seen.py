@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from conrod.comparison import point_errors
+from conrod.joined import joined
 from conrod.motion import Array
 from conrod.outcome import Verdict, joint_gaps
 from conrod.studies.limits.cell import LimitCell
@@ -13,7 +14,6 @@ from conrod.studies.limits.extremes import Extremes
 from conrod.studies.limits.fingerprint import Fingerprint, recorded
 from conrod.studies.limits.flights import HELD, Flights, longest
 from conrod.studies.limits.history import History
-from conrod.studies.limits.joined import joined
 from conrod.studies.limits.sizes import ORDERS, RunningErrors
 from conrod.studies.limits.solver_look import SolverLook
 from conrod.studies.measurement import Measurement

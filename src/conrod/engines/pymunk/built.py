@@ -1,0 +1,63 @@
+"""A pymunk `Space` made of a mechanism, with its bodies and joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pymunk
+
+from conrod.engines.left_out_rod import ModelForm
+from conrod.mechanism import GROUND, Mechanism, Point, to_world
+from conrod.motion import Array
+
+Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
+
+
+@dataclass(frozen=True)
+class Build:
+    """A space and its bodies, in the order of the bodies of the form's mechanism."""
+
+    form: ModelForm
+    space: pymunk.Space
+    bodies: tuple[pymunk.Body, ...]
+    # Constant forces have to be given again before every step, which clears them.
+    pushed: Pushed
+    names: dict[pymunk.Constraint, str]  # the joint that each constraint is of
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """What the engine is given: the mechanism without links that are left out."""
+        return self.form.mechanism
+
+    @property
+    def crank(self) -> pymunk.Body:
+        """The driven body."""
+        return self.bodies[self.mechanism.body_index[self.mechanism.crank]]
+
+    def place(self, poses: Array, rates: Array) -> None:
+        """Put the bodies into poses (3 n,) with rates (3 n,) of all links."""
+        poses, rates = self.form.kept(poses), self.form.kept(rates)
+        for i, (link, body) in enumerate(zip(self.mechanism.bodies, self.bodies, strict=True)):
+            x, y, phi = poses[3 * i : 3 * i + 3]
+            vx, vy, spin = rates[3 * i : 3 * i + 3]
+            gx, gy = to_world((x, y, phi), link.centre_of_gravity)
+            body.position, body.angle = (gx, gy), float(phi)
+            body.velocity = (vx - spin * (gy - y), vy + spin * (gx - x))
+            body.angular_velocity = float(spin)
+        self.space.reindex_shapes_for_body(self.space.static_body)
+
+    def hold(self, name: str, constraint: pymunk.Constraint) -> None:
+        """Add a constraint, of a joint of this name."""
+        self.names[constraint] = name
+        self.space.add(constraint)
+
+    def link(self, name: str) -> pymunk.Body:
+        """The body of a link; KeyError for a link that is left out."""
+        return self.space.static_body if name == GROUND else self.bodies[self.mechanism.body_index[name]]
+
+    def local(self, name: str, point: Point) -> Point:
+        """A point of a link in pymunk's body frame, whose origin is the centre of gravity."""
+        if name == GROUND:
+            return point
+        cx, cy = self.mechanism.body(name).centre_of_gravity
+        return (point[0] - cx, point[1] - cy)
