@@ -1,0 +1,57 @@
+"""The settings that a user's model comes with, and what of it a judgement has to leave aside."""
+
+from __future__ import annotations
+
+import mujoco
+
+from conrod.engines.mujoco.user_model.loading import listed, name_or_number
+from conrod.engines.mujoco.user_model.points import Crank
+from conrod.user_model import OwnSettings
+
+
+def own_settings(model: mujoco.MjModel) -> OwnSettings:
+    """Options of the model, and all softnesses that its closures have."""
+    option, closures = model.opt, range(model.neq)
+    return OwnSettings(
+        timestep=float(option.timestep),
+        integrator=mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_"),
+        solver=mujoco.mjtSolver(int(option.solver)).name.removeprefix("mjSOL_"),
+        iterations=int(option.iterations),
+        tolerance=float(option.tolerance),
+        gravity=(float(option.gravity[0]), float(option.gravity[1]), float(option.gravity[2])),
+        closure_solref=tuple(
+            dict.fromkeys((float(model.eq_solref[e][0]), float(model.eq_solref[e][1])) for e in closures)
+        ),
+        closure_impedance=tuple(
+            dict.fromkeys((float(model.eq_solimp[e][0]), float(model.eq_solimp[e][1])) for e in closures)
+        ),
+    )
+
+
+def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
+    """What of the model acts on the crank beside the drive, or is treated otherwise than the file says."""
+    told = []
+    joint, dof = crank.joint, crank.rate
+    if model.dof_armature[dof] > 0.0:
+        told.append(f"the crank has an armature of {model.dof_armature[dof]:g} by itself")
+    on_crank = [a for a in range(model.nu) if _acts_on(model, a, joint)]
+    if on_crank:
+        names = listed(name_or_number(model, "actuator", a) for a in on_crank)
+        told.append(f"on the crank acts {names}: its control is left at 0, and the drive overcomes it")
+    elif model.nu:
+        told.append("controls of actuators are left at 0")
+    if model.jnt_limited[joint]:
+        low, high = model.jnt_range[joint]
+        told.append(f"the crank has limits, {low:g} to {high:g} rad: a run that meets them is held there")
+    for what, value in (("damping", model.dof_damping[dof]), ("friction", model.dof_frictionloss[dof])):
+        size = float(abs(value).max())
+        if size > 0.0:
+            told.append(f"the crank has a {what} of {size:g}, which the drive overcomes")
+    if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
+        told.append("autoreset is on: a run that fails starts again in silence; it is off in these runs")
+    return tuple(told)
+
+
+def _acts_on(model: mujoco.MjModel, actuator: int, joint: int) -> bool:
+    by_joint = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    return model.actuator_trntype[actuator] in by_joint and int(model.actuator_trnid[actuator][0]) == joint
