@@ -12,6 +12,7 @@ from conrod.commands import exit_status
 from conrod.commands.ablate import ablate
 from conrod.commands.export import export
 from conrod.commands.limits import limits
+from conrod.commands.lint import lint
 from conrod.commands.recommend import recommend
 from conrod.commands.results import results
 from conrod.commands.show import show
@@ -28,7 +29,7 @@ def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
 
 
-for command in (show, validate, sweep, recommend, limits, ablate, results, export):
+for command in (show, validate, sweep, recommend, limits, ablate, lint, results, export):
     cli.add_command(command)
 
 

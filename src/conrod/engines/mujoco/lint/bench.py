@@ -1,0 +1,168 @@
+"""A model on the bench: its own run, and runs and timings of edited copies of it."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.lint.at_runtime import is_option, set_option
+from conrod.engines.mujoco.lint.document import Document
+from conrod.engines.mujoco.lint.edits import Edit, SetOption
+from conrod.engines.mujoco.lint.motion import Observed, Run, Start, largest_change, run
+from conrod.engines.mujoco.lint.poses import Poses
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.paired_timing import Clock, PairedCost, paired_cost
+
+# Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
+UNCHANGED = 1e-9
+
+
+class Bench:
+    """Everything that rules ask of a model.
+
+    Attributes:
+        document: the file.
+        drive: edits that every copy has: those that make the crank keep its speed, the step that is run with.
+        model: compiled with the drive.
+        start: state that all runs start from.
+        keyframe: index of the keyframe that the start is taken from; None where it is the model's own pose.
+        steps: of the model's own run.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        start: Start,
+        steps: int,
+        observed: Observed,
+        *,
+        keyframe: int | None,
+        drive: tuple[Edit, ...],
+        clock: Clock,
+    ) -> None:
+        self.document, self.start, self.steps, self.observed = document, start, steps, observed
+        self.keyframe, self.drive, self._clock = keyframe, drive, clock
+        self._runs: dict[tuple[Edit, ...], Run] = {}
+        self._poses: dict[tuple[Edit, ...], Poses] = {}
+        self._models: dict[tuple[Edit, ...], mujoco.MjModel] = {}
+        self._compiled: dict[tuple[Edit, ...], mujoco.MjModel] = {}  # without edits of options
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The model itself."""
+        return self.copy(())
+
+    @property
+    def run(self) -> Run:
+        """The model's own run."""
+        return self.run_of(())
+
+    @property
+    def poses(self) -> Poses:
+        """What the constraints are along the model's own run."""
+        return self.poses_of(())
+
+    def copy(self, edits: Sequence[Edit]) -> mujoco.MjModel:
+        """The model with edits.
+
+        Raises:
+            ValueError: it does not compile.
+        """
+        key = tuple(edits)
+        if key not in self._models:
+            every = (*self.drive, *key)
+            hard = tuple(edit for edit in every if not is_option(edit))
+            if hard not in self._compiled:
+                self._compiled[hard] = self.document.compiled(hard) if hard else self.document.model
+            model = copy.copy(self._compiled[hard])
+            for edit in every:
+                if isinstance(edit, SetOption) and is_option(edit):
+                    set_option(model, edit)
+            self._models[key] = model
+        return self._models[key]
+
+    def run_of(self, edits: Sequence[Edit]) -> Run:
+        """The same run with edits."""
+        key = tuple(edits)
+        if key not in self._runs:
+            self._runs[key] = run(self.copy(key), self.start, self.steps, self.observed)
+        return self._runs[key]
+
+    def poses_of(self, edits: Sequence[Edit]) -> Poses:
+        """What the constraints are along the run with edits."""
+        key = tuple(edits)
+        if key not in self._poses:
+            self._poses[key] = Poses(self.copy(key), self.start, self.run_of(key))
+        return self._poses[key]
+
+    def with_step(self, step: float) -> Bench:
+        """The same model run with another step [s], for the same time."""
+        steps = max(1, round(self.steps * float(self.model.opt.timestep) / step))
+        other = Bench(
+            self.document,
+            self.start,
+            steps,
+            self.observed,
+            keyframe=self.keyframe,
+            drive=(*self.drive, SetOption(("option",), "timestep", repr(step))),
+            clock=self._clock,
+        )
+        other._compiled = self._compiled
+        return other
+
+    # -- measures ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def size(self) -> float:
+        """Of the machine [m]: the diagonal of the box about its moving bodies and their joints, at the start."""
+        data = self.start.data(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        moving = self.model.body_weldid > 0
+        places = np.concatenate([data.xpos[moving], data.xipos[moving], data.xanchor])
+        size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
+        return size if size > 0.0 else float(self.model.stat.extent)
+
+    @cached_property
+    def scale(self) -> float:
+        """That changes of positions are told by [m]: the travel of what is observed; of what stands, the size."""
+        travel = self.run.travel
+        return travel if travel > UNCHANGED * self.size else self.size
+
+    def change(self, edits: Sequence[Edit]) -> float:
+        """The largest change of the observed positions that edits make, over the travel."""
+        return largest_change(self.run, self.run_of(edits)) / self.scale
+
+    def cost(self, edits: Sequence[Edit]) -> PairedCost:
+        """Of a step of the model over one with edits."""
+        return paired_cost(self._stepper(self.model), self._stepper(self.copy(edits)), clock=self._clock)
+
+    def _stepper(self, model: mujoco.MjModel) -> Callable[[], Callable[[int], None]]:
+        def make() -> Callable[[int], None]:
+            data = self.start.data(model)
+            done = 0
+
+            def advance(steps: int) -> None:
+                nonlocal done, data
+                # What comes after the run that was looked at is not what the model is for.
+                if done + steps > self.steps and done:
+                    data, done = self.start.data(model), 0
+                mujoco.mj_step(model, data, steps)
+                done += steps
+
+            return advance
+
+        def quiet() -> Callable[[int], None]:
+            with warnings_kept_quiet():
+                return make()
+
+        return quiet
+
+
+def relative(change: float) -> float:
+    """A number that goes into JSON: infinity is none."""
+    return change if math.isfinite(change) else 1e300

@@ -1,0 +1,192 @@
+"""All rules asked about a model, and the safe fixes made. Nothing is written but by whoever asked."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.document import Document, differing
+from conrod.engines.mujoco.lint.edits import Edit, SetAttribute
+from conrod.engines.mujoco.lint.finding import Finding, Fixed, Note, Report
+from conrod.engines.mujoco.lint.motion import Observed, Start
+from conrod.engines.mujoco.lint.poses import equality_rows
+from conrod.engines.mujoco.lint.request import DEFAULT_STEPS, MOST_STEPS, Request
+from conrod.engines.mujoco.lint.rules import RULES
+from conrod.engines.mujoco.lint.stability import longest_stable
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.engines.mujoco.user_model.loading import element_id, names_of
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.paired_timing import Clock
+
+# Flywheel of a driven crank, over the inertia that the machine shows to it: the speed is kept to a per cent, and the
+# solver's tolerance, which MuJoCo scales by the mean inertia, is coarser by no more than this.
+FLYWHEEL = 100.0
+
+
+def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Report:
+    """What a model carries that its motion does not need, and what will bite.
+
+    To be called in a process of its own, see `conrod.confined`.
+
+    Args:
+        path: an MJCF file.
+        clock: for the costs.
+
+    Raises:
+        InvalidInput: the file cannot be used, or has not what the request names.
+    """
+    check_rules(request.ignored)
+    document = Document(path)
+    with warnings_kept_quiet():
+        bench = prepared(document, request, clock)
+        return judged(bench, str(path), request)
+
+
+def check_rules(names: tuple[str, ...]) -> None:
+    """Refuse a name that no rule has."""
+    for name in names:
+        if name not in {rule.name for rule in RULES}:
+            raise unknown_choice("rule", name, [rule.name for rule in RULES])
+
+
+def judged(bench: Bench, path: str, request: Request) -> Report:
+    """All rules."""
+    steady, notes = bench, list[Note]()
+    told = _told(bench)
+    longest = longest_stable(bench)
+    if longest is not None and longest < float(bench.model.opt.timestep):
+        # What a step makes wrong that is too long must not be laid to something else.
+        steady = bench.with_step(0.5 * longest)
+        notes.append(Note("step-too-long", f"all other rules are judged with a step of {0.5 * longest:.4g} s"))
+    elif longest is None:
+        notes.append(Note("step-too-long", "rules that need a run that holds together are not judged"))
+    findings: list[Finding] = []
+    for rule in RULES:
+        if rule.name in request.ignored or (rule.needs_motion and longest is None):
+            continue
+        for answer in rule.judge(bench if rule.name == "step-too-long" else steady):
+            if isinstance(answer, Finding):
+                findings.append(answer)
+            else:
+                notes.append(answer)
+    findings.sort(key=lambda finding: (finding.harm, -(finding.change or 0.0)))
+    fixed = None if request.fix_folder is None else fix(steady, tuple(findings), Path(request.fix_folder))
+    files = tuple(str(file) for file in bench.document.files)
+    return Report(path, told, tuple(findings), tuple(notes), fixed, files)
+
+
+def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
+    """The model with the safe edits of all findings, as a file of a folder.
+
+    Raises:
+        InvalidInput: from there it would not find what it needs.
+    """
+    edits: tuple[Edit, ...] = tuple(edit for finding in findings if finding.safe for edit in finding.edits)
+    if not edits:
+        return Fixed("", (), 0.0, None)
+    document, moved = bench.document, bench.document.moved(folder)
+    try:
+        other = differing(bench.copy(edits), document.compiled((*bench.drive, *edits, *moved), folder))
+    except ValueError as error:
+        other = " ".join(str(error).split())
+    if other:
+        raise InvalidInput(f"--fix: write it into {document.folder}, beside the model: elsewhere it differs ({other})")
+    lines = [f"    {edit.told}" for edit in edits]
+    comment = "\n".join(("", "  With these changes by the lint command of conrod:", *lines, "  "))
+    return Fixed(document.text((*edits, *moved), comment), edits, relative(bench.change(edits)), bench.cost(edits))
+
+
+# -- what is run -----------------------------------------------------------------------------------------------------
+
+
+def prepared(document: Document, request: Request, clock: Clock) -> Bench:
+    """The model on the bench, as it was asked for."""
+    model = document.model
+    if not model.nv:
+        raise InvalidInput("nothing in the model can move")
+    data = mujoco.MjData(model)
+    keyframe = _keyframe(model, request.keyframe)
+    if keyframe is not None:
+        mujoco.mj_resetDataKeyframe(model, data, keyframe)
+    step = float(model.opt.timestep)
+    steps = DEFAULT_STEPS if request.seconds is None else max(2, math.ceil(request.seconds / step))
+    if steps > MOST_STEPS:
+        raise InvalidInput(f"{request.seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
+    drive = _drive(document, data, request)
+    observed = _observed(model, request)
+    return Bench(document, Start.of(data), steps, observed, keyframe=keyframe, drive=drive, clock=clock)
+
+
+def _told(bench: Bench) -> str:
+    model = bench.model
+    start = "its own pose"
+    if bench.keyframe is not None:
+        start = f"keyframe {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, bench.keyframe) or bench.keyframe}"
+    driven = "driven" if bench.drive else "free"
+    step = float(model.opt.timestep)
+    return f"a {driven} run of {bench.steps} steps of {step:g} s from {start}"
+
+
+def _keyframe(model: mujoco.MjModel, given: str | None) -> int | None:
+    if given is None:
+        return 0 if model.nkey else None
+    if given.isdecimal() and int(given) < model.nkey:
+        return int(given)
+    names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, k) or str(k) for k in range(model.nkey)]
+    if given == "qpos0":
+        return None
+    if given not in names:
+        raise unknown_choice("keyframe", given, [*names, "qpos0"])
+    return names.index(given)
+
+
+def _observed(model: mujoco.MjModel, request: Request) -> Observed:
+    found: dict[str, list[int]] = {"site": [], "body": [], "geom": []}
+    for kind, name in request.points:
+        found[kind].append(element_id(model, kind, name))
+    return Observed(*(tuple(found[kind]) for kind in ("site", "body", "geom")))
+
+
+def _drive(document: Document, data: mujoco.MjData, request: Request) -> tuple[Edit, ...]:
+    """Set the machine in motion, and give its crank a flywheel."""
+    model = document.model
+    if request.speed is None:
+        if request.crank is not None:
+            raise InvalidInput(f"--crank {request.crank}: say with --scene how fast it turns")
+        return ()
+    joint = _crank(model, request.crank)
+    if not document.can_edit("joint", joint):
+        raise InvalidInput("the crank is made by a macro of the model; it cannot be driven")
+    dof = int(model.jnt_dofadr[joint])
+    data.qvel[:] = 0.0
+    mujoco.mj_forward(model, data)
+    jacobian = equality_rows(model, data).jacobian
+    others = np.delete(np.arange(model.nv), dof)
+    speeds = np.zeros(model.nv)
+    speeds[dof] = request.speed
+    speeds[others] = -np.linalg.pinv(jacobian[:, others], rcond=1e-9) @ jacobian[:, dof] * request.speed
+    data.qvel[:] = speeds
+    momentum = np.empty(model.nv)
+    mujoco.mj_mulM(model, data, momentum, speeds)
+    inertia = float(speeds @ momentum) / request.speed**2
+    armature = max(float(model.dof_armature[dof]), FLYWHEEL * inertia)
+    return (SetAttribute("joint", joint, request.crank or "crank", "armature", repr(armature)),)
+
+
+def _crank(model: mujoco.MjModel, name: str | None) -> int:
+    hinges = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE]
+    if name is not None:
+        joint = element_id(model, "joint", name)
+        if joint not in hinges:
+            raise InvalidInput(f"--crank {name}: it is no hinge")
+        return joint
+    on_frame = [j for j in hinges if model.body_weldid[model.body_parentid[model.jnt_bodyid[j]]] == 0]
+    if len(on_frame) != 1:
+        names = ", ".join(names_of(model, "joint")) or "none has a name"
+        raise InvalidInput(f"{len(on_frame)} hinges are on the frame: name the crank with --crank (joints: {names})")
+    return on_frame[0]

@@ -1,0 +1,92 @@
+"""Closures that give way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.edits import Edit, SetAttribute
+from conrod.engines.mujoco.lint.finding import Finding, Harm
+from conrod.engines.mujoco.lint.poses import CLOSING
+from conrod.engines.mujoco.lint.rule import Rule
+from conrod.engines.mujoco.settings import STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF
+from conrod.engines.mujoco.user_model.loading import name_or_number
+from conrod.motion import Array
+
+# Of the machine's size. A bearing's play is a ten-thousandth of a small machine (30 micrometres in 0.3 m): closures
+# that give way by more are worse than a real joint.
+PLAY = 1e-4
+# A closure that opens ten times less when it is made stiff opens because it was soft, and for no other reason.
+TENFOLD = 0.1
+# Time constants [steps] at which conrod's preset `tuned` closes loops: RK4 loses its order below.
+STIFF_STEPS = {int(mujoco.mjtIntegrator.mjINT_RK4): 8.0}
+LEAST_STEPS = 2.0  # MuJoCo admits no less
+
+
+def judge(bench: Bench) -> Iterator[Finding]:
+    """Connects and welds that open in the run, and would not if they were stiff."""
+    model = bench.model
+    before = _worst(bench, ())
+    loose = [i for i in range(model.neq) if before[i] > PLAY * bench.size and bench.document.can_edit("equality", i)]
+    if not loose:
+        return
+    edits = tuple(edit for index in loose for edit in stiff(model, index))
+    if bench.run_of(edits).broke:
+        return
+    after = _worst(bench, edits)
+    loose = [index for index in loose if after[index] <= TENFOLD * before[index]]
+    if not loose:
+        return
+    names = tuple(name_or_number(model, "equality", index) for index in loose)
+    change = bench.change(edits)
+    worst = max(loose, key=lambda index: before[index])
+    stock = sum(_is_stock(model, index) for index in loose)
+    yield Finding(
+        rule=RULE.name,
+        subjects=names,
+        what=f"closures give way: {name_or_number(model, 'equality', worst)} opens by {1e3 * before[worst]:.3g} mm",
+        harm=Harm.WRONG,
+        evidence=(
+            ("opening [m]", float(before[worst])),
+            ("opening over size", float(before[worst] / bench.size)),
+            ("opening when stiff [m]", float(after[worst])),
+            ("closures with the stock solref and solimp", f"{stock} of {len(loose)}"),
+            ("change of motion when stiff", relative(change)),
+        ),
+        why="the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step "
+        "helps",
+        fix="stiffer closures, as here, unless they are meant to give way; `conrod harden` takes out what no file can",
+        edits=tuple(edit for index in loose for edit in stiff(model, index)),
+        change=change,
+    )
+
+
+def stiff(model: mujoco.MjModel, index: int) -> tuple[Edit, ...]:
+    """A closure as stiff as a model file can make it."""
+    name = name_or_number(model, "equality", index)
+    steps = STIFF_STEPS.get(int(model.opt.integrator), LEAST_STEPS)
+    return (
+        SetAttribute("equality", index, name, "solref", f"{steps * float(model.opt.timestep):.6g} 1"),
+        SetAttribute("equality", index, name, "solimp", " ".join(f"{value:g}" for value in STIFF_SOLIMP)),
+    )
+
+
+def _worst(bench: Bench, edits: tuple[Edit, ...]) -> Array:
+    """The widest opening (neq,) [m] of each; where one is open at the start, after the first quarter of the run."""
+    openings = bench.poses_of(edits).openings
+    settled = openings[len(openings) // 4 :].max(axis=0)
+    return np.asarray(np.where(openings[0] <= PLAY * bench.size, openings.max(axis=0), settled))
+
+
+def _is_stock(model: mujoco.MjModel, index: int) -> bool:
+    return bool(
+        model.eq_type[index] in CLOSING
+        and np.array_equal(model.eq_solref[index], STOCK_SOLREF)
+        and np.array_equal(model.eq_solimp[index], STOCK_SOLIMP)
+    )
+
+
+RULE = Rule("soft-closure", judge)

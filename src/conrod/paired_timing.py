@@ -1,0 +1,98 @@
+"""Cost of one way of stepping over another: both timed in turns in one process.
+
+Two timings made one after the other differ by whatever else the machine did meanwhile. In turns, each of them first as
+often as the other, what slows the machine for longer than a block slows both.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+# CPU time of the calling thread [ns].
+Clock = Callable[[], int]
+Stepper = Callable[[int], None]
+
+ROUNDS = 24
+# Of a block [s]: a thousand times what the clock and the calls cost.
+BLOCK_TIME = 2e-3
+# Pairs of steppers that are made anew: where in the memory a model lies makes it faster or slower by a few per cent,
+# the same model too, and for as long as it lives.
+PAIRS = 4
+MOST_STEPS = 4096  # in a block
+
+
+@dataclass(frozen=True)
+class PairedCost:
+    """CPU time of a step of one way over a step of the other.
+
+    Attributes:
+        ratio: median of the rounds' ratios.
+        low, high: their quartiles; where 1 lies between them, no difference was seen.
+        seconds: least CPU time of a step of the first [s].
+        rounds: how many.
+    """
+
+    ratio: float
+    low: float
+    high: float
+    seconds: float
+    rounds: int
+
+
+def paired_cost(
+    make_one: Callable[[], Stepper],
+    make_other: Callable[[], Stepper],
+    *,
+    rounds: int = ROUNDS,
+    clock: Clock = time.thread_time_ns,
+) -> PairedCost:
+    """Time one way of stepping against another.
+
+    Args:
+        make_one, make_other: give a function that advances by a number of steps, from the start; what it then steps
+            through should be the same in both.
+        rounds: how often both are timed, at least once.
+        clock: CPU time of the calling thread [ns].
+    """
+    spent: list[tuple[int, int]] = []
+    pairs = min(PAIRS, rounds)
+    for pair in range(pairs):
+        steppers = (make_one(), make_other())
+        steps = _block(steppers, clock)
+        for turn in range(pair, rounds, pairs):
+            spent.append(_round(steppers, steps, turn // pairs % 2 == 1, clock))
+    times = 1e-9 * np.array(spent, dtype=float)
+    # A clock that has not moved must not divide by zero.
+    ratios = (times[:, 0] + 1e-12) / (times[:, 1] + 1e-12)
+    low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75))
+    return PairedCost(float(middle), float(low), float(high), float(times[:, 0].min()) / steps, rounds)
+
+
+def _block(steppers: tuple[Stepper, Stepper], clock: Clock) -> int:
+    """Warm both up; how many steps take the time of a block."""
+    steps = 16
+    while True:
+        slower = 1e-9 * max(_spent(stepper, steps, clock) for stepper in steppers)
+        if slower >= BLOCK_TIME or steps >= MOST_STEPS:
+            return max(1, math.ceil(steps * min(1.0, BLOCK_TIME / max(slower, 1e-12))))
+        steps *= 2
+
+
+def _round(steppers: tuple[Stepper, Stepper], steps: int, other_first: bool, clock: Clock) -> tuple[int, int]:
+    """CPU times [ns] of a block of each."""
+    if other_first:
+        two = _spent(steppers[1], steps, clock)
+        return _spent(steppers[0], steps, clock), two
+    one = _spent(steppers[0], steps, clock)
+    return one, _spent(steppers[1], steps, clock)
+
+
+def _spent(stepper: Stepper, steps: int, clock: Clock) -> int:
+    begin = clock()
+    stepper(steps)
+    return clock() - begin
