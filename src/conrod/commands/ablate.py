@@ -13,8 +13,8 @@ from conrod.commands import options
 if TYPE_CHECKING:
     from conrod.commands.runner import Options
     from conrod.files import Batch
+    from conrod.studies.ablate.plan import AblationPlan
     from conrod.studies.ablate.results import AblationStudy
-    from conrod.studies.ablate.study import AblationPlan
 
 ROUNDS = 200
 LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
@@ -61,7 +61,7 @@ def ablate(
     from conrod.ranges import check_count
     from conrod.report.ablate.document import check_ablate_apart, check_ablate_folder
     from conrod.selection import STEPS, select_engines, select_scenes
-    from conrod.studies.ablate.study import plan_ablation
+    from conrod.studies.ablate.plan import plan_ablation
 
     chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
     if steps_per_rev is not None:
@@ -86,14 +86,18 @@ def ablate(
 def _studies(plans: Sequence[Sequence[AblationPlan]], how: Options) -> list[AblationStudy]:
     from conrod.commands.runner import Runner
     from conrod.studies.ablate.perform import measure_change, measure_cost
-    from conrod.studies.ablate.study import ablation_study
+    from conrod.studies.ablate.study import ablation_study, completed_plan
 
-    every = [plan for of_scene in plans for plan in of_scene]
     with Runner.of(how) as runner:
-        runs = runner.run([cell for plan in every for cell in plan.cells()], "runs", measure_change)
+        with runner.answering(measure_change) as run:
+            # Which ingredients a dressed model is to have is known when each has been seen alone.
+            first = run([cell for of_scene in plans for plan in of_scene for cell in plan.change_cells()])
+            whole = [[completed_plan(plan, first) for plan in of_scene] for of_scene in plans]
+            runs = run([cell for of_scene in whole for plan in of_scene for cell in plan.change_cells()])
         # After all runs, one at a time: what runs beside a timing is in it.
-        costs = runner.run_alone([cell for plan in every for cell in plan.cost_cells(runs)], "costs", measure_cost)
-    return [ablation_study(of_scene, runs, costs) for of_scene in plans]
+        timed = [cell for of_scene in whole for plan in of_scene for cell in plan.cost_cells(runs)]
+        costs = runner.run_alone(timed, "costs", measure_cost)
+    return [ablation_study(of_scene, runs, costs) for of_scene in whole]
 
 
 def _print_and_write(

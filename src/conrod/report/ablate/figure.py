@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.report.ablate.words import alone, in_full, ratio_text
 from conrod.report.canvas import on_grid, on_log_grid
 from conrod.report.numbers import ROUNDING
 from conrod.studies.ablate.results import EngineAblation, Evidence, IngredientResult, Verdict
-from conrod.studies.ablate.verdict import COSTS, levels
+from conrod.studies.ablate.verdict import COSTS, Effect, Levels
 
 WIDTH, ROW = 9.5, 0.24  # [inch]
 LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 2.6, 0.25, 0.85, 0.42, 0.5  # [inch]
@@ -28,15 +27,17 @@ COLOURS = {
     Verdict.UNTOLD: "#777777",
 }
 APART = 0.17  # of a row: the two models of an ingredient above each other
+Row = IngredientResult | str  # or the heading of those below it
 TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 FEW_TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-NARROW = 8.0  # largest ratio of the ends of a cost axis that has all the ticks
-TITLE_LENGTH = 40  # characters of an ingredient's title that fit beside its row
+NARROW = 30.0  # largest ratio of the ends of a cost axis that has all the ticks
+END_LENGTH = 28  # characters of how a run ended that fit into its row
+TITLE_LENGTH = 36  # characters of an ingredient's title that fit beside its row
 
 
 def ingredients_figure(found: EngineAblation) -> Figure | None:
     """The figure of an engine; None where it has no ingredients."""
-    rows = found.ingredients
+    rows = _rows(found.ingredients)
     if not rows:
         return None
     tall = ROW * len(rows)
@@ -52,18 +53,32 @@ def ingredients_figure(found: EngineAblation) -> Figure | None:
         for row in range(1, len(rows), 2):
             axes.axhspan(row - 0.5, row + 0.5, color="#f5f5f5", zorder=0, linewidth=0)
     _costs(costs, rows)
-    _changes(changes, rows, levels(found.variants[0])["position"])
+    _changes(changes, rows, Levels.of(found.variants).motion["position"])
     _verdicts(changes, rows)
     figure.legend(handles=_legend(), loc="upper center", ncol=4, bbox_to_anchor=(0.5, 1.0 - 0.03 / height))
     return figure
 
 
-def _costs(axes: Axes, rows: Sequence[IngredientResult]) -> None:
+def _rows(ingredients: Sequence[IngredientResult]) -> list[Row]:
+    """Ingredients, those that are added and those that the minimal model consists of each under a heading."""
+    rows = list[Row]()
+    for heading, minimal in (("added", False), ("part of the minimal model", True)):
+        some = [one for one in ingredients if one.minimal is minimal]
+        rows += [heading, *some] if some else []
+    return rows
+
+
+def _seen(rows: Sequence[Row]) -> list[tuple[int, IngredientResult, Evidence]]:
+    """Every piece of evidence with its row."""
+    found = [(row, one) for row, one in enumerate(rows) if isinstance(one, IngredientResult)]
+    return [(row, one, evidence) for row, one in found for evidence in one.evidence]
+
+
+def _costs(axes: Axes, rows: Sequence[Row]) -> None:
     axes.set_xscale("log")
-    found = [(row, one, alike) for row, one in enumerate(rows) for alike in (alone(one), in_full(one))]
     ends = [1.0]
-    for row, one, evidence in found:
-        if evidence is None or evidence.cost is None:
+    for row, one, evidence in _seen(rows):
+        if evidence.cost is None:
             continue
         low, middle, high = on_grid(np.array([evidence.cost.low, evidence.cost.ratio, evidence.cost.high]), 1.0)
         at, colour = _lane(row, one, evidence), _colour(one)
@@ -75,23 +90,27 @@ def _costs(axes: Axes, rows: Sequence[IngredientResult]) -> None:
     low, high = min(ends) / 1.06, max(ends) * 1.06
     axes.set_xlim(low, high)
     ticks = [tick for tick in (TICKS if high / low < NARROW else FEW_TICKS) if low <= tick <= high]
-    axes.set_xticks(ticks, [ratio_text(tick).rstrip("0").rstrip(".") for tick in ticks])
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
     axes.set_xlabel("CPU time with it over without it")
     axes.set_yticks(range(len(rows)), [_title(one) for one in rows])
+    for label, shown in zip(axes.get_yticklabels(), rows, strict=True):
+        if isinstance(shown, str):
+            label.set_style("italic")
+            label.set_color("#666666")
     axes.tick_params(axis="y", length=0)
 
 
-def _changes(axes: Axes, rows: Sequence[IngredientResult], level: float) -> None:
+def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     axes.set_xscale("log")
     largest = level
-    for row, one in enumerate(rows):
-        for evidence in (alone(one), in_full(one)):
-            if evidence is None or evidence.change is None:
-                continue
-            change = float(on_log_grid(np.array([evidence.change["position"]]))[0])
-            axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(_colour(one), evidence))
-            largest = max(largest, change)
+    for row, one, evidence in _seen(rows):
+        if evidence.change is None:
+            _end(axes, _lane(row, one, evidence), evidence, _colour(one))
+            continue
+        change = float(on_log_grid(np.array([evidence.change["position"]]))[0])
+        axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(_colour(one), evidence))
+        largest = max(largest, change)
     top = 10.0 ** np.ceil(np.log10(largest) + 0.3)
     axes.set_xlim(0.5 * ROUNDING, top)
     axes.axvspan(0.5 * ROUNDING, float(on_log_grid(np.array([level]))[0]), color="#e2e2e2", zorder=1, linewidth=0)
@@ -106,9 +125,21 @@ def _changes(axes: Axes, rows: Sequence[IngredientResult], level: float) -> None
     axes.set_yticks([])
 
 
-def _verdicts(axes: Axes, rows: Sequence[IngredientResult]) -> None:
+def _end(axes: Axes, at: float, evidence: Evidence, colour: str) -> None:
+    """How the run ended that has no motion to compare."""
+    how = {Effect.NEEDED.value: "without it", Effect.WORSE.value: "with it"}.get(evidence.effect, "")
+    text = f"{evidence.because} {how}".strip()
+    text = text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
+    axes.annotate(
+        text, (0.98, at), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=7.5, color=colour
+    )
+
+
+def _verdicts(axes: Axes, rows: Sequence[Row]) -> None:
     """The verdict in words at the right end of each row."""
     for row, one in enumerate(rows):
+        if isinstance(one, str):
+            continue
         axes.annotate(
             one.verdict,
             (1.0, row),
@@ -146,7 +177,9 @@ def _colour(one: IngredientResult) -> str:
     return next(colour for verdict, colour in COLOURS.items() if verdict.slug == one.verdict)
 
 
-def _title(one: IngredientResult) -> str:
+def _title(one: Row) -> str:
+    if isinstance(one, str):
+        return one
     return one.title if len(one.title) <= TITLE_LENGTH else one.name
 
 

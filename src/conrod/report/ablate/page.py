@@ -17,10 +17,15 @@ QUANTITIES = ("position", "velocity", "acceleration")
 ROLES = {
     Role.MINIMAL: "minimal",
     Role.ADDED: "minimal + {}",
+    Role.REDUCED: "minimal - {}",
     Role.DRESSED: "fully dressed",
     Role.TAKEN: "fully dressed - {}",
-    Role.REDUCED: "minimal - {}",
+    Role.HARMED: "fully dressed + {}",
+    Role.ALL: "all ingredients",
 }
+
+# A model, and those that are made from it.
+FAMILIES = ((Role.MINIMAL, (Role.ADDED, Role.REDUCED)), (Role.DRESSED, (Role.TAKEN, Role.HARMED, Role.ALL)))
 
 
 def ablate_page(study: AblationStudy, entry: Mapping[str, Any], drawn: Collection[str]) -> str:
@@ -54,7 +59,8 @@ def _engine(study: AblationStudy, found: EngineAblation, drawn: Collection[str])
     )
     return [
         f"## {title}",
-        f"{words.speed_up(found)} {_made_on(found)}",
+        f"{words.speed_up(found)} {words.left_out(found)}",
+        _made_on(found),
         *([shown, prose.FIGURE] if found.engine in drawn else []),
         _ingredients(found),
         *_meanings(found),
@@ -66,7 +72,7 @@ def _engine(study: AblationStudy, found: EngineAblation, drawn: Collection[str])
 
 def _made_on(found: EngineAblation) -> str:
     steps, turns = found.steps_per_revolution, numbers.quantity(found.revolutions)
-    return f"{steps} steps a revolution, {turns} revolutions; costs taken on {found.machine}."
+    return f"Runs of {turns} revolutions at {steps} steps each; costs taken on {found.machine}."
 
 
 def _ingredients(found: EngineAblation) -> str:
@@ -126,7 +132,7 @@ def _model(variant: VariantResult) -> list[str]:
 
 def _counts(found: EngineAblation, gruebler: Gruebler) -> list[str]:
     head = ["model", "degrees of freedom", "constraint rows", "rank", "left", "redundant and empty rows", "missing"]
-    rows = [_count(names, found, gruebler) for names in _alike(found)]
+    rows = [_count(alike, gruebler) for alike in _alike(found)]
     return [f"### Counted in {engine_title(found.engine)}", table(head, rows)] if rows else []
 
 
@@ -139,12 +145,12 @@ def _alike(found: EngineAblation) -> list[Sequence[VariantResult]]:
     return list(groups.values())
 
 
-def _count(alike: Sequence[VariantResult], found: EngineAblation, gruebler: Gruebler) -> list[str]:
+def _count(alike: Sequence[VariantResult], gruebler: Gruebler) -> list[str]:
     count = alike[0].mobility
     assert count is not None
     rank = str(count.most_rank) if count.least_rank == count.most_rank else f"{count.least_rank} .. {count.most_rank}"
     return [
-        _names(alike, found),
+        _names(alike),
         str(count.coordinates),
         str(count.rows),
         rank,
@@ -154,9 +160,13 @@ def _count(alike: Sequence[VariantResult], found: EngineAblation, gruebler: Grue
     ]
 
 
-def _names(alike: Sequence[VariantResult], found: EngineAblation) -> str:
-    """The largest group by what it is not: all that others do not name."""
-    names = [variant_name(variant) for variant in alike]
-    if alike[0].role == Role.MINIMAL.value and len(alike) > len(found.variants) // 2:
-        return "minimal, and all that are not named below"
-    return ", ".join(names)
+def _names(alike: Sequence[VariantResult]) -> str:
+    """Their names; where most of those made from a model are like it, that they are."""
+    names = []
+    for base, others in FAMILIES:
+        family = [variant for variant in alike if Role(variant.role) in (base, *others)]
+        if len(family) > 1 and any(variant.role == base.value for variant in family):
+            names.append(f"{ROLES[base]}, and all others made from it that are not named")
+        else:
+            names += [variant_name(variant) for variant in family]
+    return "; ".join(names)

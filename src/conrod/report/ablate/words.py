@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from conrod.report import numbers
 from conrod.studies.ablate.results import (
@@ -14,12 +14,10 @@ from conrod.studies.ablate.results import (
     Verdict,
 )
 from conrod.studies.ablate.variants import Role
-from conrod.studies.ablate.verdict import COSTS
+from conrod.studies.ablate.verdict import BESIDE_OTHERS, CHANGES_TORQUE, COSTS, NO_CHANGE, torque_verdict
 from conrod.studies.paired_clock import PairedTiming
 
 TORQUE = "drive torque"
-# A model's constraints are named one by one up to so many.
-NAMED = 4
 
 
 def cost_text(cost: PairedTiming | None) -> str:
@@ -71,10 +69,17 @@ def saves_time(ingredient: IngredientResult) -> bool:
 
 
 def torque_text(ingredient: IngredientResult) -> str:
-    """What measurement says of the drive torque: required, harmful, no change, or nothing."""
-    if not any(one.torque_effect for one in ingredient.evidence):
+    """What measurement says of the drive torque: required, harmful, by how much it changes it, or nothing."""
+    told = [one for one in ingredient.evidence if one.torque_effect]
+    if not told:
         return numbers.MISSING
-    return ingredient.torque or "no change"
+    if not ingredient.torque:
+        return "no change"
+    showing = [one for one in told if torque_verdict([one]) == ingredient.torque]
+    first = next((one for one in showing if not one.full), showing[0])
+    size = f", by {numbers.measured(first.torque_change)}" if ingredient.torque == CHANGES_TORQUE else ""
+    beside = f" ({BESIDE_OTHERS})" if first.full and alone(ingredient) else ""
+    return f"{ingredient.torque}{size}{beside}"
 
 
 def needs_of(ingredient: IngredientResult) -> tuple[str, ...]:
@@ -95,16 +100,37 @@ def speed_up(found: EngineAblation) -> str:
     """How much faster the minimal model is than the dressed one, and by how much their motion differs."""
     dressed = found.variant(Role.DRESSED.value)
     if dressed is None:
-        return "No ingredient is there to be added."
+        return "There is no ingredient that could be added."
     if dressed.cost is None or dressed.change is None:
         return f"The fully dressed model did not run to its end: {dressed.reason or dressed.outcome}."
-    cost = dressed.cost
+    change = {quantity: numbers.measured(value) for quantity, value in dressed.change.items()}
+    largest = max(dressed.change.values())
+    equal = f": they are equal within {numbers.quantity(NO_CHANGE)}" if largest <= NO_CHANGE else ""
     return (
-        f"The minimal model is **{ratio_text(cost.ratio)} times** as fast as the fully dressed one "
-        f"({ratio_text(cost.low)} .. {ratio_text(cost.high)}), and the observed motion of the two differs by at most "
-        f"{numbers.measured(dressed.change['position'])} in position, {numbers.measured(dressed.change['velocity'])} "
-        f"in velocity and {numbers.measured(dressed.change['acceleration'])} in acceleration."
+        f"The minimal model is **{ratio_text(dressed.cost.ratio)} times** as fast as the fully dressed one "
+        f"({ratio_text(dressed.cost.low)} .. {ratio_text(dressed.cost.high)}), and the observed motion of the two "
+        f"differs by at most {change['position']} in position, {change['velocity']} in velocity and "
+        f"{change['acceleration']} in acceleration{equal}."
     )
+
+
+def left_out(found: EngineAblation) -> str:
+    """What the dressed model was not given, and what it would be with it; empty where that is nothing."""
+    names = [f"`{variant.ingredient}`" for variant in found.variants if variant.role == Role.HARMED.value]
+    whole = found.variant(Role.ALL.value)
+    if not names or whole is None:
+        return ""
+    if whole.change is None:
+        end = f"ends as `{whole.outcome}`"
+    else:
+        cost = f", at {cost_text(whole.cost)} times the cost of the minimal one" if whole.cost else ""
+        end = f"is {numbers.measured(whole.change['position'])} off the minimal one in position{cost}"
+    each = (
+        "it does harm alone, or cannot be had here"
+        if len(names) == 1
+        else "each does harm alone, or cannot be had here"
+    )
+    return f"Left out of the dressed model: {', '.join(names)} ({each}). A model with everything {end}."
 
 
 # -- counts ----------------------------------------------------------------------------------------------------------
@@ -129,12 +155,7 @@ def freedom_text(count: CompiledCount, mobility: int) -> str:
 def redundant_text(count: CompiledCount) -> str:
     """Constraints that say what others say, and rows that say nothing."""
     repeated = [f"{rows} of {name}" for name, rows in count.redundant.items()]
-    parts = [f"redundant: {_listed(repeated)}"] if repeated else []
+    parts = [f"redundant: {', '.join(repeated)}"] if repeated else []
     if count.empty:
-        parts.append(f"empty: {_listed(count.empty)}")
+        parts.append(f"empty: {', '.join(count.empty)}")
     return "; ".join(parts) or "none"
-
-
-def _listed(names: Sequence[str]) -> str:
-    shown = ", ".join(names[:NAMED])
-    return shown if len(names) <= NAMED else f"{shown} and {len(names) - NAMED} more"

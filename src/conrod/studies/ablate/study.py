@@ -1,17 +1,14 @@
-"""A study of the ingredients of a scene's model in one engine: the runs that it needs, and what they come to."""
+"""What the runs and timings of a study of ingredients come to."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
-from conrod.engines import Engine
-from conrod.engines.engine import default_steps
 from conrod.engines.ingredient import Ingredient
 from conrod.mechanism import Mechanism
-from conrod.scenes import Scene
-from conrod.studies.ablate.cell import ChangeCell, CostCell
+from conrod.studies.ablate.cell import CostCell
+from conrod.studies.ablate.plan import BESIDE_DRESSED, AblationPlan, Measurements
 from conrod.studies.ablate.results import (
     AblationStudy,
     CompiledCount,
@@ -21,80 +18,27 @@ from conrod.studies.ablate.results import (
     IngredientResult,
     VariantResult,
 )
-from conrod.studies.ablate.variants import Role, Variant, variants_of
-from conrod.studies.ablate.verdict import JUDGED, levels, motion_effect, torque_effect, torque_verdict, verdict
+from conrod.studies.ablate.variants import Role, Variant, full_variants
+from conrod.studies.ablate.verdict import JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
 from conrod.studies.cell import REVOLUTIONS
 from conrod.studies.clock import fingerprint
-from conrod.studies.measurement import Measurement
 from conrod.studies.paired_clock import PairedTiming
-from conrod.trajectory import Outcome
 
-Measurements = Mapping[str, Measurement]
-
-
-@dataclass(frozen=True)
-class AblationPlan:
-    """What is to be run of a scene in an engine.
-
-    Attributes:
-        name: of the scene.
-        rounds: of each timing.
-    """
-
-    name: str
-    scene: Scene = field(repr=False)
-    engine: Engine[Any]
-    ingredients: tuple[Ingredient[Any], ...]
-    variants: tuple[Variant, ...]
-    rounds: int
-
-    @property
-    def steps_per_revolution(self) -> int:
-        """Of the minimal model."""
-        return self.variants[0].settings.steps_per_revolution
-
-    def change_cell(self, variant: Variant) -> ChangeCell:
-        """The run of a variant."""
-        return ChangeCell(self.name, self.scene, variant.settings, against=variant.against)
-
-    def cells(self) -> list[ChangeCell]:
-        """Runs of all variants."""
-        return [self.change_cell(variant) for variant in self.variants]
-
-    def cost_cell(self, variant: Variant, full: bool = False) -> CostCell:
-        """The timing of a variant against the minimal model, or against what it was taken from."""
-        against = variant.against if full else self.variants[0].settings
-        made_on = fingerprint()
-        return CostCell(self.name, self.scene, variant.settings, against=against, machine=made_on, rounds=self.rounds)
-
-    def cost_cells(self, measurements: Measurements) -> list[CostCell]:
-        """Timings of all variants that ran to their end. The minimal model is timed against itself: a control."""
-        if not self._completed(self.variants[0], measurements):
-            return []
-        found = []
-        for variant in self.variants:
-            if self._completed(variant, measurements):
-                found.append(self.cost_cell(variant))
-                if variant.role is Role.TAKEN and self._dressed_completed(measurements):
-                    found.append(self.cost_cell(variant, full=True))
-        return found
-
-    def _dressed_completed(self, measurements: Measurements) -> bool:
-        return any(v.role is Role.DRESSED and self._completed(v, measurements) for v in self.variants)
-
-    def _completed(self, variant: Variant, measurements: Measurements) -> bool:
-        return measurements[self.change_cell(variant).key].outcome == Outcome.COMPLETED.slug
+Found = Mapping[tuple[Role, str], VariantResult]
 
 
-def plan_ablation(name: str, scene: Scene, engine: Engine[Any], steps: int | None, rounds: int) -> AblationPlan:
-    """The plan for a scene and an engine.
+def completed_plan(plan: AblationPlan, runs: Measurements) -> AblationPlan:
+    """The whole plan, when the minimal model and those that differ from it by one ingredient have been run.
 
     Args:
-        steps: a revolution; None for the usual number.
+        runs: key -> measurement, of all cells of the plan.
     """
-    minimal = engine.minimal(scene, steps or default_steps(scene))
-    ingredients = engine.ingredients(scene, minimal)
-    return AblationPlan(name, scene, engine, ingredients, variants_of(minimal, ingredients), rounds)
+    found = _found(plan, runs, {})
+    level = Levels.of(found.values())
+    added = {name: one for (role, name), one in found.items() if role is Role.ADDED}
+    seen = {name: evidence_of(found[Role.MINIMAL, ""], one, one, one.cost, level) for name, one in added.items()}
+    harmful = {name for name, evidence in seen.items() if evidence.effect != Effect.NONE.value}
+    return plan.with_variants(full_variants(plan.minimal, plan.ingredients, harmful))
 
 
 def ablation_study(plans: Sequence[AblationPlan], runs: Measurements, costs: Measurements) -> AblationStudy:
@@ -121,22 +65,30 @@ def gruebler(mechanism: Mechanism) -> Gruebler:
 
 
 def _of_engine(plan: AblationPlan, runs: Measurements, costs: Measurements) -> EngineAblation:
-    found = {(v.role, v.ingredient): _result(plan, v, runs, costs) for v in plan.variants}
+    found = _found(plan, runs, costs)
+    level = Levels.of(found.values())
     return EngineAblation(
         engine=plan.engine.name,
         version=plan.engine.version,
-        steps_per_revolution=plan.steps_per_revolution,
+        steps_per_revolution=plan.minimal.steps_per_revolution,
         revolutions=REVOLUTIONS,
         machine=fingerprint(),
-        ingredients=tuple(_judged(ingredient, found) for ingredient in plan.ingredients),
+        ingredients=tuple(_judged(ingredient, found, level) for ingredient in plan.ingredients),
         variants=tuple(found.values()),
     )
+
+
+# -- models ----------------------------------------------------------------------------------------------------------
+
+
+def _found(plan: AblationPlan, runs: Measurements, costs: Measurements) -> Found:
+    return {(v.role, v.ingredient): _result(plan, v, runs, costs) for v in plan.variants}
 
 
 def _result(plan: AblationPlan, variant: Variant, runs: Measurements, costs: Measurements) -> VariantResult:
     run = runs[plan.change_cell(variant).key]
     beside = run.beside or {}
-    in_full = plan.cost_cell(variant, full=True) if variant.role is Role.TAKEN else None
+    in_full = plan.cost_cell(variant, in_full=True) if variant.role in BESIDE_DRESSED else None
     return VariantResult(
         role=variant.role.value,
         ingredient=variant.ingredient,
@@ -159,8 +111,11 @@ def _timing(costs: Measurements, cell: CostCell) -> PairedTiming | None:
     return None if found is None or found.beside is None else PairedTiming.of(found.beside["paired"])
 
 
-def _judged(ingredient: Ingredient[Any], found: Mapping[tuple[Role, str], VariantResult]) -> IngredientResult:
-    evidence = _evidence(ingredient.name, found)
+# -- ingredients -----------------------------------------------------------------------------------------------------
+
+
+def _judged(ingredient: Ingredient[Any], found: Found, level: Levels) -> IngredientResult:
+    evidence = _evidence(ingredient.name, found, level)
     came_to, because = verdict(evidence)
     return IngredientResult(
         name=ingredient.name,
@@ -176,40 +131,20 @@ def _judged(ingredient: Ingredient[Any], found: Mapping[tuple[Role, str], Varian
     )
 
 
-def _evidence(name: str, found: Mapping[tuple[Role, str], VariantResult]) -> tuple[Evidence, ...]:
+def _evidence(name: str, found: Found, level: Levels) -> tuple[Evidence, ...]:
     """Pairs of models that differ by an ingredient: its change is kept with the one that is compared."""
     minimal, dressed = found[Role.MINIMAL, ""], found.get((Role.DRESSED, ""))
-    added, reduced, taken = (found.get((role, name)) for role in (Role.ADDED, Role.REDUCED, Role.TAKEN))
-    level = levels(minimal)
     pairs = []
-    if added is not None:
-        pairs.append(_pair(minimal, added, added, added.cost, level))
-    if reduced is not None:
-        pairs.append(_pair(reduced, minimal, reduced, _inverse(reduced.cost), level))
-    if taken is not None and dressed is not None:
-        pairs.append(_pair(taken, dressed, taken, _inverse(taken.cost_in_full), level, full=True))
+    if (added := found.get((Role.ADDED, name))) is not None:
+        pairs.append(evidence_of(minimal, added, added, added.cost, level))
+    if (reduced := found.get((Role.REDUCED, name))) is not None:
+        pairs.append(evidence_of(reduced, minimal, reduced, _inverse(reduced.cost), level))
+    if dressed is not None:
+        if (taken := found.get((Role.TAKEN, name))) is not None:
+            pairs.append(evidence_of(taken, dressed, taken, _inverse(taken.cost_in_full), level, full=True))
+        if (harmed := found.get((Role.HARMED, name))) is not None:
+            pairs.append(evidence_of(dressed, harmed, harmed, harmed.cost_in_full, level, full=True))
     return tuple(pairs)
-
-
-def _pair(
-    without: VariantResult,
-    with_it: VariantResult,
-    compared: VariantResult,
-    cost: PairedTiming | None,
-    level: Mapping[str, float],
-    full: bool = False,
-) -> Evidence:
-    effect, because = motion_effect(without, with_it, level)
-    torque = torque_effect(without, with_it)
-    return Evidence(
-        full=full,
-        cost=cost,
-        change=compared.change,
-        effect=effect.value,
-        because=because,
-        torque_change=compared.torque_change,
-        torque_effect="" if torque is None else torque.value,
-    )
 
 
 def _inverse(cost: PairedTiming | None) -> PairedTiming | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
@@ -17,9 +17,11 @@ class Role(Enum):
 
     MINIMAL = "minimal"
     ADDED = "added"  # minimal and one ingredient more
-    DRESSED = "dressed"  # minimal and all of them, of each group the last one
-    TAKEN = "taken"  # all of them but one
     REDUCED = "reduced"  # minimal without one of its own parts
+    DRESSED = "dressed"  # minimal and all ingredients that do it no harm, of each group the last one
+    TAKEN = "taken"  # dressed without one of them
+    HARMED = "harmed"  # dressed and one of those that do harm
+    ALL = "all"  # minimal and all ingredients, those that do harm as well
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class Variant:
     Attributes:
         ingredient: name of the one that it differs by from what it is compared with; empty where it is none.
         settings: that it is run with.
-        against: settings of what it is compared with: the dressed model for TAKEN, the minimal one for all others.
+        against: settings of what it is compared with: the dressed model for TAKEN and HARMED, the minimal one for all
+            others.
     """
 
     role: Role
@@ -38,22 +41,46 @@ class Variant:
     against: Settings
 
 
-def variants_of(minimal: Settings, ingredients: Sequence[Ingredient[Any]]) -> tuple[Variant, ...]:
-    """All variants, the minimal one first and the dressed one after those with one ingredient."""
-    own = [ingredient for ingredient in ingredients if ingredient.minimal]
-    extra = [ingredient for ingredient in ingredients if not ingredient.minimal]
-    found = [Variant(Role.MINIMAL, "", minimal, minimal)]
-    found += [Variant(Role.ADDED, one.name, one.added(minimal), minimal) for one in extra]
-    worn = dressing_of(ingredients)
-    if worn:
-        dressed: Settings = reduce(lambda settings, one: one.added(settings), worn, minimal)
-        found.append(Variant(Role.DRESSED, "", dressed, minimal))
-        found += [Variant(Role.TAKEN, one.name, one.removed(dressed), dressed) for one in worn]
-    return (*found, *(Variant(Role.REDUCED, one.name, one.removed(minimal), minimal) for one in own))
+def single_variants(minimal: Settings, ingredients: Sequence[Ingredient[Any]]) -> tuple[Variant, ...]:
+    """The minimal model, and those that differ from it by one ingredient."""
+    return (
+        Variant(Role.MINIMAL, "", minimal, minimal),
+        *(Variant(Role.ADDED, one.name, one.added(minimal), minimal) for one in ingredients if not one.minimal),
+        *(Variant(Role.REDUCED, one.name, one.removed(minimal), minimal) for one in ingredients if one.minimal),
+    )
 
 
-def dressing_of(ingredients: Sequence[Ingredient[Any]]) -> tuple[Ingredient[Any], ...]:
-    """Ingredients of the dressed model that the minimal one lacks: of each group the last one."""
-    extra = [ingredient for ingredient in ingredients if not ingredient.minimal]
-    last = {one.group: one.name for one in extra if one.group}
-    return tuple(one for one in extra if not one.group or last[one.group] == one.name)
+def full_variants(
+    minimal: Settings, ingredients: Sequence[Ingredient[Any]], harmful: Collection[str]
+) -> tuple[Variant, ...]:
+    """The dressed model, those that differ from it by one ingredient, and the one with all of them.
+
+    Args:
+        harmful: names of ingredients that spoil the minimal model, or that it cannot have: what others do could not be
+            seen beside them.
+    """
+    extra = [one for one in ingredients if not one.minimal]
+    worn = last_of_groups([one for one in extra if one.name not in harmful])
+    every = last_of_groups(extra)
+    if not worn:
+        return ()
+    dressed = with_all(minimal, worn)
+    spoiling = [one for one in every if one.name in harmful]
+    return (
+        Variant(Role.DRESSED, "", dressed, minimal),
+        *(Variant(Role.TAKEN, one.name, one.removed(dressed), dressed) for one in worn),
+        *(Variant(Role.HARMED, one.name, one.added(dressed), dressed) for one in spoiling),
+        *([Variant(Role.ALL, "", with_all(minimal, every), minimal)] if spoiling else []),
+    )
+
+
+def last_of_groups(ingredients: Sequence[Ingredient[Any]]) -> list[Ingredient[Any]]:
+    """Ingredients that a model can have together: of each group the last one."""
+    last = {one.group: one.name for one in ingredients if one.group}
+    return [one for one in ingredients if not one.group or last[one.group] == one.name]
+
+
+def with_all(minimal: Settings, ingredients: Sequence[Ingredient[Any]]) -> Settings:
+    """The minimal model with some ingredients, added in their order."""
+    dressed: Settings = reduce(lambda settings, one: one.added(settings), ingredients, minimal)
+    return dressed

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 from conrod.studies.ablate.results import Evidence, VariantResult, Verdict
 from conrod.studies.paired_clock import PairedTiming
+from conrod.trajectory import Outcome
 
 # A difference of this share of the travel (and of omega L, omega^2 L, the torque's peak) is none: what rounding grows
 # to in a long chain of steps is a hundred times less, and no user of an engine asks for more.
@@ -18,6 +20,8 @@ AS_GOOD = 2.0
 # of two cores gave medians up to 2.6 % off one, and intervals that began up to 1.9 % above it: where in the memory a
 # model happens to lie makes it faster or slower.
 COSTS = 1.03
+CHANGES_TORQUE = "changes it"
+BESIDE_OTHERS = "beside all others"
 JUDGED = ("position", "velocity", "acceleration", "total")
 
 
@@ -27,25 +31,68 @@ class Effect(Enum):
     NONE = "none"
     NEEDED = "needed"
     WORSE = "worse"
+    CHANGED = "changed"  # between two models neither of which has it right
     UNTOLD = "not told"
 
 
-def levels(minimal: VariantResult) -> dict[str, float]:
-    """Errors up to which a run is as good as the minimal model's: its own, or what is none."""
-    return {quantity: max((minimal.errors or {}).get(quantity, 0.0), NO_CHANGE) for quantity in JUDGED}
+@dataclass(frozen=True)
+class Levels:
+    """Errors up to which a run is as good as can be asked for.
+
+    Attributes:
+        motion: of each quantity in `JUDGED` the minimal model's own error, or what is none.
+        torque: of the drive torque the least error of all models, or what is none: the minimal model is the one that
+            has the motion right, and nothing says that its torque is.
+    """
+
+    motion: Mapping[str, float]
+    torque: float
+
+    @classmethod
+    def of(cls, variants: Iterable[VariantResult]) -> Levels:
+        """The levels of a study from its models, the minimal one first."""
+        models = list(variants)
+        own = models[0].errors or {}
+        torques = [model.torque_error for model in models if model.torque_error is not None]
+        return cls({q: max(own.get(q, 0.0), NO_CHANGE) for q in JUDGED}, max(min(torques, default=0.0), NO_CHANGE))
+
+
+def evidence_of(
+    without: VariantResult,
+    with_it: VariantResult,
+    compared: VariantResult,
+    cost: PairedTiming | None,
+    level: Levels,
+    *,
+    full: bool = False,
+) -> Evidence:
+    """What two models show of the ingredient that they differ by.
+
+    Args:
+        compared: the one of the two that the change is kept with.
+        cost: with it over without it.
+        full: whether all other ingredients are there.
+    """
+    effect, because = motion_effect(without, with_it, level.motion)
+    return Evidence(
+        full=full,
+        cost=cost,
+        change=compared.change,
+        effect=effect.value,
+        because=because,
+        torque_change=compared.torque_change,
+        torque_effect=_torque_effect(without, with_it, compared.torque_change, level.torque),
+    )
 
 
 def motion_effect(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> tuple[Effect, str]:
-    """What an ingredient does to the observed motion, and what that is seen in.
-
-    Args:
-        level: see `levels`.
-    """
-    if "unsupported" in (without.outcome, with_it.outcome):
-        return Effect.UNTOLD, "the engine cannot do it on this machine"
+    """What an ingredient does to the observed motion, and what that is seen in."""
+    for run in (without, with_it):
+        if run.outcome == Outcome.UNSUPPORTED.slug:
+            return Effect.UNTOLD, run.reason
     wrong_without, wrong_with = _wrong(without, level), _wrong(with_it, level)
     if wrong_without and wrong_with:
-        return Effect.UNTOLD, f"wrong with and without it ({wrong_with})"
+        return Effect.UNTOLD, f"wrong with it and without: {wrong_with}"
     if wrong_without:
         return Effect.NEEDED, wrong_without
     if wrong_with:
@@ -67,18 +114,17 @@ def _worse(without: VariantResult, with_it: VariantResult, level: Mapping[str, f
     return next((q for q in JUDGED if after[q] >= level[q] and after[q] > AS_GOOD * max(before[q], NO_CHANGE)), "")
 
 
-def torque_effect(without: VariantResult, with_it: VariantResult) -> Effect | None:
-    """What an ingredient does to the drive torque; None where that is not told.
-
-    The minimal model is the one that has the motion right, so nothing says that its torque is: two are compared with
-    each other.
-    """
+def _torque_effect(without: VariantResult, with_it: VariantResult, change: float | None, level: float) -> str:
+    """What an ingredient does to the drive torque; empty where that is not told."""
     before, after = without.torque_error, with_it.torque_error
     if before is None or after is None:
-        return None
-    if before > AS_GOOD * max(after, NO_CHANGE):
-        return Effect.NEEDED
-    return Effect.WORSE if after > AS_GOOD * max(before, NO_CHANGE) else Effect.NONE
+        return ""
+    right_before, right_after = before <= AS_GOOD * level, after <= AS_GOOD * level
+    if right_before != right_after:
+        found = Effect.NEEDED if right_after else Effect.WORSE
+    else:
+        found = Effect.CHANGED if (change or 0.0) > AS_GOOD * level else Effect.NONE
+    return str(found.value)
 
 
 def costs_time(cost: PairedTiming | None) -> bool:
@@ -97,22 +143,24 @@ def verdict(evidence: Sequence[Evidence]) -> tuple[Verdict, str]:
         return Verdict.UNTOLD, evidence[0].because if evidence else ""
     dear = [one for one in told if costs_time(one.cost)]
     if dear:
-        return Verdict.COSTLY, _seen_in(dear[0], evidence) if dear[0].full else ""
+        return Verdict.COSTLY, _seen_in(dear[0], evidence)
     if any(one.cost is not None for one in told):
         return Verdict.FREE, ""
     return Verdict.UNTOLD, "it could not be timed"
 
 
 def _seen_in(one: Evidence, evidence: Sequence[Evidence]) -> str:
-    """What evidence shows; where another kind of evidence does not show it, of which kind it is."""
-    alone = [other for other in evidence if not other.full]
-    where = "with all the others" if one.full and alone else ""
-    return ", ".join(text for text in (one.because, where) if text)
+    """What evidence shows; where the ingredient alone does not show it, that it takes the others."""
+    alone = any(not other.full for other in evidence)
+    return ", ".join(text for text in (one.because, BESIDE_OTHERS if one.full and alone else "") if text)
 
 
 def torque_verdict(evidence: Sequence[Evidence]) -> str:
-    """The same of the drive torque; empty where no model shows an effect on it."""
+    """The same of the drive torque: what it needs is required of it; empty where no model shows an effect on it."""
     effects = {one.torque_effect for one in evidence}
-    if Effect.WORSE.value in effects:
-        return Verdict.HARMFUL.slug
-    return Verdict.REQUIRED.slug if Effect.NEEDED.value in effects else ""
+    ways = (
+        (Effect.WORSE, Verdict.HARMFUL.slug),
+        (Effect.NEEDED, Verdict.REQUIRED.slug),
+        (Effect.CHANGED, CHANGES_TORQUE),
+    )
+    return next((slug for effect, slug in ways if effect.value in effects), "")
