@@ -23,6 +23,8 @@ from conrod.trajectory import Settings
 ROUNDS = 200
 # Of a block [s]: a thousand times what the clock and the calls cost, and less than most disturbances last.
 BLOCK_TIME = 2e-3
+# Where one is many times faster, its block must not be lost in what the call costs, nor the other's last for ever.
+SHORT_BLOCK, LONG_BLOCK = 5e-4, 5e-2
 WARM_UP = 5e-2  # [s], of each: caches are filled, and a processor that slept is awake
 # Standard normal deviate of an interval that holds the median with 95 %.
 CONFIDENCE = 1.96
@@ -99,10 +101,12 @@ def _warmed_up(steppers: tuple[Stepper, Stepper], unit: tuple[int, int], clock: 
     """Advance both for a while, through the same angles; how many units a block is to have."""
     units, total = 1, 0.0
     while True:
-        slower = max(1e-9 * _spent(stepper, units * n, clock) for stepper, n in zip(steppers, unit, strict=True))
+        times = [1e-9 * _spent(stepper, units * n, clock) for stepper, n in zip(steppers, unit, strict=True)]
+        slower, faster = max(times), max(min(times), 1e-9)
         total += slower
         if total >= WARM_UP:
-            return max(1, round(units * BLOCK_TIME / slower))
+            share = min(max(BLOCK_TIME / slower, SHORT_BLOCK / faster), LONG_BLOCK / slower)
+            return max(1, round(units * share))
         if slower < BLOCK_TIME:
             units *= 2
 

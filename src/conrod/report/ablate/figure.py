@@ -96,7 +96,7 @@ def _costs(axes: Axes, rows: Sequence[Row]) -> None:
     axes.set_yticks(range(len(rows)), [_title(one) for one in rows])
     for label, shown in zip(axes.get_yticklabels(), rows, strict=True):
         if isinstance(shown, str):
-            label.set_style("italic")
+            label.set_fontstyle("italic")
             label.set_color("#666666")
     axes.tick_params(axis="y", length=0)
 
