@@ -1,8 +1,8 @@
-"""Fitting exact paths to those that a model's points describe: what of the frame is free, and lengths of the machine."""
+"""Fitting exact paths to those that a model's points describe."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,6 +50,10 @@ class Laid:
     places: Array
     miss: Array
 
+    def at(self, values: Mapping[str, float]) -> Laid:
+        """The same with another rotation or zero; what it misses is not told anew."""
+        return replace(self, rotation=values.get("rotation", self.rotation), zero=values.get("zero", self.zero))
+
     @property
     def largest(self) -> float:
         """Largest distance of a point from where it should be, over its length."""
@@ -75,10 +79,10 @@ def laid(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
     free = free_of(given)
 
     def left(x: Array) -> Array:
-        return miss(seen, paths, replace(coarse, **dict(zip(free, x, strict=True))))
+        return miss(seen, paths, coarse.at(dict(zip(free, x.tolist(), strict=True))))
 
     found = gauss_newton(left, np.array([getattr(coarse, name) for name in free]), np.ones(len(free)))
-    return relaid(replace(coarse, **dict(zip(free, found.tolist(), strict=True))), seen, paths)
+    return relaid(coarse.at(dict(zip(free, found.tolist(), strict=True))), seen, paths)
 
 
 def free_of(given: GivenFrame) -> list[str]:

@@ -68,7 +68,7 @@ class Frame:
 
     def placed(self, positions: Array) -> Array:
         """Places (T, 3) as (T, 2) of the document [m]."""
-        return self.turned(positions - np.array(self.anchor)) + np.array(self.shaft)
+        return np.asarray(self.turned(positions - np.array(self.anchor)) + np.array(self.shaft))
 
     def angle(self, coordinate: Array) -> Array:
         """Crank angles [rad] of the hinge's coordinates."""
@@ -115,7 +115,9 @@ def _said(plane: str, axis: Array) -> View:
     parts = PLANE.fullmatch(plane)
     if parts is None or parts[2] == parts[4]:
         raise InvalidInput(f"--plane {plane}: give the directions to the right and up, e.g. xy, xz, yz, or -xz")
-    right, up = (_unit(letter) * (-1.0 if sign == "-" else 1.0) for sign, letter in (parts.groups()[:2], parts.groups()[2:]))
+    right, up = (
+        _unit(letter) * (-1.0 if sign == "-" else 1.0) for sign, letter in (parts.groups()[:2], parts.groups()[2:])
+    )
     toward = float(np.cross(right, up) @ axis)
     if abs(abs(toward) - 1.0) > ALIGNED:
         raise InvalidInput(
@@ -149,7 +151,7 @@ def _behind(view: View) -> View:
 
 
 def _unit(letter: str) -> Array:
-    return np.eye(3)["xyz".index(letter)]
+    return np.asarray(np.eye(3)["xyz".index(letter)])
 
 
 def _triple(vector: Array) -> tuple[float, float, float]:

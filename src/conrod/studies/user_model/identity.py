@@ -10,16 +10,11 @@ from conrod.errors import InvalidInput
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.scenes import Scene
-from conrod.studies.user_model.fitting import Laid, Sighting, laid, relaid
-from conrod.studies.user_model.frame import Frame, GivenFrame, View, views
+from conrod.studies.user_model.fitting import Laid, Sighting, relaid
+from conrod.studies.user_model.frame import Frame, GivenFrame, View
 from conrod.studies.user_model.lengths import Explanation, Search, explanations, without_trace
-from conrod.studies.user_model.rulers import (
-    Paths,
-    other_branches,
-    paths_of,
-    paths_of_kinematics,
-    shaft_of,
-)
+from conrod.studies.user_model.rulers import Paths, paths_of, paths_of_kinematics, shaft_of
+from conrod.studies.user_model.viewing import check_plane, chosen_view, sighting
 from conrod.user_model import Scan
 
 # Nothing is left to explain below this share of a point's travel: what the solution of a model's closures and its
@@ -27,12 +22,6 @@ from conrod.user_model import Scan
 EXPLAINED = 1e-9
 # A model written with six digits cannot do better.
 DEFAULT_TOLERANCE = 1e-6
-# A point that leaves the plane by more than this share of the machine's travel is not in it.
-IN_PLANE = 1e-6
-# Of several views that fit alike the first is meant.
-ALIKE = 2.0
-# The other branch, or the other side of the plane, is meant where it leaves so little of what the expected one does.
-CLEARLY_BETTER = 0.1
 # What a shape's error is multiplied by where the path is oblique to it.
 OBLIQUE = 3.0
 ROUND = np.radians([15.0, 1.0])
@@ -89,25 +78,16 @@ class Identity:
         return not self.other_branch and not self.turned_back and self.largest <= max(tolerance, self.floor)
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    view: View
-    laid: Laid
-    kinematics: Kinematics | None  # of another branch
-
-
 def identify(scene: Scene, scan: Scan, given: GivenFrame) -> Identity:
     """What a scan of a model says of it.
 
     Raises:
         InvalidInput: its plane of motion or its frame cannot be told.
     """
-    _check_plane(scan)
+    check_plane(scan)
     points = tuple(scan.positions)
-    mechanism = scene.mechanism()
-    likely, unlikely = views(scan.axis, mechanism.driver.sense, given.plane)
-    chosen, turned_back = _chosen(scene, scan, points, given, likely, unlikely)
-    seen = _sighting(scene, scan, points, chosen.view)
+    chosen, turned_back = chosen_view(scene, scan, points, given)
+    seen = sighting(scene, scan, points, chosen.view)
     floor = _floor(scan, seen, chosen.laid.unit)
     search = Search(scene, points, seen, given, floor)
     found: tuple[Explanation, ...] = ()
@@ -143,68 +123,6 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> Identity:
     )
 
 
-def _check_plane(scan: Scan) -> None:
-    """Refuse a model whose points do not move in one plane across the crank's axis."""
-    span = max(float(np.ptp(p, axis=0).max()) for p in scan.positions.values())
-    if span == 0.0 or not np.isfinite(span):
-        raise InvalidInput(f"{', '.join(scan.positions)} do not move when the crank turns: the plane cannot be told")
-    if scan.wander > IN_PLANE * max(span, 1.0):
-        raise InvalidInput(
-            f"the crank's axis itself moves, by {scan.wander:.3g} (of the model's unit of length) in a turn: there is "
-            "no plane of motion; the crank is to turn about a fixed axis"
-        )
-    for name, positions in scan.positions.items():
-        away = float(np.ptp(positions @ scan.axis))
-        if away > IN_PLANE * span:
-            raise InvalidInput(
-                f"{name} leaves the plane across the crank's axis by {away:.3g} (of the model's unit of length): the "
-                "plane of motion cannot be told"
-            )
-
-
-def _chosen(
-    scene: Scene,
-    scan: Scan,
-    points: tuple[str, ...],
-    given: GivenFrame,
-    likely: tuple[View, ...],
-    unlikely: tuple[View, ...],
-) -> tuple[_Candidate, bool]:
-    """How to look at the model, which branch it is on, and whether it is the machine only from the other side."""
-
-    def best(some: tuple[View, ...], kinematics: Kinematics | None) -> _Candidate | None:
-        paths = paths_of(scene, points) if kinematics is None else paths_of_kinematics(kinematics, points)
-        tried = [_Candidate(v, _laid(scene, scan, points, v, paths, given), kinematics) for v in some]
-        least = min((c.laid.rms for c in tried), default=0.0)
-        return next((c for c in tried if c.laid.rms <= ALIKE * least + EXPLAINED), None)
-
-    own = best(likely, None)
-    assert own is not None
-    if own.laid.largest <= DEFAULT_TOLERANCE:
-        return own, False
-    others = [c for k in other_branches(scene) if (c := best(likely, k)) is not None]
-    other = min(others, key=lambda c: c.laid.rms, default=None)
-    if other is not None and other.laid.rms < CLEARLY_BETTER * own.laid.rms:
-        return other, False
-    back = best(unlikely, None)
-    if back is not None and back.laid.rms < CLEARLY_BETTER * own.laid.rms:
-        return back, True
-    return own, False
-
-
-def _laid(
-    scene: Scene, scan: Scan, points: tuple[str, ...], view: View, paths: Paths, given: GivenFrame
-) -> Laid:
-    sense = view.sense * scene.mechanism().driver.sense
-    return laid(_sighting(scene, scan, points, view), paths, sense, given)
-
-
-def _sighting(scene: Scene, scan: Scan, points: tuple[str, ...], view: View) -> Sighting:
-    paths = np.array([view.flat(scan.positions[name] - scan.anchor) for name in points])
-    links = np.exp(1j * view.sense * np.array([scan.turns[name] for name in points]))
-    return Sighting(scan.coordinate, paths, np.array([scene.lengths[name] for name in points]), links)
-
-
 def _floor(scan: Scan, seen: Sighting, unit: float) -> float:
     shape = 0.0 if scan.touching is None else OBLIQUE * scan.touching.shape_error
     return max(EXPLAINED, unit * shape / float(seen.lengths.min()))
@@ -216,11 +134,11 @@ def _rounded(at: Laid, seen: Sighting, paths: Paths, given: GivenFrame, floor: f
     grid = float(ROUND[0] if at.largest > 1e-4 else ROUND[1])
     for name in ("rotation", "zero"):
         if getattr(given, name) is not None:
-            at = replace(at, **{name: getattr(given, name)})
+            at = at.at({name: getattr(given, name)})
             continue
         value = _wrapped(getattr(at, name))
-        tried = relaid(replace(at, **{name: _wrapped(grid * float(np.rint(value / grid)))}), seen, paths)
-        at = tried if tried.rms <= max(AS_GOOD * at.rms, 1e-2 * floor) else replace(at, **{name: value})
+        tried = relaid(at.at({name: _wrapped(grid * float(np.rint(value / grid)))}), seen, paths)
+        at = tried if tried.rms <= max(AS_GOOD * at.rms, 1e-2 * floor) else at.at({name: value})
     return relaid(at, seen, paths)
 
 

@@ -154,7 +154,7 @@ class _Fit:
         moved = self._start.places.copy()
         half = len(self._rows)
         moved[self._rows] = places[:half] + 1j * places[half:]
-        there = replace(self._start, places=moved, **dict(zip(self._frame, frame.tolist(), strict=True)))
+        there = replace(self._start, places=moved).at(dict(zip(self._frame, frame.tolist(), strict=True)))
         return there, with_lengths(self._scene, self._change.lengths, lengths)
 
     def left(self, x: Array) -> Array:

@@ -79,7 +79,9 @@ def other_branches(scene: Scene) -> list[Kinematics]:
             continue
         seen.append(poses)
         stacked = poses.reshape(-1, 3)
-        named = {b.name: (float(p[0]), float(p[1]), float(p[2])) for b, p in zip(mechanism.bodies, stacked, strict=True)}
+        named = {
+            b.name: (float(p[0]), float(p[1]), float(p[2])) for b, p in zip(mechanism.bodies, stacked, strict=True)
+        }
         try:
             other = Kinematics(replace(mechanism, name=f"{mechanism.name}-otherwise", poses=named))
             other.poses(np.linspace(0.0, 2.0 * np.pi, 13))

@@ -69,9 +69,7 @@ class Reference:
 
 def tracks_of(run: DrivenRun, frame: Frame, points: tuple[str, ...]) -> dict[str, PointTracks]:
     """A run's points in the document's frame."""
-    instants = Instants(
-        run.times, frame.angle(run.coordinate), frame.sense * run.rate, frame.sense * run.acceleration
-    )
+    instants = Instants(run.times, frame.angle(run.coordinate), frame.sense * run.rate, frame.sense * run.acceleration)
     return {
         name: PointTracks(
             Track(instants, frame.placed(run.positions[name])),
@@ -118,31 +116,35 @@ def difference(
     return largest
 
 
-def _ending(
-    run: DrivenRun, frame: Frame, tracks: Mapping[str, PointTracks], scan: Scan, to: Reference
-) -> Verdict:
+def _ending(run: DrivenRun, frame: Frame, tracks: Mapping[str, PointTracks], scan: Scan, to: Reference) -> Verdict:
     """How a run ended, told from its crank, its points and the violation of its closures; the first that applies."""
     if run.outcome is not Outcome.COMPLETED:
         return Verdict(run.outcome, run.reason)
-    travel = max(to.ruler.lengths.values())
-    places = np.array([t.position.values for t in tracks.values()])
-    away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / to.size
-    if away.max() > OUT_OF_REACH:
-        time = run.times[int(np.argmax(away > OUT_OF_REACH))]
-        return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
-    if run.ripple > STALL:
-        return Verdict(Outcome.STALLED, "the drive was off its speed by half")
     off = _off(tracks, to.ruler)
-    if scan.touching is not None and to.roller_radius is not None:
-        lost = _contact(off, tracks, frame, to)
-        if lost is not None:
-            return lost
+    endings = [
+        _exploded(run, tracks, to.size),
+        Verdict(Outcome.STALLED, "the drive was off its speed by half") if run.ripple > STALL else None,
+        _contact(off, tracks, frame, to) if scan.touching is not None else None,
+        _opened(run, frame, max(to.ruler.lengths.values())),
+        _flipped(off, tracks, to),
+    ]
+    return next((verdict for verdict in endings if verdict is not None), Verdict(Outcome.COMPLETED))
+
+
+def _exploded(run: DrivenRun, tracks: Mapping[str, PointTracks], size: float) -> Verdict | None:
+    places = np.array([t.position.values for t in tracks.values()])
+    away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / size
+    if away.max() <= OUT_OF_REACH:
+        return None
+    time = run.times[int(np.argmax(away > OUT_OF_REACH))]
+    return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
+
+
+def _opened(run: DrivenRun, frame: Frame, travel: float) -> Verdict | None:
     opened = frame.unit * float((run.gap - run.gap[0]).max())
-    if opened > OPEN_GAP * travel:
-        return Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
-    if np.linalg.norm(off, axis=2).max() > OPEN_GAP * travel and _flipped(off, tracks, to):
-        return Verdict(Outcome.FLIPPED, "its points are on the other assembly branch")
-    return Verdict(Outcome.COMPLETED)
+    if opened <= OPEN_GAP * travel:
+        return None
+    return Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
 
 
 def _off(tracks: Mapping[str, PointTracks], ruler: Ruler) -> Array:
@@ -152,25 +154,26 @@ def _off(tracks: Mapping[str, PointTracks], ruler: Ruler) -> Array:
 
 def _contact(off: Array, tracks: Mapping[str, PointTracks], frame: Frame, to: Reference) -> Verdict | None:
     """Whether the follower is further from the crank's axis than the cam would have it, or nearer by a roller."""
-    assert to.roller_radius is not None
     places = np.array([t.position.values for t in tracks.values()]) - np.array(frame.shaft)
     outward = (off * places).sum(axis=2) / np.linalg.norm(places, axis=2)
-    if outward.min() < -to.roller_radius:
+    if to.roller_radius is not None and outward.min() < -to.roller_radius:
         return Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
     if outward.max() > LOST_GAP * max(to.ruler.lengths.values()):
         return Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
     return None
 
 
-def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: Reference) -> bool:
+def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: Reference) -> Verdict | None:
     """Whether the run is nearer to another branch where it is furthest from its own."""
-    name = list(tracks)[int(np.argmax(np.linalg.norm(off, axis=2).max(axis=1)))]
-    row = list(tracks).index(name)
-    worst = int(np.argmax(np.linalg.norm(off[row], axis=1)))
+    away = np.linalg.norm(off, axis=2)
+    if away.max() <= OPEN_GAP * max(to.ruler.lengths.values()):
+        return None
+    row, worst = np.unravel_index(int(np.argmax(away)), away.shape)
+    name = list(tracks)[int(row)]
     position = tracks[name].position
-    angle = position.instants.angle[worst : worst + 1]
     for other in to.others:
-        there = other.motion(angle, to.speed).point(name).position[0]
-        if np.linalg.norm(position.values[worst] - there) < 0.5 * np.linalg.norm(off[row, worst]):
-            return True
-    return False
+        there = other.motion(position.instants.angle[worst : worst + 1], to.speed).point(name).position[0]
+        if np.linalg.norm(position.values[worst] - there) < 0.5 * away[row, worst]:
+            degrees = float(np.degrees(position.instants.angle[worst]))
+            return Verdict(Outcome.FLIPPED, f"{name} is on the other assembly branch at {degrees:.1f} deg")
+    return None

@@ -114,13 +114,15 @@ def study(
     name, machine = scene
     identity = identify(machine, scan, given)
     points = _points(identity)
-    found = ModelStudy(
-        file, name, machine, question, scan, identity, tolerance, revolutions, {}, {}, None, points
-    )
+    found = ModelStudy(file, name, machine, question, scan, identity, tolerance, revolutions, {}, {}, None, points)
     if identity.left > COMPARABLE or identity.turned_back:
         return found
     orders, refused = _orders(machine, scan, engine)
-    driven = dict(zip(orders, run(_drive(identity, machine, scan, revolutions, most_samples), tuple(orders.values())), strict=True))
+    driven = dict(
+        zip(
+            orders, run(_drive(identity, machine, scan, revolutions, most_samples), tuple(orders.values())), strict=True
+        )
+    )
     to = _reference(identity, machine)
     runs = {label: judged(label, one, identity.frame, points, scan, to) for label, one in driven.items()}
     share = None
@@ -168,6 +170,4 @@ def _reference(identity: Identity, scene: Scene) -> Reference:
     others = tuple(other_branches(scene))
     if identity.reference is not None:
         ruler, others = GenericReference(identity.reference.mechanism, scene.speed), (scene.kinematics,)
-    return Reference(
-        ruler, scene.speed, scene.kinematics.size, contacts[0].roller_radius if contacts else None, others
-    )
+    return Reference(ruler, scene.speed, scene.kinematics.size, contacts[0].roller_radius if contacts else None, others)

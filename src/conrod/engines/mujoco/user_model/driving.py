@@ -69,7 +69,7 @@ def _check_samples(path: Path, model: mujoco.MjModel, drive: Drive) -> None:
 
 def _steps(model: mujoco.MjModel, drive: Drive) -> int:
     """Of the model's own timestep, which need not divide a turn."""
-    return max(2, math.ceil(drive.turns * 2.0 * math.pi / abs(drive.rate) / model.opt.timestep - 1e-9))
+    return max(2, math.ceil(drive.turns * 2.0 * math.pi / abs(drive.rate) / float(model.opt.timestep) - 1e-9))
 
 
 def _turn_to_start(assembly: Assembly, drive: Drive) -> None:
@@ -188,7 +188,7 @@ def _told(
     return DrivenRun(
         armature=armature,
         timestep=step,
-        times=step * np.arange(len(rows)),
+        times=np.asarray(step * np.arange(len(rows)), dtype=float),
         coordinate=rows[:, 0],
         rate=rows[:, 1],
         acceleration=rows[:, 2],

@@ -123,7 +123,7 @@ def _across(vertices: Array, model: mujoco.MjModel, geom: int, axis: Array) -> A
     placed = vertices @ data.geom_xmat[geom].reshape(3, 3).T
     aside = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     aside /= np.linalg.norm(aside)
-    return placed @ aside + 1j * (placed @ np.cross(axis, aside))
+    return np.asarray(placed @ aside + 1j * (placed @ np.cross(axis, aside)))
 
 
 def _hull(points: Array) -> Array:

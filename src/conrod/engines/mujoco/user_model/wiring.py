@@ -62,7 +62,7 @@ def wiring(assembly: Assembly, ranks: Sequence[int]) -> Wiring:
 
 
 def _equality_kind(model: mujoco.MjModel, equality: int) -> str:
-    return mujoco.mjtEq(int(model.eq_type[equality])).name.removeprefix("mjEQ_").lower()
+    return str(mujoco.mjtEq(int(model.eq_type[equality])).name).removeprefix("mjEQ_").lower()
 
 
 def _idle(assembly: Assembly, active: list[int]) -> list[int]:

@@ -1,0 +1,78 @@
+"""A user's model against the exact motion: its paths with the crank held, and its runs."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from conrod.motion import Array
+from conrod.report.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.numbers import ROUNDING
+from conrod.report.styles import colour, preset_style
+from conrod.studies.user_model.runs import QUANTITIES, JudgedRun
+from conrod.studies.user_model.study import EXACT_SOLVER, OWN, ModelStudy
+
+NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
+MOST_SPANS = 360  # of a curve: the largest error in each is drawn
+MARKERS = 10
+
+
+def model_figure(study: ModelStudy) -> Figure:
+    """Distance from the exact paths, and below it the errors of the runs, a panel for each quantity."""
+    drawn = [run for label, run in study.runs.items() if run.errors is not None and label != EXACT_SOLVER]
+    count = 1 + (len(QUANTITIES) if drawn else 0)
+    figure = Figure(figsize=(9.0, 2.6 * count + 0.6))
+    panels = figure.subplots(count, 1, squeeze=False)[:, 0]
+    _paths(panels[0], study)
+    for axes, quantity in zip(panels[1:], QUANTITIES, strict=False):
+        _errors(axes, study, drawn, quantity)
+    if drawn:
+        panels[-1].set_xlabel("crank angle of the run [deg]")
+        handles, labels = panels[1].get_legend_handles_labels()
+        panels[1].legend(handles, labels, loc="lower center", ncol=len(labels), bbox_to_anchor=(0.5, 1.0))
+    figure.align_ylabels(panels)
+    room = 2.6 * count + 0.6
+    figure.subplots_adjust(left=0.11, right=0.97, top=1.0 - 0.35 / room, bottom=0.55 / room, hspace=0.42)
+    return figure
+
+
+def _paths(axes: Axes, study: ModelStudy) -> None:
+    identity = study.identity
+    degrees = np.degrees(np.remainder(identity.angle, 2.0 * np.pi))
+    order = np.argsort(degrees)
+    off = np.maximum(identity.off[order], ROUNDING / 10.0)
+    axes.plot(on_grid(degrees[order], 360.0), on_log_grid(off), color=colour("mujoco"), linewidth=1.4)
+    whole_decades(axes, [off])
+    axes.set_xlim(0.0, 360.0)
+    axes.xaxis.set_major_locator(MultipleLocator(60.0))
+    axes.set_ylabel("off the path / L")
+    axes.set_title("crank held: distance from the exact path", loc="left")
+    axes.set_xlabel("crank angle [deg]")
+
+
+def _errors(axes: Axes, study: ModelStudy, runs: list[JudgedRun], quantity: str) -> None:
+    curves = []
+    for place, run in enumerate(runs):
+        angle, error = _curve(run, quantity)
+        curves.append(error)
+        style = preset_style("mujoco", None if run.label == OWN else run.label)
+        every = max(1, len(angle) // MARKERS)
+        start = (place * every) // len(runs)
+        axes.plot(angle, on_log_grid(error), markevery=slice(start, None, every), label=run.label, **style)
+    whole_decades(axes, curves)
+    axes.set_ylabel(f"{quantity} / {NORMS[quantity]}")
+    axes.set_xlim(0.0, np.copysign(360.0 * study.revolutions, study.scene.speed))
+
+
+def _curve(run: JudgedRun, quantity: str) -> tuple[Array, Array]:
+    """Crank angle [deg] and the largest error over all points, the largest in each span."""
+    assert run.errors is not None
+    series = [getattr(errors, quantity) for errors in run.errors.values()]
+    error = np.max([one.error for one in series], axis=0)
+    spans = np.array_split(np.arange(len(error)), min(MOST_SPANS, len(error)))
+    peaks = np.array([error[span].max() for span in spans])
+    angles = np.degrees(np.array([series[0].angle[span[len(span) // 2]] for span in spans]))
+    turns = float(np.ptp(angles)) or 360.0
+    return on_grid(angles - 360.0 * np.round(angles[0] / 360.0), turns), np.maximum(peaks, ROUNDING / 10.0)

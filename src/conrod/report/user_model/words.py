@@ -1,0 +1,201 @@
+"""What was found of a user's model, in sentences: the same on the console and on the page."""
+
+from __future__ import annotations
+
+import math
+
+from conrod.report import numbers
+from conrod.scenes import Scene
+from conrod.studies.user_model.frame import Frame
+from conrod.studies.user_model.lengths import Explanation, Length, Misplaced
+from conrod.studies.user_model.rulers import ALL_LENGTHS
+from conrod.studies.user_model.study import ModelStudy
+from conrod.user_model import Wiring
+
+MM = 1e3
+TOLD_TOGETHER = 4
+
+
+def verdict(study: ModelStudy) -> str:
+    """The answer in a sentence."""
+    if not study.is_machine:
+        return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
+    own = study.own
+    if own is None or own.outcome.slug != "completed":
+        how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
+        return f"It is {study.scene_name}, but with its own settings it {how}."
+    over = study.exceeded()
+    if over:
+        told = ", ".join(f"{n} {numbers.measured(f)} > {numbers.measured(a)}" for n, (f, a) in over.items())
+        return f"It is {study.scene_name}; its own settings are out of tolerance: {told}."
+    judged = "within tolerance" if study.tolerance else "measured, not judged"
+    return f"It is {study.scene_name}; its own settings are {judged}."
+
+
+def _why_not(study: ModelStudy) -> str:
+    identity = study.identity
+    if identity.other_branch:
+        return "it is on the other assembly branch"
+    if identity.turned_back:
+        return "it is its mirror image: the machine only if seen from behind, where its crank turns the other way"
+    if identity.explanations:
+        return " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])
+    return f"its points are off by up to {numbers.measured(identity.largest)} of their travel"
+
+
+# -- frame -----------------------------------------------------------------------------------------------------------
+
+
+def frame(study: ModelStudy) -> list[str]:
+    """What was given of the frame, and what was worked out."""
+    there, said = study.identity.frame, study.identity.given
+    parts = {
+        "plane": (f"plane {_plane(there)}", said.plane),
+        "rotation": (f"turned by {degrees(there.rotation)}", said.rotation),
+        "zero": (f"crank zero at {degrees(there.zero)}", said.zero),
+        "unit": (f"unit {there.unit_name}", said.unit),
+    }
+    given = ", ".join(text for text, value in parts.values() if value is not None)
+    worked_out = ", ".join(text for text, value in parts.values() if value is None)
+    anchor = " ".join(f"{value:.6g}" for value in there.anchor)
+    way = "with" if there.sense > 0 else "against"
+    return [
+        *([f"given: {given}"] if given else []),
+        *([f"worked out: {worked_out}"] if worked_out else []),
+        f"the crank's axis is at ({anchor}) {there.unit_name}; the crank angle grows {way} the hinge's coordinate",
+    ]
+
+
+def _plane(there: Frame) -> str:
+    name = there.view.name.removeprefix("-") if there.view.name == "-askew" else there.view.name
+    return f"{name}{', seen from behind' if there.view.behind else ''}"
+
+
+def degrees(angle: float) -> str:
+    """An angle, in as many digits as it has."""
+    value = math.degrees(angle)
+    whole = round(value)
+    return f"{whole} deg" if abs(value - whole) < 1e-9 else f"{value:.6f} deg"
+
+
+# -- wiring ----------------------------------------------------------------------------------------------------------
+
+
+def wiring(study: ModelStudy) -> list[str]:
+    """Joints, closures, freedom and what closes nothing."""
+    has, scan = study.scan.wiring, study.scan
+    told = [f"{_counted(has)}; {_plural(has.loops, 'loop')}; the machine has {machine_joints(study.scene)}"]
+    low, high = has.rank
+    taken = f"{high}" if low == high else f"{low} to {high}, as it turns,"
+    free = has.coordinates - high - (1 if scan.touching else 0)
+    contact = f" and the contact of {' and '.join(scan.touching.geoms)} 1" if scan.touching else ""
+    told.append(
+        f"mobility {free} along the whole turn: {has.coordinates} degrees of freedom, of which closures take {taken}"
+        f"{contact}"
+    )
+    if has.idle:
+        told.append(f"redundant, they close nothing that the others do not: {', '.join(has.idle)}")
+    if has.inactive:
+        told.append(f"switched off: {', '.join(has.inactive)}")
+    if scan.gap > 1e-9:
+        told.append(f"{scan.open_closure} cannot close: {numbers.measured(scan.gap)} remain of it, in its own unit")
+    return told
+
+
+def _counted(has: Wiring) -> str:
+    kinds = [*has.joints.items(), *((_closure(kind), count) for kind, count in has.closures.items())]
+    return ", ".join(_plural(count, kind) for kind, count in kinds)
+
+
+def _closure(kind: str) -> str:
+    return kind if kind in ("connect", "weld") else f"equality of {kind}s"
+
+
+def machine_joints(scene: Scene) -> str:
+    """The joints of a machine by kind."""
+    kinds = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact"}
+    counts: dict[str, int] = {}
+    for joint in scene.mechanism().joints:
+        kind = kinds[type(joint).__name__]
+        counts[kind] = counts.get(kind, 0) + 1
+    return ", ".join(_plural(count, kind) for kind, count in counts.items())
+
+
+def other_kinds(study: ModelStudy) -> str:
+    """Where the model has joints of other kinds than the machine: which; empty where they agree."""
+    has, wanted = study.scan.wiring, [type(joint).__name__ for joint in study.scene.mechanism().joints]
+    pins = has.joints.get("hinge", 0) + has.closures.get("connect", 0)
+    slides = has.joints.get("slide", 0)
+    if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")) or has.idle:
+        return ""
+    return f"it has {_counted(has)}, the machine {machine_joints(study.scene)}: is a joint of another kind?"
+
+
+def _plural(count: int, name: str) -> str:
+    return f"{count} {name}{'' if count == 1 else 's'}"
+
+
+# -- lengths ---------------------------------------------------------------------------------------------------------
+
+
+def paths(study: ModelStudy) -> list[str]:
+    """How the points' paths compare with the exact ones, and what explains the difference."""
+    identity, shape = study.identity, study.scan.touching
+    off = ", ".join(
+        f"{name} {numbers.measured(size)} of its travel ({numbers.measured(MM * size * study.scene.lengths[name])} mm)"
+        for name, size in identity.off_by.items()
+    )
+    told = [f"largest distance from the exact path: {off}"]
+    if identity.rate_off is not None:
+        told.append(f"their derivatives by the crank angle: {numbers.measured(identity.rate_off)}")
+    if shape is not None:
+        size = numbers.measured(MM * identity.frame.unit * shape.shape_error)
+        told.append(f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm")
+    if identity.other_branch:
+        told.append("it closes on the other assembly branch: lengths are as wanted, assembled otherwise")
+    told += _explained(study)
+    for group in identity.indistinct:
+        told.append(f"these points cannot tell apart: {', '.join(group)}")
+    missing = [p.name for p in study.scene.mechanism().observed if p.name not in identity.off_by]
+    if missing:
+        told.append(f"not given, so not judged: {', '.join(missing)}")
+    return told
+
+
+def _explained(study: ModelStudy) -> list[str]:
+    identity = study.identity
+    if identity.explanations:
+        told = [f"{explanation(e)}; that leaves {numbers.measured(e.left)}" for e in identity.explanations]
+        if len(told) == 1:
+            return told
+        return [f"{len(told)} explanations leave nothing; the paths cannot tell them apart", *told[:TOLD_TOGETHER]]
+    if identity.closest is None:
+        return [] if identity.other_branch or identity.turned_back else ["all lengths are as they are wanted"]
+    told = [f"no lengths explain it: what comes nearest leaves {numbers.measured(identity.closest.left)} of the travel"]
+    if identity.closest.left < 0.5 * identity.largest:
+        told.append(f"nearest: {explanation(identity.closest)}")
+    kinds = other_kinds(study)
+    return [*told, *([kinds] if kinds else [])]
+
+
+def explanation(found: Explanation) -> str:
+    """Lengths and places that are off, with their sizes."""
+    return " and ".join([*(length(one) for one in found.lengths), *(misplaced(one) for one in found.misplaced)])
+
+
+def length(one: Length) -> str:
+    """'rod is 0.01 % too long: 325.0325 mm, wanted 325 mm'."""
+    excess = one.excess
+    if excess is None:
+        return f"{one.name} is {MM * one.found:.6g} mm, wanted 0 mm"
+    way = "long" if excess > 0.0 else "short"
+    share = f"{numbers.rounded(100.0 * abs(excess), 2):g} % too {way}"
+    if one.name == ALL_LENGTHS:
+        return f"all lengths are {share}"
+    digits = max(6, 2 - math.floor(math.log10(abs(excess) or 1.0)) + 1)
+    return f"{one.name} is {share}: {MM * one.found:.{min(digits, 15)}g} mm, wanted {MM * one.wanted:.6g} mm"
+
+
+def misplaced(one: Misplaced) -> str:
+    """A point off its place."""
+    return f"{one.point} is {MM * one.away:.4g} mm from where it should be on its link"
