@@ -23,6 +23,7 @@ from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Tra
 
 # So many steps on an arc leave an acceleration of a scheme that tells the first one from four samples.
 LEAST_STEPS = 4
+ENDLESS = 1 << 62  # steps of a run whose end is not known when it begins
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,8 @@ class Leg:
         steps: number of steps.
         step: length of each [s].
         switches: whether another linkage follows.
+        from_switch, to_switch: whether it begins at a joint of two arcs, and whether it reaches one. There the
+            acceleration jumps, and that of neither side is told.
     """
 
     index: int
@@ -65,6 +68,8 @@ class Leg:
     steps: int
     step: float
     switches: bool
+    from_switch: bool
+    to_switch: bool
 
     @property
     def first_turn(self) -> float:
@@ -132,6 +137,19 @@ def _pin(poses: Array, rates: Array, body: int, point: tuple[float, float]) -> t
     return poses[body : body + 2] + arm, rates[body : body + 2] + spin * np.array([-arm[1], arm[0]])
 
 
+def linkages_at(linkage: EquivalentLinkage, machine: Machine, angle: Array) -> Iterator[tuple[LinkageMachine, Array]]:
+    """The linkages that crank angles (T,) [rad] of a machine are on, with their own crank angles there."""
+    active = linkage.active(angle)
+    for index in np.unique(active):
+        arc = linkage.arcs[index]
+        # Within half a turn of the middle, which the linkage need not be able to leave.
+        yield LinkageMachine.of(arc, machine.speed), _near(angle[active == index] - arc.middle)
+
+
+def _near(angle: Array) -> Array:
+    return np.asarray(np.remainder(angle + np.pi, TURN) - np.pi)
+
+
 def legs(linkage: EquivalentLinkage, machine: Machine, turn: int, steps: int, start: float) -> Iterator[Leg]:
     """The legs of a run.
 
@@ -143,18 +161,17 @@ def legs(linkage: EquivalentLinkage, machine: Machine, turn: int, steps: int, st
     Raises:
         InvalidInput: the steps are too few for so many arcs.
     """
-    shared, sense = shared_steps(linkage, turn), math.copysign(1.0, machine.speed)
+    shared, sense, several = shared_steps(linkage, turn), math.copysign(1.0, machine.speed), len(linkage.arcs) > 1
     machines = [LinkageMachine.of(arc, machine.speed) for arc in linkage.arcs]
     index = int(linkage.active(np.array([start]), "right" if sense > 0 else "left")[0])
     begin, turns = start, _turns(linkage.arcs[index], start, sense)
     while steps > 0:
         arc = linkage.arcs[index]
-        end = (arc.stop if sense > 0 else arc.start) + TURN * turns
-        count, step = steps, TURN / turn  # one arc all around has no switch
-        if len(linkage.arcs) > 1:
-            left = abs(end - begin)
-            count = max(1, round(shared[index] * left / arc.extent))
-            step = left / count
+        first, last = (edge + TURN * turns for edge in (arc.start, arc.stop)[:: int(sense)])
+        whole = several and abs(begin - first) <= BREAK_WIDTH
+        # Of a whole arc the extent itself, so that its steps are the same in every turn to the last bit.
+        left = arc.extent if whole else abs(last - begin)
+        count = max(1, round(shared[index] * left / arc.extent)) if several else steps
         yield Leg(
             index,
             arc,
@@ -164,13 +181,15 @@ def legs(linkage: EquivalentLinkage, machine: Machine, turn: int, steps: int, st
             turns,
             arc.middle + TURN * turns,
             min(count, steps),
-            step / abs(machine.speed),
-            count < steps,
+            (left / count if several else TURN / turn) / abs(machine.speed),
+            switches=count < steps,
+            from_switch=whole,
+            to_switch=several and count <= steps,
         )
         steps -= count
         following = (index + int(sense)) % len(linkage.arcs)
-        turns = _turns(linkage.arcs[following], end, sense)
-        begin, index = end, following
+        begin, index = last, following
+        turns = _turns(linkage.arcs[index], begin, sense)
 
 
 def _turns(arc: ArcLinkage, angle: float, sense: float) -> int:

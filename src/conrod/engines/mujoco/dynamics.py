@@ -29,7 +29,7 @@ def pieces(
 ) -> Iterator[Piece]:
     """The same run in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
-    recorder = Recorder(made, machine, settings, start_angle)
+    recorder = Recorder(made, settings, *made.start_state(machine, start_angle))
     samples = round(settings.steps_per_revolution * revolutions) + 1
     poses, clock, ended = None, -settings.timestep, None  # of the sample before
     for first in (0, *range(steps + 1, samples, steps)):
@@ -42,7 +42,7 @@ def pieces(
             points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
         tracks = BodyTracks(bodies, bodies, bodies)
         ended = ended or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
-        verdict = _verdict(machine, tracks, ended)
+        verdict = verdict_of(machine, tracks, ended)
         yield Piece(
             trajectory=Trajectory(
                 engine="mujoco",
@@ -68,7 +68,7 @@ def advance(
     made: Build, machine: Machine, settings: MuJoCoSettings, steps: int, start_angle: float
 ) -> tuple[Array, Array, Array]:
     """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
-    states, sensors = Recorder(made, machine, settings, start_angle).next(steps + 1)
+    states, sensors = Recorder(made, settings, *made.start_state(machine, start_angle)).next(steps + 1)
     return _times(machine, settings, start_angle, 0, steps + 1), states, sensors
 
 
@@ -78,7 +78,7 @@ def _times(machine: Machine, settings: MuJoCoSettings, start_angle: float, first
     return np.asarray(start_angle / machine.speed + settings.timestep * np.arange(first, last), dtype=float)
 
 
-def _verdict(machine: Machine, tracks: BodyTracks, ended: Verdict | None) -> Verdict:
+def verdict_of(machine: Machine, tracks: BodyTracks, ended: Verdict | None) -> Verdict:
     """What the motion shows, unless the engine's own end says more."""
     if ended is not None and ended.outcome is Outcome.RESET:
         return ended

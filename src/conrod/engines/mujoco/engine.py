@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import mujoco
 
@@ -10,7 +10,7 @@ from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult,
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mobility_count import MobilityCount
-from conrod.engines.mujoco import dynamics, kinematic, law, softness
+from conrod.engines.mujoco import dynamics, kinematic, law, linkage_run, softness
 from conrod.engines.mujoco.bare import BareRun, started
 from conrod.engines.mujoco.dressing import dressing_refusal
 from conrod.engines.mujoco.grid import rules
@@ -21,6 +21,7 @@ from conrod.engines.mujoco.reference_loop import reference_loop
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.variations import MuJoCoVariations
 from conrod.engines.rule import Grid, Rule
+from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage, linkage_refusal
 from conrod.motion import Array
 from conrod.trajectory import Piece, Trajectory
 
@@ -37,15 +38,21 @@ class MuJoCo(Engine[MuJoCoSettings]):
         return str(mujoco.__version__)
 
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
-        if settings.hardening is not None and machine.kinematics.mechanism.cam_contacts:
-            return "hardening does not apply to contact"
         mechanism = machine.kinematics.mechanism
+        if settings.cam == EQUIVALENT_LINKAGE:
+            reason = linkage_refusal(mechanism)
+            if reason:
+                return reason
+            mechanism = equivalent_linkage(mechanism).arcs[0].mechanism
+        if settings.hardening is not None and mechanism.cam_contacts:
+            return "hardening does not apply to contact"
         return form_refusal(mechanism, settings.rod) or dressing_refusal(mechanism, settings)
 
     def run(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
     ) -> Trajectory:
-        return dynamics.run(machine, settings, revolutions, start_angle)
+        run = linkage_run.run if settings.cam == EQUIVALENT_LINKAGE else dynamics.run
+        return run(machine, settings, revolutions, start_angle)
 
     def pieces(
         self,
@@ -55,18 +62,23 @@ class MuJoCo(Engine[MuJoCoSettings]):
         start_angle: float = 0.0,
         steps: int = PIECE,
     ) -> Iterator[Piece]:
-        return dynamics.pieces(machine, settings, revolutions, start_angle, steps)
+        pieces = linkage_run.pieces if settings.cam == EQUIVALENT_LINKAGE else dynamics.pieces
+        return pieces(machine, settings, revolutions, start_angle, steps)
 
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
         return kinematic.solve(machine, MuJoCoSettings.tuned(machine, 1000), angle)
 
     def expected_error(self, machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
+        if settings.cam == EQUIVALENT_LINKAGE:
+            return ExpectedError(None, None, None)
         return law.expected_error(machine, settings)
 
     def predicted_softness(self, machine: Machine, settings: MuJoCoSettings) -> Softness | None:
-        return softness.predicted_softness(machine, settings)
+        return None if settings.cam == EQUIVALENT_LINKAGE else softness.predicted_softness(machine, settings)
 
-    def stepper(self, machine: Machine, settings: MuJoCoSettings) -> BareRun:
+    def stepper(self, machine: Machine, settings: MuJoCoSettings) -> Callable[[int], None]:
+        if settings.cam == EQUIVALENT_LINKAGE:
+            return linkage_run.LinkageRun(machine, settings)
         return started(machine, settings)
 
     def reference_loop(self) -> BareRun:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
+from conrod.engines.linkage_legs import linkages_at
 from conrod.engines.mobility_count import MobilityCount, Row, count_mobility
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.user_model.mobility import equality_jacobian
+from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage
 from conrod.mechanism import CamContact
 from conrod.motion import Array
 
@@ -18,6 +22,22 @@ CONNECT_PARTS = ("x", "y", "z")
 
 def model_mobility(machine: Machine, settings: MuJoCoSettings, angle: Array) -> MobilityCount:
     """The count at the exact poses of crank angles (T,) [rad]: equalities, and the distance of cam and roller."""
+    rows, jacobians = list[Row](), list[Array]()
+    for own, angles in _models(machine, settings, angle):
+        rows, found = _linearised(own, settings, angles)
+        jacobians += found
+    return count_mobility(rows, np.array(jacobians))
+
+
+def _models(machine: Machine, settings: MuJoCoSettings, angle: Array) -> Iterator[tuple[Machine, Array]]:
+    """What is modelled, with its crank angles: the machine, or of a cam by its equivalent linkage one for each arc."""
+    if settings.cam == EQUIVALENT_LINKAGE:
+        yield from linkages_at(equivalent_linkage(machine.kinematics.mechanism), machine, angle)
+    else:
+        yield machine, angle
+
+
+def _linearised(machine: Machine, settings: MuJoCoSettings, angle: Array) -> tuple[list[Row], list[Array]]:
     made = build(machine, settings, sensors=False)
     model, data = made.model, mujoco.MjData(made.model)
     contacts = made.tree.mechanism.cam_contacts if model.npair else ()
@@ -30,7 +50,7 @@ def model_mobility(machine: Machine, settings: MuJoCoSettings, angle: Array) -> 
         distances = [_distance_row(made, data, contact) for contact in contacts]
         jacobians.append(np.vstack([equality_jacobian(model, data), *distances]))
         rows = [*_equality_rows(model, data), *(Row(contact.name, "distance") for contact in contacts)]
-    return count_mobility(rows, np.array(jacobians))
+    return rows, jacobians
 
 
 def _equality_rows(model: mujoco.MjModel, data: mujoco.MjData) -> list[Row]:

@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
-from conrod.engines.engine import Machine
 from conrod.engines.mujoco.model import Build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.solver_state import solver_state
@@ -22,7 +21,7 @@ del WARNINGS["mjNWARNING"]
 
 
 class Recorder:
-    """A machine that is stepped from the exact state at a crank angle [rad], by as many samples at a time as one likes.
+    """A machine that is stepped from a state of its model, by as many samples at a time as one likes.
 
     At the engine's first warning it stands still, as MuJoCo's own rollouts do.
 
@@ -31,14 +30,19 @@ class Recorder:
             nothing to solve, or no step any more.
     """
 
-    def __init__(self, made: Build, machine: Machine, settings: MuJoCoSettings, start_angle: float) -> None:
+    def __init__(self, made: Build, settings: MuJoCoSettings, coordinates: Array, rates: Array) -> None:
         self.solver: SolverState | None = None
         self._model, self._data = made.model, mujoco.MjData(made.model)
         self._aside = mujoco.MjData(made.model)  # to look at the solver without a trace in the run
-        self._data.qpos[:], self._data.qvel[:] = made.start_state(machine, start_angle)
+        self._data.qpos[:], self._data.qvel[:] = coordinates, rates
         self._step = self._round_steps if settings.rounded_state else self._roll_out
         self._state = np.empty(mujoco.mj_stateSize(self._model, STATE))  # that the next step starts from
         mujoco.mj_getState(self._model, self._data, self._state, STATE)
+
+    @property
+    def state(self) -> Array:
+        """The state (nstate,) that the next sample will tell."""
+        return self._state
 
     @property
     def warnings(self) -> dict[str, int]:

@@ -10,6 +10,7 @@ from conrod.engines.engine import Machine, step_length
 from conrod.engines.left_out_rod import BODY, ROD_FORMS
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.engines.plain import plain
+from conrod.equivalent_linkage import CAM_FORMS, CONTACT
 from conrod.errors import unknown_choice
 from conrod.ranges import check_count, check_number
 
@@ -50,6 +51,7 @@ class MuJoCoSettings:
     refsafe: bool = True  # a time constant below two steps is raised to them
     rounded_state: bool = False  # coordinates and rates to single precision, after each step
     dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
+    cam: str = CONTACT  # how a cam drives its follower, see `CAM_FORMS`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning in MuJoCo.
@@ -63,6 +65,7 @@ class MuJoCoSettings:
             ("integrator", self.integrator, INTEGRATORS),
             ("solver", self.solver, SOLVERS),
             ("rod", self.rod, ROD_FORMS),
+            ("cam", self.cam, CAM_FORMS),
         ):
             if value not in choices:
                 raise unknown_choice(kind, value, choices)

@@ -82,8 +82,10 @@ def predicted_softness(machine: Machine, settings: MuJoCoSettings) -> Softness |
 
     Returns:
         None where no loop is closed and nothing touches, where the violations have no end, or no size that a machine
-        can have.
+        can have; and of a dressed model, which may be closed otherwise.
     """
+    if settings.dressing:
+        return None
     joints = _SoftJoints(machine, settings)
     if not joints.closed().size:
         return None

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.linkage_legs import LEAST_STEPS, Leg, legs
+from conrod.engines.linkage_legs import ENDLESS, LEAST_STEPS, Leg, legs
 from conrod.engines.pymunk.bare import BareRun
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import Stretch, body_states, stretches, trajectory_of
@@ -97,7 +97,7 @@ def _told(leg: Leg, stretch: Stretch, done: int) -> Stretch:
     last = stretch.first + len(stretch.bodies.position.poses) > leg.steps
     # The first sample of a leg is the last one of the leg before.
     doubled = int(done > 0 and stretch.first == 0)
-    beyond = -1 if leg.switches and last else None
+    beyond = -1 if leg.to_switch and last else None
     keep = (slice(doubled, None), slice(0, beyond), slice(0, beyond))
     observed = [point.name for point in leg.whole.observed]
     return replace(
@@ -153,6 +153,3 @@ class LinkageRun:
             spin=self._made.mechanism.driver.sense * self._speed,
             substeps=substeps,
         )
-
-
-ENDLESS = 1 << 62  # steps

@@ -14,7 +14,7 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import Machine
-from conrod.engines.linkage_legs import LinkageMachine
+from conrod.engines.linkage_legs import linkages_at
 from conrod.engines.mobility_count import MobilityCount, Row, count_mobility
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.settings import PymunkSettings
@@ -47,14 +47,8 @@ def _posed(machine: Machine, settings: PymunkSettings, angle: Array) -> Iterator
     if settings.cam != EQUIVALENT_LINKAGE:
         yield build(machine, settings), machine.kinematics.poses(angle)
         return
-    linkage = equivalent_linkage(machine.kinematics.mechanism)
-    active = linkage.active(angle)
-    for index in np.unique(active):
-        arc = linkage.arcs[index]
-        own = LinkageMachine.of(arc, machine.speed)
-        # Within half a turn of the middle, which the linkage need not be able to leave.
-        away = np.remainder(angle[active == index] - arc.middle + np.pi, 2.0 * np.pi) - np.pi
-        yield build(own, settings), own.kinematics.poses(away)
+    for own, angles in linkages_at(equivalent_linkage(machine.kinematics.mechanism), machine, angle):
+        yield build(own, settings), own.kinematics.poses(angles)
 
 
 def _by_coordinates(made: Build, gradient: Gradient) -> list[float]:

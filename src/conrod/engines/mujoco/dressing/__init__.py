@@ -45,7 +45,8 @@ EDITS: Mapping[str, Edit] = {
     "passive-damping": passive("damping", PASSIVE_DAMPING),
     "passive-armature": passive("armature", PASSIVE_ARMATURE),
 }
-OF_LOOPS = ("free-bodies", "open-loops", "redundant-closures")
+# MuJoCo lets a body through its parent: of the links in one plane only those overlap for it that a closure joins.
+OF_LOOPS = ("free-bodies", "open-loops", "redundant-closures", "touching-geoms")
 OF_CONTACT = ("no-contact", "condim-3", "condim-4", "condim-6")
 
 

@@ -8,8 +8,9 @@ from conrod.engines.engine import Machine
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.mujoco.dressing import dressing_refusal
 from conrod.engines.mujoco.ingredients.carried import carried
-from conrod.engines.mujoco.ingredients.needed import needed
+from conrod.engines.mujoco.ingredients.needed import by_contact, needed
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.equivalent_linkage import linkage_refusal
 
 
 def minimal(machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
@@ -34,7 +35,9 @@ def ingredients(machine: Machine, minimal: MuJoCoSettings) -> tuple[Ingredient[M
     """What may be added to the minimal model, and what may be taken from it; only what applies to the machine."""
     mechanism = machine.kinematics.mechanism
     contact = bool(mechanism.cam_contacts)
-    found = (*carried(contact, minimal), *needed(contact, minimal))
+    found = (*carried(mechanism, minimal), *needed(contact, minimal))
+    if contact and linkage_refusal(mechanism) is None:
+        found = (*found, by_contact(machine, minimal))
     # What is added is what must apply; of what the model consists of, it is what is missing then.
     return tuple(
         one for one in found if not dressing_refusal(mechanism, (one.removed if one.minimal else one.added)(minimal))

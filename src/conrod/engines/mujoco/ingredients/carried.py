@@ -6,15 +6,18 @@ from conrod.engines.ingredient import Ingredient, Quantity
 from conrod.engines.mujoco.dressing import NOSLIP_ITERATIONS, PASSIVE_ARMATURE, PASSIVE_DAMPING
 from conrod.engines.mujoco.ingredients.ways import dressed, extra, fields_of, undressed, with_fields
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.mechanism import Mechanism
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
 DEFAULT_ITERATIONS = 100
 FINER = 4  # times the vertices of the minimal model's cam
 
 
-def carried(contact: bool, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
+def carried(mechanism: Mechanism, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
     """In the order of a report: shapes, physics, constraints, what is read, the solver."""
-    return (*_shapes(), *_physics(minimal), *_constraints(), *_read(), *_solver(contact, minimal))
+    contact = bool(mechanism.cam_contacts)
+    weight = _weight(minimal) if any(mechanism.gravity) else ()
+    return (*_shapes(), *weight, *_passive(), *_constraints(), *_read(), *_solver(contact, minimal))
 
 
 def _shapes() -> tuple[Ingredient[MuJoCoSettings], ...]:
@@ -37,7 +40,7 @@ def _shapes() -> tuple[Ingredient[MuJoCoSettings], ...]:
     )
 
 
-def _physics(minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
+def _weight(minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
     return (
         Ingredient(
             "gravity",
@@ -47,6 +50,11 @@ def _physics(minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
             with_fields(gravity=minimal.gravity),
             needed_by=(TORQUE, REACTIONS, WEAR),
         ),
+    )
+
+
+def _passive() -> tuple[Ingredient[MuJoCoSettings], ...]:
+    return (
         extra(
             "passive-damping",
             "damping of passive joints",
@@ -96,7 +104,7 @@ def _read() -> tuple[Ingredient[MuJoCoSettings], ...]:
             extra(
                 f"sensors-{count}",
                 f"{count} sensor{'s' * (count > 1)}",
-                "position, velocity, acceleration and turn of the observed points, read by nobody",
+                "told of the motion of the observed points, and read by nobody",
                 group="sensors",
             )
             for count in (1, 8, 64)

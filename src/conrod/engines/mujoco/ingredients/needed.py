@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from conrod.engines.engine import Machine
 from conrod.engines.ingredient import Ingredient, Quantity
 from conrod.engines.mujoco.ingredients.ways import Way, dressed, fields_of, undressed, with_fields
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
+from conrod.equivalent_linkage import EQUIVALENT_LINKAGE
 
 TORQUE, REACTIONS = Quantity.DRIVE_TORQUE, Quantity.REACTIONS
 DEFAULT_TOLERANCE = 1e-8
@@ -16,6 +18,28 @@ GUARDED_STEPS = 2.0  # MuJoCo raises a time constant below so many steps to them
 def needed(contact: bool, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
     """The closure first, then what makes it exact, the drive, the solver."""
     return (*(_of_contact(minimal) if contact else _of_loops(minimal)), *_of_all(contact, minimal))
+
+
+def by_contact(machine: Machine, minimal: MuJoCoSettings) -> Ingredient[MuJoCoSettings]:
+    """The cam by contact: without it by its equivalent linkage, with the rules of `hardened` for linkages."""
+    hardened = MuJoCoSettings.hardened(machine, minimal.steps_per_revolution)
+    return _part(
+        "cam-by-contact",
+        "the cam by contact, not by its equivalent linkage",
+        "cam and roller collide; without it the cam is a crank to the centre of the arc that is touched, with a rod to "
+        "the roller's centre, switched at the joints of the arcs: no float, no loss of contact, no contact force",
+        *_changed(
+            minimal,
+            cam=EQUIVALENT_LINKAGE,
+            integrator="RK4",
+            solref=hardened.solref,
+            solimp=hardened.solimp,
+            hardening=hardened.hardening,
+        ),
+        REACTIONS,
+        Quantity.IMPACT,
+        Quantity.WEAR,
+    )
 
 
 def _part(
