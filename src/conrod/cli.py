@@ -11,6 +11,7 @@ import click
 from conrod.commands import exit_status
 from conrod.commands.ablate import ablate
 from conrod.commands.export import export
+from conrod.commands.harden import harden
 from conrod.commands.limits import limits
 from conrod.commands.lint import lint
 from conrod.commands.recommend import recommend
@@ -29,7 +30,7 @@ def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
 
 
-for command in (show, validate, sweep, recommend, limits, ablate, lint, results, export):
+for command in (show, validate, sweep, recommend, limits, ablate, lint, harden, results, export):
     cli.add_command(command)
 
 

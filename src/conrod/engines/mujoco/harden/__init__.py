@@ -1,0 +1,1 @@
+"""A user's MuJoCo model with its closed loops hardened, and what that changes."""

@@ -1,0 +1,137 @@
+"""All that is found on one file, in the order in which it is asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.harden.closures import Closure, active_closures, loops_of
+from conrod.engines.mujoco.harden.measuring import AS_IT_IS, HARDENED, Measured, cost, edited, measure
+from conrod.engines.mujoco.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
+from conrod.engines.mujoco.harden.recipe import Recipe, python_lines, recipe_for, scaled_names
+from conrod.engines.mujoco.harden.start import Start, keyframe_index, start_of
+from conrod.engines.mujoco.harden.swing import Pace
+from conrod.engines.mujoco.user_model.loading import load_model
+from conrod.errors import InvalidInput
+from conrod.hardened_model import HardenedModel, Request, Variant
+
+SAMPLES = 500
+LEAST_STEPS, MOST_STEPS = 20, 200_000
+
+
+def harden_file(path: Path, request: Request) -> HardenedModel:
+    """Harden the model of a file, and show on its own motion what that changes. The file is only read.
+
+    Raises:
+        InvalidInput: the model cannot be loaded, has no such keyframe, or the run would be too short or too long.
+    """
+    model = load_model(path)
+    if request.keyframe is not None:
+        keyframe_index(model, request.keyframe)
+    pace = pace_of(model, request.seconds)
+    closures = active_closures(model)
+    found = HardenedModel(str(path), mujoco.__version__)
+    if reason := nothing_to_do(model, closures):
+        return replace(found, refusals=(reason,), warnings=to_know(model, closures))
+    soft = soft_on_purpose(model, closures)
+    if soft and not request.force:
+        return replace(found, refusals=soft, warnings=to_know(model, closures))
+    recipe = recipe_for(model, closures, request)
+    start = start_of(model, request.keyframe, closures)
+    measured = measure(model, closures, recipe, start.state, pace)
+    return _told(found, request, model, closures, recipe, start, pace, measured)
+
+
+def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
+    """Steps of a run.
+
+    Raises:
+        InvalidInput: they are too few or too many.
+    """
+    timestep = float(model.opt.timestep)
+    least, most = LEAST_STEPS * timestep, MOST_STEPS * timestep
+    if not least <= seconds <= most:
+        raise InvalidInput(
+            f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"
+        )
+    steps = math.ceil(seconds / timestep - 1e-9)
+    stride = math.ceil(steps / SAMPLES)
+    return Pace(math.ceil(steps / stride), stride, timestep)
+
+
+def _told(
+    found: HardenedModel,
+    request: Request,
+    model: mujoco.MjModel,
+    closures: Sequence[Closure],
+    recipe: Recipe,
+    start: Start,
+    pace: Pace,
+    measured: Measured,
+) -> HardenedModel:
+    before, after = (next(v for v in measured.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
+    harm = _harm(before, after)
+    refused = (harm,) if harm and not request.force else ()
+    forced = soft_on_purpose(model, closures) + ((harm,) if harm and request.force else ())
+    runs = before.broke is None and after.broke is None
+    content = None if refused or not request.content else binary(edited(model, recipe))
+    return replace(
+        found,
+        refusals=refused,
+        warnings=(*forced, *_doubts(start, before, after), *to_know(model, closures)),
+        size=float(model.stat.extent),
+        timestep=pace.timestep,
+        seconds=pace.timestep * pace.samples * pace.stride,
+        start=start.name,
+        start_opening=start.given,
+        loops=loops_of(model, closures),
+        factor=recipe.factor,
+        scaled=scaled_names(model, recipe.weights),
+        lines=python_lines(recipe, Path(found.path)),
+        variants=measured.variants,
+        travel=measured.travel,
+        reference_known_to=measured.known_to,
+        energy_without=measured.without,
+        energy_note=measured.energy_note,
+        touching_scaled=touching_scaled(model, recipe.weights),
+        cost=cost(model, recipe, start.state, pace) if runs else None,
+        content=content,
+    )
+
+
+def _harm(before: Variant, after: Variant) -> str:
+    """Why the hardened model is worse than none; empty where it is not."""
+    if after.broke is None or before.broke is not None:
+        return ""
+    return (
+        f"hardened, the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is it "
+        "does not: RK4 (--integrator), a slower --solref or a smaller step of the model may help"
+    )
+
+
+def _doubts(start: Start, before: Variant, after: Variant) -> tuple[str, ...]:
+    """What the figures say against themselves."""
+    doubts = []
+    if not start.closed:
+        doubts.append("no pose near the start closes the loops: the runs start with them open")
+    if before.broke is not None:
+        doubts.append(f"as it is, the run breaks off after {before.steps} steps ({before.broke})")
+    if (
+        before.openings
+        and after.openings
+        and not any(now < then for then, now in zip(before.openings, after.openings, strict=True))
+    ):
+        doubts.append("no loop stays closed any better: with Euler or an implicit integrator the step opens it")
+    return tuple(doubts)
+
+
+def binary(model: mujoco.MjModel) -> bytes:
+    """The model as MuJoCo saves it (mj_saveModel)."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
