@@ -89,7 +89,7 @@ class Variant:
         broke: the engine's warning that ended it; None where it completed. The rest is None then.
         openings: largest of each loop, in the order and units of the study's loops.
         opening_over_size: the largest in metres, over the model's size.
-        closing: order of the largest opening in metres.
+        closing: order of the largest opening, of those in metres where there are any.
         drift: largest distance of a body from where the reference has it [m], at three steps.
         energy: largest change of the energy over the kinetic energy exchanged; None where that says nothing.
         touching: contacts and limits.

@@ -16,7 +16,7 @@ from conrod.engines.mujoco.harden.recipe import Recipe
 from conrod.engines.mujoco.harden.start import STATE
 from conrod.engines.mujoco.harden.swing import Pace, Swing, paced, swing
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
-from conrod.hardened_model import Orders, Variant
+from conrod.hardened_model import Loop, Orders, Variant
 from conrod.motion import Array
 from conrod.paired_timing import PairedCost, paired_cost
 
@@ -123,25 +123,29 @@ def _variant(
     own = runs[0]
     if own.broke:
         return Variant(name, own.steps, own.broke)
-    metres = [loop.unit == "m" for loop in loops_of(model, closures)]
-    largest = [float(run.openings[:, metres].max(initial=0.0)) for run in runs]
+    loops = loops_of(model, closures)
+    told = Variant(name, own.steps, None, tuple(float(value) for value in own.openings.max(axis=0)))
+    unit = "m" if any(loop.unit == "m" for loop in loops) else "rad"
+    widest = [float(run.openings[:, [loop.unit == unit for loop in loops]].max()) for run in runs]
     whole = not any(run.broke for run in runs)
     drift = None
     if reference is not None and whole:
         exact, known = reference
         drift = _orders([distance(run, exact) for run in runs], TOLD_APART * known)
-    return Variant(
-        name,
-        own.steps,
-        None,
-        tuple(float(value) for value in own.openings.max(axis=0)),
-        largest[0] / float(model.stat.extent) if any(metres) else None,
-        _orders(largest, 0.0) if any(metres) and whole else None,
-        drift,
-        None,
-        own.touching,
-        own.iterations,
+    return replace(
+        told,
+        opening_over_size=widest[0] / float(model.stat.extent) if unit == "m" else None,
+        closing=_orders(widest, 0.0) if whole else None,
+        drift=drift,
+        touching=own.touching,
+        iterations=own.iterations,
     )
+
+
+def largest(loops: Sequence[Loop], variant: Variant, unit: str) -> float:
+    """The largest opening in a unit; 0 where no loop has it."""
+    openings = zip(loops, variant.openings or (), strict=False)
+    return max((value for loop, value in openings if loop.unit == unit), default=0.0)
 
 
 def _orders(values: Sequence[float], least: float) -> Orders:

@@ -72,7 +72,7 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
         ),
         (off, "not active at the start, so not hardened"),
         (other, "of a flex, so not hardened"),
-        (contacts, "its contacts with friction harden too"),
+        (contacts, "contacts with friction harden there too"),
     )
     return tuple(f"{listed(names)}: {what}" for names, what in found if names)
 

@@ -75,13 +75,11 @@ def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: s
     changed = []
     for one in closures:
         now = float(model.eq_solref[one.index, 0])
-        if isinstance(asked, float):
-            wanted = asked
         # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
-        elif now <= 0.0 or one.curved:
+        if now <= 0.0 or (one.curved and asked == "auto"):
             continue
-        else:
-            wanted = max(now, float(f"{STEPS * float(model.opt.timestep):.6g}"))
+        enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
+        wanted = asked if isinstance(asked, float) else max(now, enough)
         if wanted != now:
             changed.append((one.index, wanted))
     return changed

@@ -11,17 +11,21 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.harden.closures import Closure, active_closures, loops_of
-from conrod.engines.mujoco.harden.measuring import AS_IT_IS, HARDENED, Measured, cost, edited, measure
+from conrod.engines.mujoco.harden.measuring import AS_IT_IS, HARDENED, Measured, cost, edited, largest, measure
 from conrod.engines.mujoco.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
 from conrod.engines.mujoco.harden.recipe import Recipe, python_lines, recipe_for, scaled_names
 from conrod.engines.mujoco.harden.start import Start, keyframe_index, start_of
 from conrod.engines.mujoco.harden.swing import Pace
 from conrod.engines.mujoco.user_model.loading import load_model
 from conrod.errors import InvalidInput
-from conrod.hardened_model import HardenedModel, Request, Variant
+from conrod.hardened_model import HardenedModel, Loop, Request, Variant
 
 SAMPLES = 500
 LEAST_STEPS, MOST_STEPS = 20, 200_000
+# Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size, rad].
+WORSE, ROUNDING = 2.0, 1e-9
+# A drift that is left of more than this share of what it was is no gain worth the name.
+BETTER = 0.5
 
 
 def harden_file(path: Path, request: Request) -> HardenedModel:
@@ -75,7 +79,8 @@ def _told(
     measured: Measured,
 ) -> HardenedModel:
     before, after = (next(v for v in measured.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
-    harm = _harm(before, after)
+    loops, size = loops_of(model, closures), float(model.stat.extent)
+    harm = _harm(loops, size, before, after)
     refused = (harm,) if harm and not request.force else ()
     forced = soft_on_purpose(model, closures) + ((harm,) if harm and request.force else ())
     runs = before.broke is None and after.broke is None
@@ -83,13 +88,13 @@ def _told(
     return replace(
         found,
         refusals=refused,
-        warnings=(*forced, *_doubts(start, before, after), *to_know(model, closures)),
-        size=float(model.stat.extent),
+        warnings=(*forced, *_doubts(start, before, after, measured), *to_know(model, closures)),
+        size=size,
         timestep=pace.timestep,
         seconds=pace.timestep * pace.samples * pace.stride,
         start=start.name,
         start_opening=start.given,
-        loops=loops_of(model, closures),
+        loops=loops,
         factor=recipe.factor,
         scaled=scaled_names(model, recipe.weights),
         lines=python_lines(recipe, Path(found.path)),
@@ -104,29 +109,36 @@ def _told(
     )
 
 
-def _harm(before: Variant, after: Variant) -> str:
+def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant) -> str:
     """Why the hardened model is worse than none; empty where it is not."""
-    if after.broke is None or before.broke is not None:
+    if before.broke is not None:
         return ""
-    return (
-        f"hardened, the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is it "
-        "does not: RK4 (--integrator), a slower --solref or a smaller step of the model may help"
-    )
+    advice = "RK4 (--integrator), another --solref or a smaller step of the model may help"
+    if after.broke is not None:
+        return (
+            f"the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is "
+            f"it does not: {advice}"
+        )
+    for unit, least in (("m", ROUNDING * size), ("rad", ROUNDING)):
+        then, now = (largest(loops, variant, unit) for variant in (before, after))
+        if now > max(WORSE * then, least):
+            return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {advice}"
+    return ""
 
 
-def _doubts(start: Start, before: Variant, after: Variant) -> tuple[str, ...]:
-    """What the figures say against themselves."""
+def _doubts(start: Start, before: Variant, after: Variant, measured: Measured) -> tuple[str, ...]:
+    """What the figures say against themselves, or against the hardened model."""
     doubts = []
     if not start.closed:
         doubts.append("no pose near the start closes the loops: the runs start with them open")
     if before.broke is not None:
         doubts.append(f"as it is, the run breaks off after {before.steps} steps ({before.broke})")
-    if (
-        before.openings
-        and after.openings
-        and not any(now < then for then, now in zip(before.openings, after.openings, strict=True))
-    ):
-        doubts.append("no loop stays closed any better: with Euler or an implicit integrator the step opens it")
+    if measured.travel == 0.0:
+        doubts.append("nothing moves in these runs, so they show nothing: --keyframe starts others")
+    elif before.drift and after.drift and measured.known_to is not None:
+        then, now = before.drift.values[0], after.drift.values[0]
+        if now > BETTER * then and now > measured.known_to:
+            doubts.append("the motion is hardly any better than it was: the step is the larger part of the error")
     return tuple(doubts)
 
 
