@@ -27,7 +27,7 @@ class Bench:
 
     Attributes:
         document: the file.
-        drive: edits that every copy has: those that make the crank keep its speed, the step that is run with.
+        drive: edits that every copy has: those that make the crank keep its speed, or that make the model run at all.
         model: compiled with the drive.
         start: state that all runs start from.
         keyframe: index of the keyframe that the start is taken from; None where it is the model's own pose.
@@ -47,6 +47,7 @@ class Bench:
     ) -> None:
         self.document, self.start, self.steps, self.observed = document, start, steps, observed
         self.keyframe, self.drive, self._clock = keyframe, drive, clock
+        self._other_steps: dict[float, Bench] = {}
         self._runs: dict[tuple[Edit, ...], Run] = {}
         self._poses: dict[tuple[Edit, ...], Poses] = {}
         self._models: dict[tuple[Edit, ...], mujoco.MjModel] = {}
@@ -102,14 +103,23 @@ class Bench:
 
     def with_step(self, step: float) -> Bench:
         """The same model run with another step [s], for the same time."""
+        if step in self._other_steps:
+            return self._other_steps[step]
         steps = max(1, round(self.steps * float(self.model.opt.timestep) / step))
+        other = self.with_edits((SetOption(("option",), "timestep", repr(step)),))
+        other.steps, other._other_steps = steps, self._other_steps
+        self._other_steps[step] = other
+        return other
+
+    def with_edits(self, edits: Sequence[Edit]) -> Bench:
+        """The model with edits, on a bench of its own."""
         other = Bench(
             self.document,
             self.start,
-            steps,
+            self.steps,
             self.observed,
             keyframe=self.keyframe,
-            drive=(*self.drive, SetOption(("option",), "timestep", repr(step))),
+            drive=(*self.drive, *edits),
             clock=self._clock,
         )
         other._compiled = self._compiled
@@ -135,7 +145,7 @@ class Bench:
 
     def change(self, edits: Sequence[Edit]) -> float:
         """The largest change of the observed positions that edits make, over the travel."""
-        return largest_change(self.run, self.run_of(edits)) / self.scale
+        return relative(largest_change(self.run, self.run_of(edits)) / self.scale)
 
     def cost(self, edits: Sequence[Edit]) -> PairedCost:
         """Of a step of the model over one with edits."""

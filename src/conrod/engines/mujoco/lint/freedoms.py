@@ -9,10 +9,9 @@ import numpy as np
 
 from conrod.engines.mobility_count import jacobian_rank
 from conrod.engines.mujoco.lint.bench import Bench
+from conrod.engines.mujoco.lint.closures import closing, closure_name, equality_bodies
 from conrod.engines.mujoco.lint.finding import Finding, Harm
-from conrod.engines.mujoco.lint.poses import CLOSING
 from conrod.engines.mujoco.lint.rule import Rule
-from conrod.engines.mujoco.lint.touching import equality_bodies
 from conrod.engines.mujoco.user_model.loading import listed, name_or_number
 from conrod.motion import Array
 
@@ -44,7 +43,7 @@ def _finding(bench: Bench, body: int, partner: int, ties: list[int]) -> Finding:
     own, rank = int(model.body_dofnum[body]), max(rows.rank for rows in looks)
     name, to = name_or_number(model, "body", body), name_or_number(model, "body", partner)
     lines = int(np.isin(looks[0].ids, ties).sum())
-    names = [name_or_number(model, "equality", index) for index in ties]
+    names = [closure_name(model, index) for index in ties]
     return Finding(
         rule=RULE.name,
         subjects=(name, *names),
@@ -69,7 +68,7 @@ def _partners(model: mujoco.MjModel, body: int) -> dict[int, list[int]]:
     """What a body is tied to by active closures, and by which."""
     found: dict[int, list[int]] = {}
     for index in range(model.neq):
-        if model.eq_type[index] not in CLOSING or not model.eq_active0[index]:
+        if not closing(model, index) or not model.eq_active0[index]:
             continue
         ends = [int(model.body_weldid[end]) for end in equality_bodies(model, index)]
         if body in ends and ends[0] != ends[1]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.bench import Bench
 from conrod.engines.mujoco.lint.edits import Edit, SetOption
 from conrod.engines.mujoco.lint.finding import Finding, Harm, Note
 from conrod.engines.mujoco.lint.rule import Rule
@@ -48,7 +48,7 @@ def judge(bench: Bench) -> Iterator[Finding | Note]:
             ("normal of the plane", " ".join(f"{value:.6g}" for value in np.where(np.abs(normal) < 1e-9, 0.0, normal))),
             ("share of gravity", across / float(np.linalg.norm(gravity))),
             ("weight that joints carry across [N]", across * float(model.body_mass[moving].sum())),
-            ("change of motion without", relative(change)),
+            ("change of motion without", change),
         ),
         why="it does no work on the motion: joints and closures carry it, reactions contain it, soft closures sag by "
         "it; a machine that stands upright has its gravity in the plane",

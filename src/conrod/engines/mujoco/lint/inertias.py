@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.bench import Bench
 from conrod.engines.mujoco.lint.edits import SetOption
 from conrod.engines.mujoco.lint.finding import Finding, Harm, Value
 from conrod.engines.mujoco.lint.rule import Rule
@@ -62,7 +62,7 @@ def _finding(
         subjects=names,
         what=told if names else "the compiler makes masses or inertias up, without which the model does not compile",
         harm=Harm.LATENT if change is not None and change <= SAME_MOTION else Harm.WRONG,
-        evidence=(*evidence, *(() if change is None else (("change of motion as written", relative(change)),))),
+        evidence=(*evidence, *(() if change is None else (("change of motion as written", change),))),
         why="drive torques, reactions and free motion are those of another machine",
         fix="write every mass and inertia as it is, and take balanceinertia, boundmass, boundinertia, settotalmass and "
         "inertiafromgeom out of <compiler>",

@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.bench import Bench
 from conrod.engines.mujoco.lint.document import Document, differing
 from conrod.engines.mujoco.lint.edits import Edit, SetAttribute
 from conrod.engines.mujoco.lint.finding import Finding, Fixed, Note, Report
@@ -17,7 +17,9 @@ from conrod.engines.mujoco.lint.motion import Observed, Start
 from conrod.engines.mujoco.lint.poses import equality_rows
 from conrod.engines.mujoco.lint.request import DEFAULT_STEPS, MOST_STEPS, Request
 from conrod.engines.mujoco.lint.rules import RULES
+from conrod.engines.mujoco.lint.stability import RULE as STEP
 from conrod.engines.mujoco.lint.stability import longest_stable
+from conrod.engines.mujoco.lint.unsolved import RULE as SOLVER
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.engines.mujoco.user_model.loading import element_id, names_of
 from conrod.errors import InvalidInput, unknown_choice
@@ -56,28 +58,36 @@ def check_rules(names: tuple[str, ...]) -> None:
 
 def judged(bench: Bench, path: str, request: Request) -> Report:
     """All rules."""
-    steady, notes = bench, list[Note]()
     told = _told(bench)
     longest = longest_stable(bench)
-    if longest is not None and longest < float(bench.model.opt.timestep):
-        # What a step makes wrong that is too long must not be laid to something else.
-        steady = bench.with_step(0.5 * longest)
-        notes.append(Note("step-too-long", f"all other rules are judged with a step of {0.5 * longest:.4g} s"))
-    elif longest is None:
-        notes.append(Note("step-too-long", "rules that need a run that holds together are not judged"))
+    steady, notes = _steady(bench, longest)
+    solved = steady
     findings: list[Finding] = []
     for rule in RULES:
         if rule.name in request.ignored or (rule.needs_motion and longest is None):
             continue
-        for answer in rule.judge(bench if rule.name == "step-too-long" else steady):
-            if isinstance(answer, Finding):
-                findings.append(answer)
-            else:
+        for answer in rule.judge({STEP.name: bench, SOLVER.name: steady}.get(rule.name, solved)):
+            if isinstance(answer, Note):
                 notes.append(answer)
+                continue
+            findings.append(answer)
+            if rule.name == SOLVER.name:
+                notes.append(Note(rule.name, "the rules after it are judged with the solver as it should be"))
+                solved = steady.with_edits(answer.edits)
     findings.sort(key=lambda finding: (finding.harm, -(finding.change or 0.0)))
     fixed = None if request.fix_folder is None else fix(steady, tuple(findings), Path(request.fix_folder))
     files = tuple(str(file) for file in bench.document.files)
     return Report(path, told, tuple(findings), tuple(notes), fixed, files)
+
+
+def _steady(bench: Bench, longest: float | None) -> tuple[Bench, list[Note]]:
+    """The model with a step at which it runs: what the step makes wrong must not be laid to something else."""
+    if longest is None:
+        return bench, [Note(STEP.name, "rules that need a run that holds together are not judged")]
+    if longest < float(bench.model.opt.timestep):
+        step = 0.5 * longest
+        return bench.with_step(step), [Note(STEP.name, f"all other rules are judged with a step of {step:.4g} s")]
+    return bench, []
 
 
 def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
@@ -98,7 +108,7 @@ def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
         raise InvalidInput(f"--fix: write it into {document.folder}, beside the model: elsewhere it differs ({other})")
     lines = [f"    {edit.told}" for edit in edits]
     comment = "\n".join(("", "  With these changes by the lint command of conrod:", *lines, "  "))
-    return Fixed(document.text((*edits, *moved), comment), edits, relative(bench.change(edits)), bench.cost(edits))
+    return Fixed(document.text((*edits, *moved), comment), edits, bench.change(edits), bench.cost(edits))
 
 
 # -- what is run -----------------------------------------------------------------------------------------------------

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.mobility_count import jacobian_rank
+from conrod.engines.mujoco.lint.closures import closing
 from conrod.engines.mujoco.lint.motion import Run, Start, State
 from conrod.motion import Array
 
 LOOKS = 40
-CLOSING = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
+# Of a model of many coordinates fewer, or their ranks would take longer than its run.
+FEWEST, COORDINATES = 3, 100
 # A row whose entries are all below this share of the largest entry of all rows says nothing: rounding is 1e-16 of it.
 EMPTY = 1e-12
 
@@ -57,8 +59,9 @@ class Poses:
             every: take every so manieth sample, 0 for some `LOOKS` poses.
         """
         data = self._start.data(self.model)
+        looks = min(LOOKS, max(FEWEST, LOOKS * COORDINATES**2 // self.model.nv**2))
         states = self._run.states
-        for state in states[:: every or max(1, len(states) // LOOKS)]:
+        for state in states[:: every or max(1, len(states) // looks)]:
             load(data, state)
             mujoco.mj_forward(self.model, data)
             yield data
@@ -102,7 +105,7 @@ def openings(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """(neq,) how far each connect or weld is open [m] in data that `mj_forward` has made."""
     found = np.zeros(model.neq)
     for index in range(model.neq):
-        if model.eq_type[index] in CLOSING:
+        if closing(model, index):
             found[index] = np.linalg.norm(violation(data, index)[:3])
     return found
 

@@ -7,12 +7,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from conrod.engines.mobility_count import jacobian_rank
-from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.bench import Bench
+from conrod.engines.mujoco.lint.closures import closure_name
 from conrod.engines.mujoco.lint.edits import Edit, Remove
 from conrod.engines.mujoco.lint.finding import Finding, Harm
 from conrod.engines.mujoco.lint.poses import Rows
 from conrod.engines.mujoco.lint.rule import Rule
-from conrod.engines.mujoco.user_model.loading import listed, name_or_number
+from conrod.engines.mujoco.user_model.loading import listed
 
 # Two closures in the place of one are twice as stiff; what they close is then closed a little less tightly by one. A
 # change of the motion by a millionth is that, and no other machine.
@@ -52,7 +53,7 @@ def _says_something(looks: Sequence[Rows], index: int) -> bool:
 
 def _finding(bench: Bench, gone: list[int], redundant: int) -> Finding:
     model, rows = bench.model, bench.poses.rows[0]
-    names = [name_or_number(model, "equality", index) for index in gone]
+    names = [closure_name(model, index) for index in gone]
     edits: tuple[Edit, ...] = ()
     if all(bench.document.can_edit("equality", index) for index in gone):
         edits = tuple(Remove("equality", index, name) for index, name in zip(gone, names, strict=True))
@@ -65,7 +66,7 @@ def _finding(bench: Bench, gone: list[int], redundant: int) -> Finding:
         evidence=(
             *_counts(rows, redundant),
             ("rank without", _rank(rows, gone)),
-            ("change of motion without", relative(change) if change is not None else "not run"),
+            ("change of motion without", change if change is not None else "not run"),
         ),
         why="forces are shared between closures that say the same: their reactions mean nothing, and where they do not "
         "agree to the last digit they fight",
@@ -86,7 +87,7 @@ def _partly(bench: Bench, rows: Rows, redundant: int) -> Finding:
             kept.append(row)
         else:
             first = int(np.flatnonzero(rows.ids == rows.ids[row])[0])
-            name = name_or_number(bench.model, "equality", int(rows.ids[row]))
+            name = closure_name(bench.model, int(rows.ids[row]))
             dependent.append(f"row {row - first + 1} of {name}")
     return Finding(
         rule=RULE.name,

@@ -7,13 +7,12 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.bench import Bench
+from conrod.engines.mujoco.lint.closures import closing, closure_name
 from conrod.engines.mujoco.lint.edits import Edit, SetAttribute
 from conrod.engines.mujoco.lint.finding import Finding, Harm
-from conrod.engines.mujoco.lint.poses import CLOSING
 from conrod.engines.mujoco.lint.rule import Rule
 from conrod.engines.mujoco.settings import STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF
-from conrod.engines.mujoco.user_model.loading import name_or_number
 from conrod.motion import Array
 
 # Of the machine's size. A bearing's play is a ten-thousandth of a small machine (30 micrometres in 0.3 m): closures
@@ -40,21 +39,21 @@ def judge(bench: Bench) -> Iterator[Finding]:
     loose = [index for index in loose if after[index] <= TENFOLD * before[index]]
     if not loose:
         return
-    names = tuple(name_or_number(model, "equality", index) for index in loose)
+    names = tuple(closure_name(model, index) for index in loose)
     change = bench.change(edits)
     worst = max(loose, key=lambda index: before[index])
     stock = sum(_is_stock(model, index) for index in loose)
     yield Finding(
         rule=RULE.name,
         subjects=names,
-        what=f"closures give way: {name_or_number(model, 'equality', worst)} opens by {1e3 * before[worst]:.3g} mm",
+        what=f"closures give way: {closure_name(model, worst)} opens by {1e3 * before[worst]:.3g} mm",
         harm=Harm.WRONG,
         evidence=(
             ("opening [m]", float(before[worst])),
             ("opening over size", float(before[worst] / bench.size)),
             ("opening when stiff [m]", float(after[worst])),
             ("closures with the stock solref and solimp", f"{stock} of {len(loose)}"),
-            ("change of motion when stiff", relative(change)),
+            ("change of motion when stiff", change),
         ),
         why="the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step "
         "helps",
@@ -66,7 +65,7 @@ def judge(bench: Bench) -> Iterator[Finding]:
 
 def stiff(model: mujoco.MjModel, index: int) -> tuple[Edit, ...]:
     """A closure as stiff as a model file can make it."""
-    name = name_or_number(model, "equality", index)
+    name = closure_name(model, index)
     steps = STIFF_STEPS.get(int(model.opt.integrator), LEAST_STEPS)
     return (
         SetAttribute("equality", index, name, "solref", f"{steps * float(model.opt.timestep):.6g} 1"),
@@ -83,7 +82,7 @@ def _worst(bench: Bench, edits: tuple[Edit, ...]) -> Array:
 
 def _is_stock(model: mujoco.MjModel, index: int) -> bool:
     return bool(
-        model.eq_type[index] in CLOSING
+        closing(model, index)
         and np.array_equal(model.eq_solref[index], STOCK_SOLREF)
         and np.array_equal(model.eq_solimp[index], STOCK_SOLIMP)
     )

@@ -8,11 +8,12 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.lint.bench import Bench, relative
+from conrod.engines.mujoco.lint.closures import closing, closure_name
 from conrod.engines.mujoco.lint.finding import Finding, Harm
 from conrod.engines.mujoco.lint.motion import Run, Start, largest_change, run
-from conrod.engines.mujoco.lint.poses import CLOSING, equality_rows, openings, violation
+from conrod.engines.mujoco.lint.poses import equality_rows, openings, violation
 from conrod.engines.mujoco.lint.rule import Rule
-from conrod.engines.mujoco.user_model.loading import listed, name_or_number
+from conrod.engines.mujoco.user_model.loading import listed
 from conrod.motion import Array
 
 # Of the machine's size; numbers that were written with six digits leave a loop open by 1e-6 of it.
@@ -28,7 +29,7 @@ def judge_pose(bench: Bench) -> Iterator[Finding]:
     ajar = [index for index in range(model.neq) if opened[index] > AJAR * bench.size]
     if not ajar:
         return
-    names = tuple(name_or_number(model, "equality", index) for index in ajar)
+    names = tuple(closure_name(model, index) for index in ajar)
     closed = closed_pose(bench)
     change = None if closed is None else _change(bench, closed)
     moved = "no closed pose near" if closed is None else " ".join(f"{value:.15g}" for value in closed.qpos)
@@ -41,7 +42,7 @@ def judge_pose(bench: Bench) -> Iterator[Finding]:
             ("opening [m]", float(opened.max())),
             ("opening over size", float(opened.max() / bench.size)),
             ("start", "qpos0" if bench.keyframe is None else f"keyframe {bench.keyframe}"),
-            ("change of motion when closed", "not run" if change is None else relative(change)),
+            ("change of motion when closed", "not run" if change is None else change),
         ),
         why="the closures pull it shut in the first steps: a blow that no machine gets, and speeds that stay",
         fix=f'qpos="{moved}"' if closed is not None else "lengths or places of the closures: no pose closes them",
@@ -59,7 +60,7 @@ def judge_speeds(bench: Bench) -> Iterator[Finding]:
     torn = [index for index in range(model.neq) if parting[index] > TORN * fastest]
     if not torn or fastest == 0.0:
         return
-    names = tuple(name_or_number(model, "equality", index) for index in torn)
+    names = tuple(closure_name(model, index) for index in torn)
     joined = consistent_speeds(bench)
     change = _change(bench, joined)
     yield Finding(
@@ -70,7 +71,7 @@ def judge_speeds(bench: Bench) -> Iterator[Finding]:
         evidence=(
             ("speed of parting [m/s]", float(parting.max())),
             ("speed of the fastest body [m/s]", fastest),
-            ("change of motion when they fit", relative(change)),
+            ("change of motion when they fit", change),
         ),
         why="the closures stop it with a blow in the first steps, and energy that the machine was given is gone",
         fix=f'qvel="{" ".join(f"{value:.15g}" for value in joined.qvel)}"',
@@ -122,7 +123,7 @@ def _with(start: Start, qpos: Array | None = None, qvel: Array | None = None) ->
 
 def _change(bench: Bench, start: Start) -> float:
     other: Run = run(bench.model, start, bench.steps, bench.observed)
-    return largest_change(bench.run, other) / bench.scale
+    return relative(largest_change(bench.run, other) / bench.scale)
 
 
 def _fastest(model: mujoco.MjModel, data: mujoco.MjData) -> float:
@@ -138,7 +139,7 @@ def _parting(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     found = np.zeros(model.neq)
     equality = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
     for index in range(model.neq):
-        if model.eq_type[index] in CLOSING and len(violation(data, index)):
+        if closing(model, index) and len(violation(data, index)):
             mine = equality & (data.efc_id[: data.nefc] == index)
             found[index] = np.linalg.norm(data.efc_vel[: data.nefc][mine][:3])
     return found

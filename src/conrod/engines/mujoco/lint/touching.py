@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.lint.bench import UNCHANGED, Bench, relative
+from conrod.engines.mujoco.lint.bench import UNCHANGED, Bench
+from conrod.engines.mujoco.lint.closures import closing, closure_name, equality_bodies
 from conrod.engines.mujoco.lint.edits import Edit, Exclude, SetAttribute
 from conrod.engines.mujoco.lint.finding import Finding, Harm, Note
-from conrod.engines.mujoco.lint.poses import CLOSING
 from conrod.engines.mujoco.lint.rule import Rule
 from conrod.engines.mujoco.user_model.loading import listed, name_or_number
 
@@ -53,7 +53,7 @@ def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> F
         evidence=(
             ("steps in contact", count),
             ("steps", bench.run.steps),
-            ("change of motion without", relative(change) if change is not None else "not run"),
+            ("change of motion without", change if change is not None else "not run"),
         ),
         why="the contact pushes against the joint that holds the links together: friction, loads and rows of its own",
         fix="exclude the pair",
@@ -68,31 +68,18 @@ def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> F
 def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
     """What holds two bodies together so that they cannot part: a joint that only turns, a connect or a weld."""
     for child, parent in ((one, other), (other, one)):
-        links = _above(model, child)
         # Bodies without a joint are one with those that they hang on.
+        links = int(model.body_weldid[child])
         if links and model.body_weldid[model.body_parentid[links]] == model.body_weldid[parent]:
             joints = range(model.body_jntadr[links], model.body_jntadr[links] + model.body_jntnum[links])
-            if all(model.jnt_type[joint] in TURNING for joint in joints):
+            if joints and all(int(model.jnt_type[joint]) in TURNING for joint in joints):
                 return f"joint {name_or_number(model, 'joint', joints[0])}"
     for index in range(model.neq):
-        if model.eq_type[index] in CLOSING and model.eq_active0[index]:
+        if closing(model, index) and model.eq_active0[index]:
             pair = {int(model.body_weldid[body]) for body in equality_bodies(model, index)}
             if pair == {int(model.body_weldid[one]), int(model.body_weldid[other])}:
-                return f"equality {name_or_number(model, 'equality', index)}"
+                return closure_name(model, index)
     return ""
-
-
-def _above(model: mujoco.MjModel, body: int) -> int:
-    """The body that carries the joints which move a body; 0 where nothing does."""
-    return int(model.body_weldid[body])
-
-
-def equality_bodies(model: mujoco.MjModel, index: int) -> tuple[int, int]:
-    """The bodies that a connect or weld ties together."""
-    ends = (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
-    if model.eq_objtype[index] == mujoco.mjtObj.mjOBJ_SITE:
-        return int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]])
-    return ends
 
 
 # -- those that never meet -------------------------------------------------------------------------------------------
