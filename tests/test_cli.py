@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from command_line import conrod, conrod_process
+from conrod.report import writer
 from conrod.scenes import SCENES
 
 ENTRY_KEYS = {
@@ -20,15 +22,31 @@ ENTRY_KEYS = {
     "revolutions", "outcome", "errors", "closure", "phase", "drive", "order", "tolerance", "passed",
 }  # fmt: skip
 
-
-def conrod(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "conrod", *arguments], capture_output=True, text=True, cwd=cwd, timeout=300, check=False
-    )
+# A run of a tenth of a second.
+QUICK = ("validate", "saw-40rpm", "--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "100")
 
 
 def files_in(folder: Path) -> list[str]:
     return sorted(str(p.relative_to(folder)) for p in folder.rglob("*"))
+
+
+IN_A_PROCESS = {
+    "measured": (("show", "saw-40rpm"), 0),
+    "a table": (("export", "saw-40rpm", "--format", "csv", "--steps-per-rev", "4"), 0),
+    "out of tolerance": ((*QUICK, "--tolerance", "position=1e-9"), 1),
+    "a mistake": (("validate", "sheer-press"), 2),
+    "a mistake in an option": (("validate", "--presets", "tuned"), 2),
+}
+
+
+@pytest.mark.parametrize("command", IN_A_PROCESS)
+def test_a_python_of_its_own_prints_the_same_and_ends_with_the_same_status(command: str) -> None:
+    # All other tests run the command line in their own process.
+    arguments, status = IN_A_PROCESS[command]
+    alone, here = conrod_process(*arguments), conrod(*arguments)
+    assert alone.returncode == here.returncode == status
+    assert (alone.stdout, alone.stderr) == (here.stdout, here.stderr)
+    assert alone.stdout or alone.stderr
 
 
 def test_show_lists_every_scene_in_a_line() -> None:
@@ -216,8 +234,6 @@ def test_an_output_that_cannot_be_written_is_refused_before_any_work(option: str
 
 # -- what is written, and what is left alone -------------------------------------------------------------------------
 
-QUICK = ("validate", "saw-40rpm", "--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "100")
-
 
 def refused(done: subprocess.CompletedProcess[str], *words: str) -> None:
     """One clear line, before anything was run."""
@@ -226,13 +242,6 @@ def refused(done: subprocess.CompletedProcess[str], *words: str) -> None:
     assert len(done.stderr.splitlines()) == 1, done.stderr
     for word in words:
         assert word in done.stderr
-
-
-def after(preparation: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """The command line, in an interpreter in which something was changed first."""
-    code = f"import sys\n{preparation}\nfrom conrod.cli import main\nsys.argv = {['conrod', *arguments]!r}\nmain()"
-    command = [sys.executable, "-c", code]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False)
 
 
 @pytest.mark.parametrize(("option", "text"), [("--json", ""), ("--json", "-"), ("--json", "new/"), ("--out", "")])
@@ -333,33 +342,36 @@ def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_
         }
 
 
-@pytest.mark.parametrize("where", ["writer.index_page", "canvas.svg_text"])
+@pytest.mark.parametrize("name", ["index_page", "svg_text"])
 def test_an_interrupt_while_the_report_is_made_leaves_nothing_and_says_no_more_than_that(
-    where: str, tmp_path: Path
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    module, name = where.split(".")
-    stop = (
-        f"import conrod.report.{module} as module, conrod.report.writer as writer\n"
-        f"def stop(*_): raise KeyboardInterrupt\nmodule.{name} = writer.{name} = stop"
-    )
-    done = after(stop, *QUICK, "--out", "new/report", "--json", "all.json", cwd=tmp_path)
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(writer, name, stop)
+    done = conrod(*QUICK, "--out", "new/report", "--json", "all.json", cwd=tmp_path)
     assert done.returncode == 130
     assert done.stderr.strip() == "conrod: interrupted"
     assert files_in(tmp_path) == []
 
 
-def test_running_out_of_memory_is_one_line(tmp_path: Path) -> None:
-    full = "import conrod.console\ndef full(*_): raise MemoryError\nconrod.console.run_with_progress = full"
-    done = after(full, *QUICK, "--out", "report", "--json", "all.json", cwd=tmp_path)
+def test_running_out_of_memory_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("conrod.console.run_with_progress", full)
+    done = conrod(*QUICK, "--out", "report", "--json", "all.json", cwd=tmp_path)
     refused(done, "out of memory: fewer --steps-per-rev or --revolutions")
     assert files_in(tmp_path) == []
 
 
-def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
-    full = (
-        "from pathlib import Path\ndef full(*_): raise OSError(28, 'No space left on device')\nPath.write_bytes = full"
-    )
-    done = after(full, "export", "saw-40rpm", "--format", "csv", "-o", "table.csv", cwd=tmp_path)
+def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    done = conrod("export", "saw-40rpm", "--format", "csv", "-o", "table.csv", cwd=tmp_path)
     refused(done, "No space left on device", "table.csv")
     assert files_in(tmp_path) == []
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import sqlite3
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from conrod.cli import main
+import command_line
 from conrod.commands.limits import EPILOG, MOST_RUNS
 from conrod.selection import select_engines, select_scenes
 from conrod.studies.limits.axes import AXES
@@ -26,11 +24,8 @@ QUICK = ("saw-500rpm", "--axis", "steps", "--engine", "pymunk", "--preset", "sto
 
 
 def conrod(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "conrod", "limits", *arguments, "--ledger", "ledger.sqlite"],
-        capture_output=True, text=True, cwd=cwd, timeout=300, check=False,
-        env={**os.environ, "CONROD_LEDGER": str(cwd / "default.sqlite")},
-    )  # fmt: skip
+    named = (*arguments, "--ledger", "ledger.sqlite")
+    return command_line.conrod("limits", *named, cwd=cwd, ledger=cwd / "default.sqlite")
 
 
 def runs_in(ledger: Path) -> int:
@@ -117,19 +112,13 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_told_in_one_line_and_nothing_is_written(
-    mistake: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_mistake_is_told_in_one_line_and_nothing_is_written(mistake: str, tmp_path: Path) -> None:
     arguments, words = MISTAKES[mistake]
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["conrod", "limits", *arguments, "--json", "limits.json", "--ledger", "l.sqlite"])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    lines = [line for line in printed.err.splitlines() if not line.startswith("runs: ")]
-    assert len(lines) == 1, printed.err
+    done = conrod(*arguments, "--json", "limits.json", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("runs: ")]
+    assert len(lines) == 1, done.stderr
     assert lines[0].startswith("conrod: ")
     for word in words:
         assert word in lines[0]
@@ -138,19 +127,12 @@ def test_a_mistake_is_told_in_one_line_and_nothing_is_written(
 
 @pytest.mark.parametrize("command", ["limits", "sweep"])
 @pytest.mark.parametrize("name", ["results.json", "README.md", "saw-500rpm.md", "figures/steps.svg"])
-def test_results_are_not_written_over_a_file_of_the_report(
-    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_results_are_not_written_over_a_file_of_the_report(command: str, name: str, tmp_path: Path) -> None:
     (tmp_path / "report" / "figures").mkdir(parents=True)
-    outputs = ["--out", "report", "--json", f"report/{name}", "--ledger", "l.sqlite"]
-    monkeypatch.setattr(sys, "argv", ["conrod", command, "saw-500rpm", *outputs])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2
-    assert (
-        capsys.readouterr().err == f"conrod: cannot write report/{name}: the report in report has a file of that name\n"
-    )
+    outputs = ("--out", "report", "--json", f"report/{name}", "--ledger", "l.sqlite")
+    done = command_line.conrod(command, "saw-500rpm", *outputs, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == f"conrod: cannot write report/{name}: the report in report has a file of that name\n"
 
 
 def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import signal
 import sqlite3
 import subprocess
@@ -18,6 +17,7 @@ from typing import Any
 
 import pytest
 
+import command_line
 from conrod import SCENES, PymunkSettings, compare, run
 
 # Runs of a coarse grid that take a second or two.
@@ -26,11 +26,7 @@ QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
 
 def conrod(*arguments: str, cwd: Path, ledger: str | None = "ledger.sqlite") -> subprocess.CompletedProcess[str]:
     named = () if ledger is None else ("--ledger", ledger)
-    return subprocess.run(
-        [sys.executable, "-m", "conrod", *arguments, *named],
-        capture_output=True, text=True, cwd=cwd, timeout=300, check=False,
-        env={**os.environ, "CONROD_LEDGER": str(cwd / "default.sqlite")},
-    )  # fmt: skip
+    return command_line.conrod(*arguments, *named, cwd=cwd, ledger=cwd / "default.sqlite")
 
 
 def told_in_one_line(done: subprocess.CompletedProcess[str], *words: str) -> None:

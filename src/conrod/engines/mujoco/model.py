@@ -11,6 +11,7 @@ import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import ModelForm, model_form
+from conrod.engines.mujoco.compiling import compiled
 from conrod.engines.mujoco.coordinates import Coordinates
 from conrod.engines.mujoco.hardening import harden
 from conrod.engines.mujoco.mjcf import mjcf
@@ -84,7 +85,7 @@ def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> B
     form = model_form(kinematics.mechanism, settings.rod)
     tree = tree_of(machine, form)
     text = mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}", sensors=sensors)
-    model = mujoco.MjModel.from_xml_string(text)
+    model = compiled(text)
     if settings.hardening is not None:
         harden(model, settings.hardening)
     return Build(form, tree, model)

@@ -29,7 +29,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -152,6 +152,7 @@ class Fall:
             step, last, off = float(steps[-1]), float(angles[-1]), True
 
 
+@lru_cache(maxsize=1024)  # every engine and preset is compared at the same speeds
 def exact_flight(scene: CamFollower) -> ExactFlight | None:
     """The first flight of a turn that begins in the middle of the dwell; None where the follower is held throughout.
 

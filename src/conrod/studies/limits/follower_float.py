@@ -84,7 +84,6 @@ class _Bench:
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        self._exact: dict[float, ExactFlight | None] = {}
         steps = max(case.steps, LEAST_STEPS)
         self.steps = (steps, 2 * steps)
         self.vertices = (self.steps[0] // STEPS_PER_FACET, self.steps[1] // STEPS_PER_FACET)
@@ -111,9 +110,7 @@ class _Bench:
 
     def exact(self, speed: float) -> ExactFlight | None:
         """The exact flight at a speed."""
-        if speed not in self._exact:
-            self._exact[speed] = exact_flight(self.at(speed))
-        return self._exact[speed]
+        return exact_flight(self.at(speed))
 
     def exact_length(self, speed: float) -> float:
         """Its length [rad], 0 where the exact follower is held."""

@@ -1,0 +1,43 @@
+"""The command line as a user types it, run in this process: a start of Python takes longer than most commands."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conrod.cli import main
+
+
+def conrod(*arguments: str, cwd: Path | None = None, ledger: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """What a command prints, and its exit status; an exception that a user would see as a traceback is raised.
+
+    Args:
+        cwd: folder that it is run in, this one where it is None.
+        ledger: file of results that commands use unless told otherwise.
+    """
+    out, err = io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.setattr(sys, "argv", ["conrod", *arguments])
+        if cwd is not None:
+            patch.chdir(cwd)
+        if ledger is not None:
+            patch.setenv("CONROD_LEDGER", str(ledger))
+        status: Any = 0
+        try:
+            main()
+        except SystemExit as ended:
+            status = ended.code
+    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
+
+
+def conrod_process(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """The same in a Python of its own, for claims about that."""
+    return subprocess.run(
+        [sys.executable, "-m", "conrod", *arguments], capture_output=True, text=True, cwd=cwd, timeout=300, check=False
+    )
