@@ -19,7 +19,7 @@ from conrod.chunks import chunks
 from conrod.engines.engine import Machine
 from conrod.engines.linkage_legs import ENDLESS, LEAST_STEPS, Leg, legs
 from conrod.engines.mujoco.bare import BareRun
-from conrod.engines.mujoco.dynamics import body_states, drive_torque, instants_of, point_tracks, verdict_of
+from conrod.engines.mujoco.dynamics import body_states, instants_of, point_tracks, verdict_of
 from conrod.engines.mujoco.ending import ended_by_engine
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.recorder import Recorder
@@ -126,8 +126,8 @@ class _Stretch:
         )
         first, told.samples = told.samples, told.samples + len(samples)
         self._clock, self._poses = float(states[-1, 0]), own.poses[-1]
-        torque = drive_torque(self._settings, instants[smooth])
-        return Piece(trajectory, first, told.clock + states[:, 0], recorder.warnings, recorder.solver, torque)
+        # The drive turns the rods too, which the machine has not: its torque is another one (by 1.5 % of the peak).
+        return Piece(trajectory, first, told.clock + states[:, 0], recorder.warnings, recorder.solver, None)
 
     def _smooth(self, samples: range) -> slice:
         """Of some samples, those at which the acceleration does not jump."""
@@ -178,7 +178,7 @@ class LinkageRun:
         for leg in legs(self._models.linkage, machine, turn, 2 * turn, 0.0):
             self._models.of(leg)
         self._legs = legs(self._models.linkage, machine, turn, ENDLESS, 0.0)
-        self._data: dict[int, mujoco.MjData] = {}
+        self._data: dict[tuple[int, float], mujoco.MjData] = {}
         poses, slopes = machine.kinematics.derivatives(np.zeros(1), 1)
         self._enter(poses[0], slopes[0] * machine.speed)
 
@@ -201,7 +201,11 @@ class LinkageRun:
         self._leg = next(self._legs)
         self._left, self._made = self._leg.steps, self._models.of(self._leg)
         own, speeds = self._leg.entered(poses, rates)
-        data = self._data.setdefault(id(self._made), mujoco.MjData(self._made.model))
+        key = self._leg.index, self._leg.step
+        if key not in self._data:
+            self._data[key] = mujoco.MjData(self._made.model)
+        data = self._data[key]
         data.qpos[:] = self._made.coordinates(own[None])[0]
         data.qvel[:] = self._made.rates(own[None], speeds[None])[0]
+        data.qacc_warmstart[:] = 0.0  # what the linkage ended with a turn before is no guess for its beginning
         self._bare = BareRun(self._made.model, data, self._rounded)

@@ -8,7 +8,7 @@ from conrod.engines.engine import Machine
 from conrod.engines.ingredient import Ingredient, Quantity
 from conrod.engines.left_out_rod import BODY, DISTANCE_JOINT
 from conrod.engines.pymunk import dressing_names as names
-from conrod.engines.pymunk.ingredients.ways import extra, fields_of, with_fields
+from conrod.engines.pymunk.ingredients.ways import dressed, extra, fields_of, undressed, with_fields
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
@@ -39,7 +39,6 @@ def carried(machine: Machine, minimal: PymunkSettings) -> Found:
 def _shapes() -> Found:
     """The last is what the dressed model has: the way that pymunk's manual shows."""
     kinds = (
-        (names.SHAPES_COLLIDING, "shapes, jointed links colliding", "as pymunk has it unless it is told otherwise"),
         (names.SHAPES_UNFILTERED, "shapes without a filter", "those of links that no joint holds together may collide"),
         (names.SHAPES_SENSOR, "shapes as sensors", "overlaps are found, and nothing follows"),
         (names.SHAPES_MASKED, "shapes that a mask filters", "a mask of no category: they collide with nothing"),
@@ -92,6 +91,8 @@ def _iterations(machine: Machine, minimal: PymunkSettings) -> Found:
 
 
 def _rod(machine: Machine, minimal: PymunkSettings) -> Found:
+    """The last is what the dressed model has."""
+
     def added(settings: PymunkSettings) -> PymunkSettings:
         bodies = replace(settings, preset="custom", rod=BODY)
         return replace(bodies, iterations=max(settings.iterations, enough(machine, minimal, bodies)))
@@ -102,14 +103,29 @@ def _rod(machine: Machine, minimal: PymunkSettings) -> Found:
         iterations = settings.iterations if kept else minimal.iterations
         return replace(settings, preset="custom", rod=minimal.rod, iterations=iterations)
 
+    def colliding(settings: PymunkSettings) -> PymunkSettings:
+        return dressed(names.SHAPES_COLLIDING)(undressed(*names.SHAPES)(added(settings)))
+
+    needed_by = (TORQUE, REACTIONS, WEAR)
     return (
+        Ingredient(
+            "rod-body-colliding",
+            "the rod as a body, shapes colliding",
+            "with a polygon on every link, and those of links that a joint holds together collide: as pymunk has it "
+            "unless it is told otherwise",
+            colliding,
+            lambda settings: removed(undressed(names.SHAPES_COLLIDING)(settings)),
+            group="rod",
+            needed_by=(*needed_by, IMPACT),
+        ),
         Ingredient(
             "rod-body",
             "the rod as a body",
             "with its mass and two pivots instead of one distance joint, and the iterations that this takes",
             added,
             removed,
-            needed_by=(TORQUE, REACTIONS, WEAR),
+            group="rod",
+            needed_by=needed_by,
         ),
     )
 
