@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: validate sweep limits test test-all lint types mjcf bench wheel check clean
+.PHONY: validate sweep limits ablate test test-all lint types mjcf bench wheel check clean
 
 validate: $(READY) ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --out reports
@@ -18,6 +18,9 @@ limits: $(READY) ## find where the engines stop being trustworthy and rewrite re
 	for run in "mujoco --preset hardened" "pymunk --preset tuned"; do \
 	    $(BIN)/conrod limits saw-500rpm --axis run-length --engine $$run --revolutions 1000000 --cell-timeout 20000 \
 	        --out reports/limits || exit; done
+
+ablate: $(READY) ## what a model needs and what it merely carries: rewrite reports/ablate/; on an idle machine
+	$(BIN)/conrod ablate shear-press saw-500rpm cam-follower --out reports/ablate
 
 test: $(READY) ## the tests, about five minutes on two cores
 	$(BIN)/python -m pytest -n auto

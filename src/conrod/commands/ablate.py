@@ -60,12 +60,14 @@ def ablate(
     from conrod.files import check_apart, file_to_write, folder_to_write
     from conrod.ranges import check_count
     from conrod.report.ablate.document import check_ablate_apart, check_ablate_folder
-    from conrod.selection import STEPS, select_engines, select_scenes
+    from conrod.selection import check_table, select_engines, select_scenes
     from conrod.studies.ablate.plan import plan_ablation
+    from conrod.studies.cell import REVOLUTIONS
 
     chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
     if steps_per_rev is not None:
-        check_count("--steps-per-rev", steps_per_rev, *STEPS)
+        for name in chosen:
+            check_table(name, steps_per_rev, round(REVOLUTIONS))
     check_count("--rounds", rounds, LEAST_ROUNDS, MOST_ROUNDS)
     folder = None if out is None else folder_to_write(out, "--out")
     file = None if document is None else file_to_write(document, "--json")

@@ -125,12 +125,8 @@ def left_out(found: EngineAblation) -> str:
     else:
         cost = f", at {cost_text(whole.cost)} times the cost of the minimal one" if whole.cost else ""
         end = f"is {numbers.measured(whole.change['position'])} off the minimal one in position{cost}"
-    each = (
-        "it does harm alone, or cannot be had here"
-        if len(names) == 1
-        else "each does harm alone, or cannot be had here"
-    )
-    return f"Left out of the dressed model: {', '.join(names)} ({each}). A model with everything {end}."
+    each = "it does" if len(names) == 1 else "each of them does"
+    return f"Left out of it: {', '.join(names)}; {each} harm alone. A model with everything {end}."
 
 
 # -- counts ----------------------------------------------------------------------------------------------------------

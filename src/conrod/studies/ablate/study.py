@@ -35,10 +35,16 @@ def completed_plan(plan: AblationPlan, runs: Measurements) -> AblationPlan:
     """
     found = _found(plan, runs, {})
     level = Levels.of(found.values())
-    added = {name: one for (role, name), one in found.items() if role is Role.ADDED}
-    seen = {name: evidence_of(found[Role.MINIMAL, ""], one, one, one.cost, level) for name, one in added.items()}
-    harmful = {name for name, evidence in seen.items() if evidence.effect != Effect.NONE.value}
-    return plan.with_variants(full_variants(plan.minimal, plan.ingredients, harmful))
+    minimal = found[Role.MINIMAL, ""]
+    effects = {
+        name: evidence_of(minimal, one, one, one.cost, level).effect
+        for (role, name), one in found.items()
+        if role is Role.ADDED
+    }
+    # What the engine cannot do here, no model can have.
+    usable = [one for one in plan.ingredients if effects.get(one.name) != Effect.UNTOLD.value]
+    harmful = {name for name, effect in effects.items() if effect == Effect.WORSE.value}
+    return plan.with_variants(full_variants(plan.minimal, usable, harmful))
 
 
 def ablation_study(plans: Sequence[AblationPlan], runs: Measurements, costs: Measurements) -> AblationStudy:

@@ -56,8 +56,7 @@ def full_variants(
     """The dressed model, those that differ from it by one ingredient, and the one with all of them.
 
     Args:
-        harmful: names of ingredients that spoil the minimal model, or that it cannot have: what others do could not be
-            seen beside them.
+        harmful: names of ingredients that spoil the minimal model: what others do could not be seen beside them.
     """
     extra = [one for one in ingredients if not one.minimal]
     worn = last_of_groups([one for one in extra if one.name not in harmful])
