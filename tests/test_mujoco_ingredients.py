@@ -241,6 +241,16 @@ def test_without_what_the_minimal_model_consists_of_the_motion_is_another(machin
     assert change(machine, with_one(machine, name)) > 1e-6
 
 
+def test_a_tolerance_of_0_takes_all_of_a_line_search_for_the_same_motion() -> None:
+    evaluations = []
+    for settings in (minimal_of("saw"), with_one("saw", "line-search")):
+        steps = MUJOCO.stepper(FAST_SAW, settings)
+        steps(200)
+        evaluations.append(int(steps.data.solver[0].neval))
+    assert evaluations == [5, 50]
+    assert change("saw", with_one("saw", "line-search")) < 1e-15
+
+
 def test_the_default_tolerance_is_no_trap_where_closures_are_hard_and_one_where_they_are_soft() -> None:
     hard = minimal_of("saw")
     soft = replace(MuJoCoSettings.tuned(SAW, STEPS), iterations=1)

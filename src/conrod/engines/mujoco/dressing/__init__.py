@@ -19,6 +19,8 @@ from conrod.mechanism import Mechanism
 
 PASSIVE_DAMPING, PASSIVE_ARMATURE = 0.1, 0.01
 NOSLIP_ITERATIONS = 5
+# Evaluations; two are exact along a direction of Newton's method, as long as the set of acting constraints stays.
+LINE_SEARCH = 5
 
 # Applied from the first to the last: what moves a body, or takes a closure away, comes before what adds to it.
 EDITS: Mapping[str, Edit] = {
@@ -38,6 +40,7 @@ EDITS: Mapping[str, Edit] = {
     # MuJoCo has these two on by itself (4.0), so that it is their absence that must be said.
     "no-islands": flag("island", on=False),
     "no-multiccd": flag("multiccd", on=False),
+    "short-line-search": option("ls_iterations", str(LINE_SEARCH)),
     "noslip": option("noslip_iterations", str(NOSLIP_ITERATIONS)),
     "condim-3": contact_dimension(3),
     "condim-4": contact_dimension(4),

@@ -16,9 +16,9 @@ from conrod.equivalent_linkage import linkage_refusal
 def minimal(machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
     """The cheapest settings that have the observed motion right.
 
-    Those of the best preset without what the motion does not need: no gravity, a single iteration of Newton's method,
-    which is exact as long as the set of acting constraints stays, and none of what MuJoCo does unasked for models of
-    many bodies and shapes.
+    Those of the best preset without what the motion does not need: no gravity, a single iteration of Newton's method
+    and a short line search, which are exact as long as the set of acting constraints stays, and none of what MuJoCo
+    does unasked for models of many bodies and shapes.
     """
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     preset = MuJoCoSettings.tuned if contact else MuJoCoSettings.hardened
@@ -27,7 +27,7 @@ def minimal(machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
         preset="custom",
         gravity=False,
         iterations=1,
-        dressing=("no-islands", "no-multiccd"),
+        dressing=("no-islands", "no-multiccd", "short-line-search"),
     )
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from conrod.engines.ingredient import Ingredient, Quantity
-from conrod.engines.mujoco.dressing import NOSLIP_ITERATIONS, PASSIVE_ARMATURE, PASSIVE_DAMPING
-from conrod.engines.mujoco.ingredients.ways import dressed, extra, fields_of, undressed, with_fields
+from conrod.engines.mujoco.dressing import LINE_SEARCH, NOSLIP_ITERATIONS, PASSIVE_ARMATURE, PASSIVE_DAMPING
+from conrod.engines.mujoco.ingredients.ways import by_default, extra, of_fields
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.mechanism import Mechanism
 
@@ -15,9 +15,9 @@ FINER = 4  # times the vertices of the minimal model's cam
 
 def carried(mechanism: Mechanism, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
     """In the order of a report: shapes, physics, constraints, what is read, the solver."""
-    contact = bool(mechanism.cam_contacts)
     weight = _weight(minimal) if any(mechanism.gravity) else ()
-    return (*_shapes(), *weight, *_passive(), *_constraints(), *_read(), *_solver(contact, minimal))
+    contact = _of_contact(minimal) if mechanism.cam_contacts else ()
+    return (*_shapes(), *weight, *_passive(), *_constraints(), *_read(), *_solver(minimal), *contact)
 
 
 def _shapes() -> tuple[Ingredient[MuJoCoSettings], ...]:
@@ -42,14 +42,7 @@ def _shapes() -> tuple[Ingredient[MuJoCoSettings], ...]:
 
 def _weight(minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
     return (
-        Ingredient(
-            "gravity",
-            "gravity",
-            "the weight of all links",
-            with_fields(gravity=True),
-            with_fields(gravity=minimal.gravity),
-            needed_by=(TORQUE, REACTIONS, WEAR),
-        ),
+        of_fields("gravity", "gravity", "the weight of all links", minimal, {"gravity": True}, TORQUE, REACTIONS, WEAR),
     )
 
 
@@ -114,48 +107,50 @@ def _read() -> tuple[Ingredient[MuJoCoSettings], ...]:
     )
 
 
-def _solver(contact: bool, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
-    found = [
-        Ingredient(
+def _solver(minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
+    return (
+        of_fields(
             "iterations-100",
             "100 solver iterations",
             "MuJoCo's default, of which the solver takes what it likes",
-            with_fields(iterations=DEFAULT_ITERATIONS),
-            with_fields(**fields_of(minimal, "iterations")),
+            minimal,
+            {"iterations": DEFAULT_ITERATIONS},
+        ),
+        by_default(
+            "line-search",
+            "a long line search",
+            f"MuJoCo's default: up to 50 evaluations along a direction of the solver instead of {LINE_SEARCH}; a "
+            "tolerance of 0 takes them all",
+            "short-line-search",
         ),
         extra("sparse-jacobian", "sparse Jacobian", "constraints kept for large models"),
-        Ingredient(
+        by_default(
             "islands",
             "constraint islands",
-            "MuJoCo's default: groups of bodies that constraints join are found in each step and solved apart",
-            undressed("no-islands"),
-            dressed("no-islands"),
+            "MuJoCo's default in 4.0: groups of bodies that constraints join are found in each step and solved apart",
+            "no-islands",
         ),
         extra("noslip", "noslip iterations", f"{NOSLIP_ITERATIONS} passes of the solver that mends friction", WEAR),
-        Ingredient(
+        by_default(
             "multiccd",
             "multiccd flag",
-            "MuJoCo's default: several contact points for each pair of flat shapes",
-            undressed("no-multiccd"),
-            dressed("no-multiccd"),
+            "MuJoCo's default in 4.0: several contact points for each pair of flat shapes",
+            "no-multiccd",
         ),
-    ]
-    if contact:
-        found += [
-            Ingredient(
-                "rk4",
-                "RK4",
-                "four evaluations a step instead of one",
-                with_fields(integrator="RK4"),
-                with_fields(**fields_of(minimal, "integrator")),
-            ),
-            Ingredient(
-                "fine-cam",
-                f"a cam of {FINER} times the vertices",
-                f"{FINER * minimal.cam_vertices} vertices instead of {minimal.cam_vertices}",
-                with_fields(cam_vertices=FINER * minimal.cam_vertices),
-                with_fields(**fields_of(minimal, "cam_vertices")),
-                needed_by=(IMPACT, WEAR),
-            ),
-        ]
-    return tuple(found)
+    )
+
+
+def _of_contact(minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
+    vertices = FINER * minimal.cam_vertices
+    return (
+        of_fields("rk4", "RK4", "four evaluations a step instead of one", minimal, {"integrator": "RK4"}),
+        of_fields(
+            "fine-cam",
+            f"a cam of {FINER} times the vertices",
+            f"{vertices} vertices instead of {minimal.cam_vertices}",
+            minimal,
+            {"cam_vertices": vertices},
+            IMPACT,
+            WEAR,
+        ),
+    )

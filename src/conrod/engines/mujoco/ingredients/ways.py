@@ -34,6 +34,20 @@ def extra(name: str, title: str, meaning: str, *needed_by: Quantity, group: str 
     return Ingredient(name, title, meaning, dressed(name), undressed(name), group=group, needed_by=needed_by)
 
 
+def by_default(name: str, title: str, meaning: str, absence: str) -> Ingredient[MuJoCoSettings]:
+    """An ingredient that MuJoCo has by itself, whose absence is a name in the dressing."""
+    return Ingredient(name, title, meaning, undressed(absence), dressed(absence))
+
+
+def of_fields(
+    name: str, title: str, meaning: str, minimal: MuJoCoSettings, values: dict[str, Any], *needed_by: Quantity
+) -> Ingredient[MuJoCoSettings]:
+    """An ingredient that is values of the settings' fields."""
+    return Ingredient(
+        name, title, meaning, with_fields(**values), with_fields(**fields_of(minimal, *values)), needed_by=needed_by
+    )
+
+
 def fields_of(settings: MuJoCoSettings, *names: str) -> dict[str, Any]:
     """Values of some fields of the settings, to be put back."""
     return {name: getattr(settings, name) for name in names}
