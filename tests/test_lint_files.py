@@ -15,6 +15,7 @@ import pytest
 
 from conrod.cli import main
 from conrod.engines.mujoco.lint.document import Document, differing
+from conrod.engines.mujoco.lint.edits import Exclude
 from conrod.engines.mujoco.lint.finding import Report
 from conrod.engines.mujoco.lint.linting import lint
 from conrod.engines.mujoco.lint.request import Request
@@ -159,6 +160,19 @@ def test_comments_and_all_digits_survive_a_fix(tmp_path: Path) -> None:
         assert words in report.fixed.text
 
 
+def test_bodies_without_names_get_them_where_a_pair_is_excluded(gripper: Path) -> None:
+    document = Document(gripper)
+    unnamed = [body for body in range(1, document.model.nbody) if not document.model.body(body).name]
+    edit = Exclude((unnamed[0], unnamed[-1]), ("one", "other"))
+    model = document.compiled((edit,))
+    assert model.exclude_signature.tolist() == [(unnamed[0] << 16) + unnamed[-1]]
+
+
+def test_a_binary_model_is_not_taken_apart(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="a binary model cannot be taken apart; give the MJCF"):
+        lint(tmp_path / "model.mjb", SHORT)
+
+
 def test_another_model_is_told_by_one_digit() -> None:
     one = mujoco.MjModel.from_xml_string(SAW)
     assert differing(one, mujoco.MjModel.from_xml_string(SAW)) == ""
@@ -252,7 +266,7 @@ def test_the_command_tells_writes_and_ends_with_its_status(tmp_path: Path) -> No
     arguments = ("--seconds", "0.01", "--scene", "saw-500rpm")
     done = conrod("saw.xml", *arguments, "--json", "found.json", "--fix", "fixed.xml", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (1, "")
-    for words in ("redundant-closure", "evidence: ", "cost: ", "x a step (", "1 finding\n", "fixed.xml: 1 edit"):
+    for words in ("redundant-closure", "evidence: ", "cost: ", "x a step (", "1 finding\n", "fixed.xml: 1 edit;"):
         assert words in done.stdout
     found = json.loads((tmp_path / "found.json").read_text())
     (finding,) = found["findings"]

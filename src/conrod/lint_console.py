@@ -47,9 +47,12 @@ def _print_fixed(out: Console, fixed: Fixed, file: Path | None) -> None:
     if not fixed.text:
         out.print(f"nothing can be fixed safely; {file} is not written", markup=False, soft_wrap=True)
         return
+    number = len(fixed.edits)
     moved = "did not change" if fixed.change == 0.0 else f"changed by {_value(fixed.change)} of its travel"
     cost = "" if fixed.cost is None else f"; the original takes {_cost(fixed.cost)} of it"
-    out.print(f"{file}: {len(fixed.edits)} edits; the motion {moved}{cost}", markup=False, soft_wrap=True)
+    out.print(
+        f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}{cost}", markup=False, soft_wrap=True
+    )
 
 
 def _cost(cost: PairedCost) -> str:

@@ -15,7 +15,6 @@ from conrod.engines.mujoco.lint.document import Document
 from conrod.engines.mujoco.lint.edits import Edit, SetOption
 from conrod.engines.mujoco.lint.motion import Observed, Run, Start, largest_change, run
 from conrod.engines.mujoco.lint.poses import Poses
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.paired_timing import Clock, PairedCost, paired_cost
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
@@ -153,24 +152,21 @@ class Bench:
 
     def _stepper(self, model: mujoco.MjModel) -> Callable[[], Callable[[int], None]]:
         def make() -> Callable[[int], None]:
-            data = self.start.data(model)
-            done = 0
+            data, done = self.start.data(model), 0
 
             def advance(steps: int) -> None:
-                nonlocal done, data
+                nonlocal done
                 # What comes after the run that was looked at is not what the model is for.
-                if done + steps > self.steps and done:
-                    data, done = self.start.data(model), 0
+                if done and done + steps > self.steps:
+                    mujoco.mj_resetData(model, data)
+                    self.start.put(data)
+                    done = 0
                 mujoco.mj_step(model, data, steps)
                 done += steps
 
             return advance
 
-        def quiet() -> Callable[[int], None]:
-            with warnings_kept_quiet():
-                return make()
-
-        return quiet
+        return make
 
 
 def relative(change: float) -> float:

@@ -45,8 +45,10 @@ def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Re
     check_rules(request.ignored)
     document = Document(path)
     with warnings_kept_quiet():
-        bench = prepared(document, request, clock)
-        return judged(bench, str(path), request)
+        try:
+            return judged(prepared(document, request, clock), str(path), request)
+        except mujoco.FatalError as error:
+            raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
 
 
 def check_rules(names: tuple[str, ...]) -> None:

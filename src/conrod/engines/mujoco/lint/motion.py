@@ -34,9 +34,13 @@ class Start:
     def data(self, model: mujoco.MjModel) -> mujoco.MjData:
         """New data in this state."""
         data = mujoco.MjData(model)
+        self.put(data)
+        return data
+
+    def put(self, data: mujoco.MjData) -> None:
+        """This state into data that is new, or has been reset."""
         data.qpos[:], data.qvel[:], data.act[:], data.ctrl[:] = self.qpos, self.qvel, self.act, self.ctrl
         data.mocap_pos[:], data.mocap_quat[:] = self.mocap_pos, self.mocap_quat
-        return data
 
 
 @dataclass(frozen=True)

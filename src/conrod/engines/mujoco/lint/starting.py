@@ -92,12 +92,12 @@ def closed_pose(bench: Bench) -> Start | None:
     for _ in range(PASSES):
         mujoco.mj_forward(model, data)
         rows = equality_rows(model, data)
+        if not (np.isfinite(data.qpos).all() and np.isfinite(rows.jacobian).all()):
+            return None
         gaps = np.array(data.efc_pos[: data.nefc][data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY])
         if np.abs(gaps).max(initial=0.0) <= CLOSED * bench.size:
             return _with(bench.start, qpos=data.qpos.copy())
         mujoco.mj_integratePos(model, data.qpos, -np.linalg.pinv(rows.jacobian, rcond=1e-9) @ gaps, 1.0)
-        if not np.isfinite(data.qpos).all():
-            return None
     return None
 
 
