@@ -59,40 +59,49 @@ def paired_cost(
         rounds: how often both are timed, at least once.
         clock: CPU time of the calling thread [ns].
     """
-    spent: list[tuple[int, int]] = []
+    spent: list[tuple[float, float]] = []  # [ns] a step
     pairs = min(PAIRS, rounds)
     for pair in range(pairs):
         steppers = (make_one(), make_other())
         steps = _block(steppers, clock)
-        for turn in range(pair, rounds, pairs):
-            spent.append(_round(steppers, steps, turn // pairs % 2 == 1, clock))
-    times = 1e-9 * np.array(spent, dtype=float)
+        turns = in_turns(steppers, (steps, steps), len(range(pair, rounds, pairs)), clock)
+        spent += [(one / steps, other / steps) for one, other in turns]
+    times = 1e-9 * np.array(spent)
     # A clock that has not moved must not divide by zero.
-    ratios = (times[:, 0] + 1e-12) / (times[:, 1] + 1e-12)
+    ratios = (times[:, 0] + 1e-18) / (times[:, 1] + 1e-18)
     low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75))
-    return PairedCost(float(middle), float(low), float(high), float(times[:, 0].min()) / steps, rounds)
+    return PairedCost(float(middle), float(low), float(high), float(times[:, 0].min()), rounds)
 
 
 def _block(steppers: tuple[Stepper, Stepper], clock: Clock) -> int:
     """Warm both up; how many steps take the time of a block."""
     steps = 16
     while True:
-        slower = 1e-9 * max(_spent(stepper, steps, clock) for stepper in steppers)
+        slower = 1e-9 * max(spent_by(stepper, steps, clock) for stepper in steppers)
         if slower >= BLOCK_TIME or steps >= MOST_STEPS:
             return max(1, math.ceil(steps * min(1.0, BLOCK_TIME / max(slower, 1e-12))))
         steps *= 2
 
 
-def _round(steppers: tuple[Stepper, Stepper], steps: int, other_first: bool, clock: Clock) -> tuple[int, int]:
-    """CPU times [ns] of a block of each."""
-    if other_first:
-        two = _spent(steppers[1], steps, clock)
-        return _spent(steppers[0], steps, clock), two
-    one = _spent(steppers[0], steps, clock)
-    return one, _spent(steppers[1], steps, clock)
+def in_turns(
+    steppers: tuple[Stepper, Stepper], steps: tuple[int, int], rounds: int, clock: Clock
+) -> list[tuple[int, int]]:
+    """CPU times [ns] of a block of each, round after round; the first of a round is the last of the next.
+
+    Args:
+        steps: in the blocks of either.
+    """
+    found = []
+    for turn in range(rounds):
+        times = [0, 0]
+        for which in (1, 0) if turn % 2 else (0, 1):
+            times[which] = spent_by(steppers[which], steps[which], clock)
+        found.append((times[0], times[1]))
+    return found
 
 
-def _spent(stepper: Stepper, steps: int, clock: Clock) -> int:
+def spent_by(stepper: Stepper, steps: int, clock: Clock) -> int:
+    """CPU time [ns] of so many steps."""
     begin = clock()
     stepper(steps)
     return clock() - begin

@@ -1,15 +1,13 @@
-"""What one set of settings costs over another, on the same machine: timed in turns in one process.
+"""What one set of settings costs over another, on the same machine: timed in turns, see `conrod.paired_timing`.
 
-Two timings made one after the other differ by whatever else the machine did meanwhile. Here both advance through the
-same crank angles in short blocks, one after the other, the first of them last in the next round: what slows the
-machine for longer than a block slows both, and what favours the first or the second of a round favours each as often.
+Both advance through the same crank angles, whatever their steps.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,7 +15,7 @@ import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.engine import Machine
-from conrod.studies.clock import Clock
+from conrod.paired_timing import Clock, Stepper, in_turns, spent_by
 from conrod.trajectory import Settings
 
 ROUNDS = 200
@@ -28,8 +26,6 @@ SHORT_BLOCK, LONG_BLOCK = 5e-4, 5e-2
 WARM_UP = 5e-2  # [s], of each: caches are filled, and a processor that slept is awake
 # Standard normal deviate of an interval that holds the median with 95 %.
 CONFIDENCE = 1.96
-
-Stepper = Callable[[int], None]
 
 
 @dataclass(frozen=True)
@@ -91,7 +87,7 @@ def time_pair(
     steppers = (engine.stepper(machine, settings), engine.stepper(machine, other))
     units = _warmed_up(steppers, unit, clock)
     steps = (units * unit[0], units * unit[1])
-    spent = np.array([_round(steppers, steps, k % 2 == 1, clock) for k in range(rounds)], dtype=float)
+    spent = np.array(in_turns(steppers, steps, rounds, clock), dtype=float)
     low, middle, high = _median(spent[:, 0] / spent[:, 1])
     least = 1e-9 * spent.min(axis=0) * parts / units
     return PairedTiming(middle, low, high, float(least[0]), float(least[1]), rounds)
@@ -101,7 +97,7 @@ def _warmed_up(steppers: tuple[Stepper, Stepper], unit: tuple[int, int], clock: 
     """Advance both for a while, through the same angles; how many units a block is to have."""
     units, total = 1, 0.0
     while True:
-        times = [1e-9 * _spent(stepper, units * n, clock) for stepper, n in zip(steppers, unit, strict=True)]
+        times = [1e-9 * spent_by(stepper, units * n, clock) for stepper, n in zip(steppers, unit, strict=True)]
         slower, faster = max(times), max(min(times), 1e-9)
         total += slower
         if total >= WARM_UP:
@@ -109,23 +105,6 @@ def _warmed_up(steppers: tuple[Stepper, Stepper], unit: tuple[int, int], clock: 
             return max(1, round(units * share))
         if slower < BLOCK_TIME:
             units *= 2
-
-
-def _round(
-    steppers: tuple[Stepper, Stepper], steps: tuple[int, int], other_first: bool, clock: Clock
-) -> tuple[int, int]:
-    """CPU times [ns] of a block of each."""
-    if other_first:
-        two = _spent(steppers[1], steps[1], clock)
-        return _spent(steppers[0], steps[0], clock), two
-    one = _spent(steppers[0], steps[0], clock)
-    return one, _spent(steppers[1], steps[1], clock)
-
-
-def _spent(stepper: Stepper, steps: int, clock: Clock) -> int:
-    begin = clock()
-    stepper(steps)
-    return clock() - begin
 
 
 def _median(ratios: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float, float]:

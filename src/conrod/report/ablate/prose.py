@@ -19,7 +19,7 @@ VERDICTS = f"""{_VERDICTS}
 A motion is right if no error of it against the exact one (position, velocity, acceleration, position at the nominal \
 time) is more than {AS_GOOD:g} times that of the minimal model, or than {quantity(NO_CHANGE)} where that one's is \
 smaller. An ingredient costs time if the whole interval of its cost lies above {COSTS:g}: settings timed against \
-themselves differ by up to that. What an ingredient does is looked at where it is alone and where all others are \
+themselves differ by nearly that. What an ingredient does is looked at where it is alone and where all others are \
 there; harm in either counts most, then need, then cost.
 """
 
