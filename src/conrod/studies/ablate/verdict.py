@@ -16,9 +16,9 @@ NO_CHANGE = 1e-9
 # A motion is as good as another one while its largest error is at most twice as large. Errors that hang on single
 # samples, as those of a contact that chatters, differ by half without any cause.
 AS_GOOD = 2.0
-# Cost counts where the whole interval of the ratio lies above this. Settings timed against themselves, twenty times on a
-# busy machine of two cores, gave medians up to 2.6 % off one and an interval that began 1.9 % above it: two models of
-# one kind differ a little for as long as they live.
+# Cost counts where the whole interval of the ratio lies above this. Settings timed against themselves, twenty times on
+# a busy machine of two cores, gave medians up to 2.6 % off one and an interval that began 1.9 % above it: two models
+# of one kind differ a little for as long as they live.
 COSTS = 1.03
 CHANGES_TORQUE = "changes it"
 BESIDE_OTHERS = "beside all others"
