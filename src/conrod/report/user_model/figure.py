@@ -42,9 +42,11 @@ def _paths(axes: Axes, study: ModelStudy) -> None:
     identity = study.identity
     degrees = np.degrees(np.remainder(identity.angle, 2.0 * np.pi))
     order = np.argsort(degrees)
-    off = np.maximum(identity.off[order], ROUNDING / 10.0)
+    off, held = identity.off[order], study.kinematic_tolerance
     axes.plot(on_grid(degrees[order], 360.0), on_log_grid(off), color=colour("mujoco"), linewidth=1.4)
-    whole_decades(axes, [off])
+    axes.axhline(held, color="#444444", linewidth=0.9, dashes=(4, 3))
+    axes.annotate("held to", (3.0, held), va="bottom", fontsize=8.0, color="#444444")
+    whole_decades(axes, [np.maximum(off, ROUNDING), np.array([held])])
     axes.set_xlim(0.0, 360.0)
     axes.xaxis.set_major_locator(MultipleLocator(60.0))
     axes.set_ylabel("off the path / L")
@@ -64,6 +66,7 @@ def _errors(axes: Axes, study: ModelStudy, runs: list[JudgedRun], quantity: str)
     whole_decades(axes, curves)
     axes.set_ylabel(f"{quantity} / {NORMS[quantity]}")
     axes.set_xlim(0.0, np.copysign(360.0 * study.revolutions, study.scene.speed))
+    axes.xaxis.set_major_locator(MultipleLocator(90.0 * max(1, round(study.revolutions / 2.0))))
 
 
 def _curve(run: JudgedRun, quantity: str) -> tuple[Array, Array]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from urllib.parse import quote
+
 from conrod.report import numbers
 from conrod.report.tables import paragraphs, table
 from conrod.report.user_model import run_words, words
@@ -9,7 +12,7 @@ from conrod.report.user_model.document import document_file, figure_file
 from conrod.studies.user_model.study import ModelStudy
 
 METHOD = (
-    "The file was only read. *Kinematic mode*: the crank is held at 360 angles of a turn, and the model's own closures "
+    "The file was only read. *Kinematic mode*: the crank is held at 180 angles of a turn, and the model's own closures "
     "(a cam: the distance of its geoms) place the rest; nothing moves in time. *Dynamic mode*: a copy of the compiled "
     "model is driven at the scene's speed from the exact start, at its own timestep; errors are taken at the crank "
     "angle, rate and angular acceleration that it reached. `tuned` and `hardened` are the same model with conrod's "
@@ -32,14 +35,14 @@ def model_page(study: ModelStudy, command: str) -> str:
     """
     scan = study.scan
     blocks = [
-        f"# {study.file}: is it {study.scene_name}?",
+        f"# {Path(study.file).name}: is it {study.scene_name}?",
         f"**{words.verdict(study)}**",
         f"Model `{scan.name}`, crank `{study.question.crank}`, "
         + ", ".join(f"{place.point} = `{place}`" for place in study.question.places)
         + f". Reproduced by `{command}`, with MuJoCo {scan.engine_version}. Results: "
-        f"[{document_file(study.file)}]({document_file(study.file)}).",
+        f"[{document_file(study.file)}]({quote(document_file(study.file))}).",
         METHOD,
-        f"![Distance from the exact paths, and errors of the runs]({figure_file(study.file)})",
+        f"![Distance from the exact paths, and errors of the runs]({quote(figure_file(study.file))})",
         "## Is it the machine?",
         "Frame:\n\n" + _list(words.frame(study)),
         "Wiring:\n\n" + _list(words.wiring(study)),

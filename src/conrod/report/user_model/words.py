@@ -36,8 +36,6 @@ def _why_not(study: ModelStudy) -> str:
     identity = study.identity
     if identity.other_branch:
         return "it is on the other assembly branch"
-    if identity.turned_back:
-        return "it is its mirror image: the machine only if seen from behind, where its crank turns the other way"
     if identity.explanations:
         return " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])
     return f"its points are off by up to {numbers.measured(identity.largest)} of their travel"
@@ -152,7 +150,10 @@ def paths(study: ModelStudy) -> list[str]:
         size = numbers.measured(MM * identity.frame.unit * shape.shape_error)
         told.append(f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm")
     if identity.other_branch:
-        told.append("it closes on the other assembly branch: lengths are as wanted, assembled otherwise")
+        told.append(
+            "it is on the other assembly branch, its lengths as they are wanted; where it is to be seen from the other side of "
+            "its plane, --plane says so"
+        )
     told += _explained(study)
     for group in identity.indistinct:
         told.append(f"these points cannot tell apart: {', '.join(group)}")
@@ -170,7 +171,7 @@ def _explained(study: ModelStudy) -> list[str]:
             return told
         return [f"{len(told)} explanations leave nothing; the paths cannot tell them apart", *told[:TOLD_TOGETHER]]
     if identity.closest is None:
-        return [] if identity.other_branch or identity.turned_back else ["all lengths are as they are wanted"]
+        return [] if identity.other_branch else ["all lengths are as they are wanted"]
     told = [f"no lengths explain it: what comes nearest leaves {numbers.measured(identity.closest.left)} of the travel"]
     if identity.closest.left < 0.5 * identity.largest:
         told.append(f"nearest: {explanation(identity.closest)}")

@@ -90,11 +90,12 @@ class GivenFrame:
     unit: float | None = None  # [m]
 
 
-def views(axis: Array, sense: int, plane: str | None) -> tuple[tuple[View, ...], tuple[View, ...]]:
-    """Sides from which to look at the plane across a crank's axis: those that are likely, and those that are not.
+def views(axis: Array, sense: int, plane: str | None) -> tuple[View, ...]:
+    """Sides from which to look at the plane across a crank's axis, the likeliest first.
 
-    A plane is usually seen with x to the right or y and z up, and a hinge's coordinate usually grows with the crank
-    angle. Where these are two views, both are likely; the other side of a plane for which they are one is not.
+    A plane is usually seen with x to the right and y or z up; and a hinge's coordinate usually grows with the crank
+    angle. Where these are two views, either may be meant. A machine seen from behind is its own mirror image turning
+    the other way, which for many a machine is the other assembly branch: so the side must not be free.
 
     Args:
         sense: of the crank angle in the document, +1 for counter-clockwise.
@@ -104,11 +105,9 @@ def views(axis: Array, sense: int, plane: str | None) -> tuple[tuple[View, ...],
         InvalidInput: the crank's axis is not across the plane that is said.
     """
     if plane is not None:
-        return (_said(plane, axis),), ()
+        return (_said(plane, axis),)
     usual = _usual(axis)
-    other = _behind(usual)
-    likely = (usual, other) if usual.sense != sense else (usual,)
-    return likely, () if len(likely) > 1 else (other,)
+    return (usual,) if usual.sense == sense else (usual, _behind(usual))
 
 
 def _said(plane: str, axis: Array) -> View:

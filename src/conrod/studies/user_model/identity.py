@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from conrod.errors import InvalidInput
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.scenes import Scene
@@ -37,8 +36,6 @@ class Identity:
         frame: where the document's frame is in the model.
         given: which parts of it were given.
         other_branch: assembled otherwise than the machine; the frame is then that of the other branch.
-        turned_back: the machine only if it is seen from the other side of its plane, where its crank turns the other
-            way; from the side that is meant it is the other branch's mirror image, or none of both.
         angle: crank angles (T,) [rad], increasing.
         off: distance of the points from where they should be, the largest of them, over the point's length (T,).
         off_by: of each point the largest, over its length.
@@ -55,7 +52,6 @@ class Identity:
     frame: Frame
     given: GivenFrame
     other_branch: bool
-    turned_back: bool
     angle: Array
     off: Array
     off_by: dict[str, float]
@@ -75,7 +71,7 @@ class Identity:
 
     def is_machine(self, tolerance: float) -> bool:
         """Whether the model is the machine within a tolerance, over the point's length."""
-        return not self.other_branch and not self.turned_back and self.largest <= max(tolerance, self.floor)
+        return not self.other_branch and self.largest <= max(tolerance, self.floor)
 
 
 def identify(scene: Scene, scan: Scan, given: GivenFrame) -> Identity:
@@ -86,21 +82,20 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> Identity:
     """
     check_plane(scan)
     points = tuple(scan.positions)
-    chosen, turned_back = chosen_view(scene, scan, points, given)
+    chosen = chosen_view(scene, scan, points, given)
     seen = sighting(scene, scan, points, chosen.view)
     floor = _floor(scan, seen, chosen.laid.unit)
     search = Search(scene, points, seen, given, floor)
     found: tuple[Explanation, ...] = ()
     closest: Explanation | None = None
     at, best = chosen.laid, scene
-    if chosen.kinematics is None and not turned_back and at.largest > floor:
+    if chosen.kinematics is None and at.largest > floor:
         found, closest = explanations(search, at)
         if found and closest is not None:
             at, best = closest.laid, closest.scene
     paths = paths_of(best, points) if chosen.kinematics is None else paths_of_kinematics(chosen.kinematics, points)
     at = _rounded(at, seen, paths, given, floor)
     groups = without_trace(search, at, best) if chosen.kinematics is None else ()
-    _check_told(groups)
     wanted = relaid(replace(at, places=0.0 * at.places), seen, paths_of(scene, points)) if found else at
     frame = _frame(chosen.view, at, scan, shaft_of(best.mechanism()))
     order = np.argsort(frame.angle(scan.coordinate))
@@ -108,7 +103,6 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> Identity:
         frame=frame,
         given=given,
         other_branch=chosen.kinematics is not None,
-        turned_back=turned_back,
         angle=frame.angle(scan.coordinate)[order],
         off=np.abs(wanted.miss).max(axis=0)[order],
         off_by={name: float(np.abs(row).max()) for name, row in zip(points, wanted.miss, strict=True)},
@@ -146,15 +140,6 @@ def _wrapped(angle: float) -> float:
     """In (-180, 180] degrees."""
     turn = float(np.remainder(angle, 2.0 * np.pi))
     return turn - 2.0 * np.pi if turn > np.pi + 1e-12 else turn
-
-
-def _check_told(groups: tuple[tuple[str, ...], ...]) -> None:
-    for group in groups:
-        if set(group) == {"rotation", "zero"}:
-            raise InvalidInput(
-                "the rotation of the frame and the crank's zero cannot be told apart by these points: "
-                "give --rotation or --crank-zero"
-            )
 
 
 def _frame(view: View, at: Laid, scan: Scan, shaft: tuple[float, float]) -> Frame:

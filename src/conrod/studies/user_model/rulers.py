@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -69,7 +70,8 @@ def around(motion: Motion, points: Sequence[str], shaft: complex) -> Array:
     return np.array([p[:, 0] + 1j * p[:, 1] - shaft for p in positions])
 
 
-def other_branches(scene: Scene) -> list[Kinematics]:
+@lru_cache(16)
+def other_branches(scene: Scene) -> tuple[Kinematics, ...]:
     """The same machine assembled otherwise, where it can be, and still turns fully."""
     own, found = scene.kinematics, list[Kinematics]()
     mechanism, start = own.mechanism, own.start[0]
@@ -88,7 +90,7 @@ def other_branches(scene: Scene) -> list[Kinematics]:
         except InvalidInput:
             continue
         found.append(other)
-    return found
+    return tuple(found)
 
 
 def _other_starts(kinematics: Kinematics) -> list[Array]:

@@ -66,7 +66,6 @@ def _identity(identity: Identity) -> dict[str, Any]:
         },
         "given": sorted(name for name, value in given.items() if value is not None),
         "other_branch": identity.other_branch,
-        "turned_back": identity.turned_back,
         "position": identity.off_by,
         "rate": identity.rate_off,
         "floor": identity.floor,

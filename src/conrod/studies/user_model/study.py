@@ -115,7 +115,7 @@ def study(
     identity = identify(machine, scan, given)
     points = _points(identity)
     found = ModelStudy(file, name, machine, question, scan, identity, tolerance, revolutions, {}, {}, None, points)
-    if identity.left > COMPARABLE or identity.turned_back:
+    if identity.left > COMPARABLE:
         return found
     orders, refused = _orders(machine, scan, engine)
     driven = dict(
@@ -167,7 +167,7 @@ def _reference(identity: Identity, scene: Scene) -> Reference:
     """The machine that the model is, with the lengths that were found, on its branch."""
     contacts = scene.kinematics.mechanism.cam_contacts
     ruler: Ruler = identity.scene
-    others = tuple(other_branches(scene))
+    others = other_branches(scene)
     if identity.reference is not None:
         ruler, others = GenericReference(identity.reference.mechanism, scene.speed), (scene.kinematics,)
     return Reference(ruler, scene.speed, scene.kinematics.size, contacts[0].roller_radius if contacts else None, others)

@@ -18,12 +18,12 @@ from conrod.user_model import Scan
 IN_PLANE = 1e-6
 # Of several views that fit alike the first is meant.
 ALIKE = 2.0
-# The other branch, or the other side of the plane, is meant where it leaves so little of what the expected one does.
+# The other branch is meant where it leaves so little of what the own one does.
 CLEARLY_BETTER = 0.1
 # Beside this no difference of two fits counts.
 NOTHING = 1e-9
-# What fits as well as this is the machine, and no other view of it is looked for.
-FITS = 1e-6
+# What is as near as this is the machine with lengths a little off, and no other view or branch of it is looked for.
+NEAR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ def check_plane(scan: Scan) -> None:
     """Refuse a model whose points do not move in one plane across the crank's axis."""
     span = max(float(np.ptp(p, axis=0).max()) for p in scan.positions.values())
     if span == 0.0 or not np.isfinite(span):
-        raise InvalidInput(f"{', '.join(scan.positions)} do not move when the crank turns: the plane cannot be told")
+        named = ", ".join(scan.positions)
+        raise InvalidInput(f"the crank turns and nothing moves, of {named}: the plane cannot be told")
     if scan.wander > IN_PLANE * max(span, 1.0):
         raise InvalidInput(
             f"the crank's axis itself moves, by {scan.wander:.3g} (of the model's unit of length) in a turn: there is "
@@ -54,29 +55,22 @@ def check_plane(scan: Scan) -> None:
             )
 
 
-def chosen_view(scene: Scene, scan: Scan, points: tuple[str, ...], given: GivenFrame) -> tuple[Candidate, bool]:
-    """How to look at the model, which branch it is on, and whether it is the machine only from the other side."""
+def chosen_view(scene: Scene, scan: Scan, points: tuple[str, ...], given: GivenFrame) -> Candidate:
+    """How to look at the model, and which branch it is on: the machine's own unless another one is clearly nearer."""
+    some = views(scan.axis, scene.mechanism().driver.sense, given.plane)
 
-    likely, unlikely = views(scan.axis, scene.mechanism().driver.sense, given.plane)
-
-    def best(some: tuple[View, ...], kinematics: Kinematics | None) -> Candidate | None:
+    def best(kinematics: Kinematics | None) -> Candidate:
         paths = paths_of(scene, points) if kinematics is None else paths_of_kinematics(kinematics, points)
         tried = [Candidate(v, _laid(scene, scan, points, v, paths, given), kinematics) for v in some]
-        least = min((c.laid.rms for c in tried), default=0.0)
-        return next((c for c in tried if c.laid.rms <= ALIKE * least + NOTHING), None)
+        least = min(c.laid.rms for c in tried)
+        return next(c for c in tried if c.laid.rms <= ALIKE * least + NOTHING)
 
-    own = best(likely, None)
-    assert own is not None
-    if own.laid.largest <= FITS:
-        return own, False
-    others = [c for k in other_branches(scene) if (c := best(likely, k)) is not None]
-    other = min(others, key=lambda c: c.laid.rms, default=None)
-    if other is not None and other.laid.rms < CLEARLY_BETTER * own.laid.rms:
-        return other, False
-    back = best(unlikely, None)
-    if back is not None and back.laid.rms < CLEARLY_BETTER * own.laid.rms:
-        return back, True
-    return own, False
+    own = best(None)
+    if own.laid.largest <= NEAR:
+        return own
+    others = [best(kinematics) for kinematics in other_branches(scene)]
+    other = min(others, key=lambda c: c.laid.rms, default=own)
+    return other if other.laid.rms < CLEARLY_BETTER * own.laid.rms else own
 
 
 def _laid(scene: Scene, scan: Scan, points: tuple[str, ...], view: View, paths: Paths, given: GivenFrame) -> Laid:

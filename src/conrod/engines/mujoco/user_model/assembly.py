@@ -18,8 +18,8 @@ from conrod.motion import Array
 NEWTON_STEPS = 40
 # A step of the iteration this small, against the largest coordinate, is rounding.
 CLOSED = 1e-13
-# The crank goes on by a degree; where the rest does not follow its tangent within a fifth of the way, by less.
-STEP, LEAST_STEP, STRAYED = np.radians(1.0), 1e-7, 0.2
+# The crank goes on by two degrees; where the rest does not follow its tangent within a fifth of the way, by less.
+STEP, LEAST_STEP, STRAYED = np.radians(2.0), 1e-7, 0.2
 # Below this a movement is rounding, whatever share of the way it is.
 NOTHING = 1e-9
 

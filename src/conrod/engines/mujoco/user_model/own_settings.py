@@ -53,5 +53,5 @@ def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
 
 
 def _acts_on(model: mujoco.MjModel, actuator: int, joint: int) -> bool:
-    by_joint = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-    return model.actuator_trntype[actuator] in by_joint and int(model.actuator_trnid[actuator][0]) == joint
+    by_joint = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    return int(model.actuator_trntype[actuator]) in by_joint and int(model.actuator_trnid[actuator][0]) == joint

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.user_model.assembly import Assembly
+from conrod.engines.mujoco.user_model.finite import check_finite
 from conrod.engines.mujoco.user_model.loading import load_model
 from conrod.engines.mujoco.user_model.mobility import mobility
 from conrod.engines.mujoco.user_model.own_settings import own_settings, remarks
@@ -19,7 +20,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.motion import Array
 from conrod.user_model import Question, Scan
 
-SAMPLES = 360  # in a turn
+SAMPLES = 180  # in a turn
 # A point that is not back after a turn, or a crank's axis that moves, by more than this share of the model.
 RETURNED = 1e-6
 
@@ -72,11 +73,10 @@ def prepare(path: Path, question: Question) -> Prepared:
         InvalidInput: see `scan`.
     """
     model = load_model(path)
+    check_finite(model)
     crank = find_crank(model, question.crank)
     points = tuple(find_point(model, place) for place in question.places)
     assembly = Assembly(model, crank)
-    if not np.all(np.isfinite(assembly.model.qpos0)):
-        raise InvalidInput("its reference pose is not finite")
     _assemble(assembly, question)
     check_freedom(assembly, question)
     gap = None
@@ -92,7 +92,9 @@ def _assemble(assembly: Assembly, question: Question) -> None:
     model, keys = assembly.model, names_of_keyframes(assembly.model)
     if question.keyframe is not None:
         if question.keyframe not in keys:
-            raise unknown_choice("keyframe", question.keyframe, keys)
+            if not any(keys):
+                raise InvalidInput(f"--keyframe {question.keyframe}: the model has no keyframe with a name")
+            raise unknown_choice("keyframe", question.keyframe, [key for key in keys if key])
         poses = [model.key_qpos[keys.index(question.keyframe)]]
     else:
         poses = [model.qpos0, *model.key_qpos]
