@@ -162,6 +162,6 @@ def exported(name: str, scene: Scene, kind: str, steps_per_revolution: int | Non
 
         return standalone_mjcf(name, scene, steps_per_revolution)
     if kind not in ("csv", "npz"):
-        raise unknown_choice("format", kind, ("mjcf", "csv", "npz"))
+        raise unknown_choice("format", kind, ("mjcf", "csv", "npz", "pack"))
     columns = exact_columns(scene, steps_per_revolution or CSV_SAMPLES, revolutions)
     return as_csv(columns) if kind == "csv" else as_npz(columns)

@@ -10,6 +10,7 @@ from conrod.report import numbers
 from conrod.report.trajectory.words import (
     estimate_rows,
     explained,
+    figure_line,
     remaining_text,
     sense_text,
     summary_line,
@@ -27,6 +28,8 @@ def print_table_study(study: TableStudy) -> None:
     _print_estimation(out, study)
     if study.errors:
         _print_errors(out, study)
+    if study.largest("total") is not None:
+        _line(out, figure_line(study))
     if study.crank is not None:
         sizes = (study.largest("phase"), abs(float(study.crank.phase[-1])))
         largest, final = map(numbers.measured, sizes)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,8 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.motion import Array
 from conrod.tables.layout import BLANKS, COMMENT, NUMBERS, Layout, cells
-from conrod.tables.text import lines
+from conrod.tables.text import blocks
 
-PIECE = 20_000  # rows read at a time
 Numbered = list[tuple[int, str]]
 
 
@@ -47,19 +45,23 @@ def read_numbers(
 def _pieces(path: Path, layout: Layout) -> Iterator[Numbered]:
     # Spreadsheets end tables with rows of empty cells; comments may stand anywhere.
     void = f'{layout.separator}" \t\r\n'
-    rows = (
-        (number, line)
-        for number, line in lines(path, layout.encoding)
-        if number >= layout.first and line.strip(void) and not (line[0] in "#%/ \t" and COMMENT.match(line))
-    )
-    while piece := list(islice(rows, PIECE)):
-        yield piece
+    for first, block in blocks(path, layout.encoding):
+        piece = [(number, line) for number, line in enumerate(block, first) if line.strip(void)]
+        if first < layout.first:
+            piece = [(number, line) for number, line in piece if number >= layout.first]
+        if any(line[0] in "#%/ \t" for _, line in piece):
+            piece = [(number, line) for number, line in piece if not COMMENT.match(line)]
+        if piece:
+            yield piece
 
 
 def _converted(path: Path, piece: Numbered, layout: Layout, places: Sequence[int], names: Sequence[str]) -> Array:
-    width = len(layout.headings)
-    texts = [line for _, line in piece]
-    if layout.separator != BLANKS and any(line.count(layout.separator) != width - 1 for line in texts):
+    texts, marks = [line for _, line in piece], len(layout.headings) - 1
+    if layout.separator == BLANKS:
+        odd = any(len(line.split()) != marks + 1 for line in texts)
+    else:
+        odd = any(line.count(layout.separator) != marks for line in texts)
+    if odd:
         _check_widths(path, piece, layout)
     if layout.decimal == ",":
         texts = [line.replace(",", ".") for line in texts]

@@ -42,6 +42,7 @@ def table_document(study: TableStudy) -> dict[str, Any]:
         "parameters": dict(study.scene.parameters),
         "revolutions": study.revolutions,
         "lengths": dict(study.scene.lengths),
+        "figure": study.largest("total"),
         "errors": {
             point: {name: asdict(series.size) for name, series in errors.items()}
             for point, errors in study.errors.items()

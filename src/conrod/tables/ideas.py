@@ -13,7 +13,7 @@ from conrod.scenes import Scene
 from conrod.tables.alignment import Alignment
 from conrod.tables.fit import Fit
 from conrod.tables.gauss_newton import fitted
-from conrod.tables.judging import ERRORS, difference_of
+from conrod.tables.judging import ERRORS, Exact
 from conrod.tables.samples import Observed, Samples
 from conrod.tables.stamp import shifted, stamp_of
 
@@ -122,9 +122,10 @@ def _scaled(observed: Observed, factor: float) -> Observed:
 def _gravity(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Idea]:
     """A constant vector of the size of gravity in all accelerations."""
     along: tuple[list[Array], list[Array]] = ([], [])
+    exact = Exact(observed, scene, alignment)
     for point, quantities in observed.points.items():
         if (samples := quantities.get("acceleration")) is not None:
-            _, difference = difference_of("acceleration", point, observed, scene, alignment)
+            difference = exact.difference("acceleration", point)
             for column, axis in enumerate(samples.axes):
                 along[axis].append(difference[:, column])
     constant = [float(np.mean(np.concatenate(parts))) if parts else 0.0 for parts in along]

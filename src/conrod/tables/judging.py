@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from conrod.comparison import ErrorSeries
-from conrod.motion import Array
+from conrod.motion import Array, Motion
 from conrod.scenes import Scene
 from conrod.tables.alignment import Alignment
 from conrod.tables.samples import QUANTITIES, Observed
@@ -31,26 +32,40 @@ class Crank:
     acceleration: float | None
 
 
-def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> dict[str, dict[str, ErrorSeries]]:
-    """Normalised errors by point, and by name in `ERRORS` as far as the table has columns for them.
+@dataclass(frozen=True)
+class Exact:
+    """The exact motion beside a table: each motion is computed once, for all points and quantities."""
 
-    `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the table's
-    own columns say; where it has none, at the nominal ones, and `position` is then the same as `total`.
-    """
-    return {
-        point: {name: series for name in ERRORS if (series := error_of(name, point, observed, scene, alignment))}
-        for point in observed.points
-    }
+    observed: Observed
+    scene: Scene
+    alignment: Alignment
 
+    @cached_property
+    def nominal(self) -> Motion:
+        """At the nominal time."""
+        angle = self.alignment.nominal(self.observed, self.scene.speed)
+        return self.scene.motion(angle, self.alignment.sense * self.scene.speed)
 
-def error_of(name: str, point: str, observed: Observed, scene: Scene, alignment: Alignment) -> ErrorSeries | None:
-    """One error of one point; None where the table has no columns for it."""
-    quantity = quantity_of(name)
-    if quantity not in observed.points[point]:
-        return None
-    angle, difference = difference_of(name, point, observed, scene, alignment)
-    norm = scene.lengths[point] * abs(scene.speed) ** QUANTITIES.index(quantity)
-    return ErrorSeries(angle, np.linalg.norm(difference, axis=1) / norm)
+    @cached_property
+    def reached(self) -> Motion:
+        """At the angle, rate and angular acceleration by the table's own account."""
+        observed = self.observed
+        if observed.angle is None and observed.rate is None and observed.acceleration is None:
+            return self.nominal
+        angle = self.alignment.reached(observed, self.scene.speed)
+        rate, acceleration = self.alignment.rate(observed, self.scene.speed), self.alignment.acceleration(observed)
+        return self.scene.motion(angle, rate, acceleration)
+
+    def motion(self, name: str) -> Motion:
+        """The motion that an error is taken against."""
+        return self.nominal if name == "total" else self.reached
+
+    def difference(self, name: str, point: str) -> Array:
+        """Table minus exact (T, c), SI, in the table's frame."""
+        quantity = quantity_of(name)
+        samples = self.observed.points[point][quantity]
+        exact: Array = getattr(self.motion(name).point(point), quantity)
+        return samples.values - self.alignment.seen(exact, samples, placed=quantity == "position")
 
 
 def quantity_of(name: str) -> str:
@@ -58,18 +73,22 @@ def quantity_of(name: str) -> str:
     return "position" if name == "total" else name
 
 
-def difference_of(name: str, point: str, observed: Observed, scene: Scene, alignment: Alignment) -> tuple[Array, Array]:
-    """Crank angles (T,) [rad] that an error is taken at, and table minus exact (T, c), SI, in the table's frame."""
-    quantity = quantity_of(name)
-    if name == "total":
-        angle = alignment.nominal(observed, scene.speed)
-        motion = scene.motion(angle, alignment.sense * scene.speed)
-    else:
-        angle = alignment.reached(observed, scene.speed)
-        motion = scene.motion(angle, alignment.rate(observed, scene.speed), alignment.acceleration(observed))
-    samples = observed.points[point][quantity]
-    exact: Array = getattr(motion.point(point), quantity)
-    return angle, samples.values - alignment.seen(exact, samples, placed=quantity == "position")
+def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> dict[str, dict[str, ErrorSeries]]:
+    """Normalised errors by point, and by name in `ERRORS` as far as the table has columns for them.
+
+    `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the table's
+    own columns say; where it has none, at the nominal ones, and `position` is then the same as `total`.
+    """
+    exact = Exact(observed, scene, alignment)
+    return {
+        point: {name: _error(exact, name, point) for name in ERRORS if quantity_of(name) in samples}
+        for point, samples in observed.points.items()
+    }
+
+
+def _error(exact: Exact, name: str, point: str) -> ErrorSeries:
+    norm = exact.scene.lengths[point] * abs(exact.scene.speed) ** QUANTITIES.index(quantity_of(name))
+    return ErrorSeries(exact.motion(name).angle, np.linalg.norm(exact.difference(name, point), axis=1) / norm)
 
 
 def largest(errors: Mapping[str, Mapping[str, ErrorSeries]], name: str, measure: str = "max") -> float | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from conrod.scenes import Scene
 from conrod.tables.alignment import Alignment
-from conrod.tables.judging import difference_of, quantity_of
+from conrod.tables.judging import Exact, quantity_of
 from conrod.tables.samples import Observed
 
 STEPS = 30
@@ -45,15 +45,14 @@ def stamp_of(name: str, observed: Observed, scene: Scene, alignment: Alignment) 
 def _step(name: str, observed: Observed, scene: Scene, alignment: Alignment) -> tuple[float, float]:
     """The best shift to first order [s], and the sum of squares as it is."""
     up, down, left = 0.0, 0.0, 0.0
+    exact, quantity = Exact(observed, scene, alignment), quantity_of(name)
     for point, quantities in observed.points.items():
-        if (samples := quantities.get(quantity_of(name))) is None:
-            continue
-        angle, difference = difference_of(name, point, observed, scene, alignment)
-        rate = alignment.rate(observed, scene.speed) if name != "total" else alignment.sense * scene.speed
-        exact = scene.motion(angle, rate).point(point)
-        slope = alignment.seen(getattr(exact, NEXT[quantity_of(name)]), samples, placed=False)
-        weight = scene.lengths[point] ** -2
-        up += weight * float(np.sum(slope * difference))
-        down += weight * float(np.sum(slope * slope))
-        left += weight * float(np.sum(difference**2))
+        if quantity in quantities:
+            difference = exact.difference(name, point)
+            faster = getattr(exact.motion(name).point(point), NEXT[quantity])
+            slope = alignment.seen(faster, quantities[quantity], placed=False)
+            weight = scene.lengths[point] ** -2
+            up += weight * float(np.sum(slope * difference))
+            down += weight * float(np.sum(slope * slope))
+            left += weight * float(np.sum(difference**2))
     return (up / down if down else 0.0), left

@@ -19,7 +19,7 @@ from conrod.tables.judging import ERRORS, Crank, crank_of, largest, table_errors
 from conrod.tables.reading import Reading
 from conrod.tables.samples import QUANTITIES
 
-# Without a tolerance, what is below this is not asked why: tables are written with so many digits.
+# Below this nobody asks why, but for a tolerance: tables are written with so many digits.
 NOTEWORTHY = 1e-6
 # An angle that a clock's rounding makes uncertain by more than this is told [rad].
 CLOCK_ROUNDING = 1e-9
@@ -131,7 +131,7 @@ def study_table(
         crank=crank,
         estimation=estimation,
         tolerance=allowed,
-        causes=likely_causes(observed, scene, alignment, _wrong(errors, allowed)),
+        causes=likely_causes(observed, scene, alignment, _wrong(errors, crank, allowed)),
         notes=tuple(_notes(reading, scene)),
     )
 
@@ -151,15 +151,14 @@ def _check_tolerance(
             raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
 
 
-def _wrong(errors: Mapping[str, Mapping[str, ErrorSeries]], allowed: Mapping[str, float]) -> list[str]:
-    """Errors that a cause is looked for: those out of tolerance; where none is given, those worth a note."""
-    limits = {**allowed, "velocity": min(allowed.get("velocity", np.inf), 3.0 * allowed.get(RMS, np.inf))}
-    # A position that is wrong at the nominal time is so for a reason that the position at the angle may not show.
-    limits["total"] = min(allowed.get("total", np.inf), allowed.get("position", np.inf))
-    sizes = {name: largest(errors, name) for name in ERRORS}
-    default = np.inf if allowed else NOTEWORTHY
-    wanted = limits if allowed else {}
-    return [name for name, size in sizes.items() if size is not None and size > wanted.get(name, default)]
+def _wrong(
+    errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None, allowed: Mapping[str, float]
+) -> list[str]:
+    """Errors that a cause is looked for: none where all are within tolerance, otherwise all that are worth a note."""
+    beyond = [name for name, limit in allowed.items() if (_found(name, errors, crank) or 0.0) > limit]
+    if allowed and not beyond:
+        return []
+    return [name for name in ERRORS if name in beyond or (largest(errors, name) or 0.0) > NOTEWORTHY]
 
 
 def _components(columns: Sequence[Column], point: str) -> str:

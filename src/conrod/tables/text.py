@@ -9,6 +9,7 @@ from pathlib import Path
 from conrod.errors import InvalidInput
 
 LONGEST_LINE = 1_000_000  # characters
+BLOCK = 1 << 21  # characters read at a time
 HEAD = 1 << 16  # bytes that an encoding is told from
 BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 # What other programs save by, and people then rename.
@@ -48,24 +49,40 @@ def encoding_of(path: Path) -> str:
 
 
 def lines(path: Path, encoding: str) -> Iterator[tuple[int, str]]:
-    """Lines with their numbers from 1, without those that are blank.
+    """Lines with their numbers from 1, without those that are blank; raises as `blocks`."""
+    for first, block in blocks(path, encoding):
+        yield from ((number, line) for number, line in enumerate(block, first) if line.strip())
+
+
+def blocks(path: Path, encoding: str) -> Iterator[tuple[int, list[str]]]:
+    """All lines in blocks of bounded size, each block with the number of its first line.
 
     Raises:
         InvalidInput: a line that is too long, or no text.
     """
-    number = 0
+    number, rest = 1, ""
     with path.open(encoding=encoding) as file:
         while True:
             try:
-                line = file.readline(LONGEST_LINE)
+                text = file.read(BLOCK)
             except UnicodeError:
-                raise InvalidInput(f"{path}: near row {number + 1}: it is no text in {encoding}") from None
-            if not line:
+                raise InvalidInput(f"{path}: behind row {number}: it is no text in {encoding}") from None
+            # Only by the ends of lines, not by all that str.splitlines() takes for one.
+            block = (rest + text).split("\n")
+            rest = block.pop() if text else ""
+            _check(path, number, block, rest)
+            if block:
+                yield number, block
+            number += len(block)
+            if not text:
                 return
-            number += 1
-            if len(line) == LONGEST_LINE:
-                raise InvalidInput(f"{path}: row {number} is longer than {LONGEST_LINE} characters: it is no table")
-            if "\0" in line:
-                raise InvalidInput(f"{path}: row {number} holds zero bytes: it is no table of text")
-            if line.strip():
-                yield number, line
+
+
+def _check(path: Path, first: int, block: list[str], rest: str) -> None:
+    longest = max(range(len(block)), key=lambda k: len(block[k]), default=0)
+    if max(len(rest), len(block[longest]) if block else 0) > LONGEST_LINE:
+        number = first + (len(block) if len(rest) > LONGEST_LINE else longest)
+        raise InvalidInput(f"{path}: row {number} is longer than {LONGEST_LINE} characters: it is no table")
+    for k, line in enumerate(block) if any("\0" in line for line in block) else ():
+        if "\0" in line:
+            raise InvalidInput(f"{path}: row {first + k} holds zero bytes: it is no table of text")

@@ -5,7 +5,14 @@ from __future__ import annotations
 from conrod.report import numbers
 from conrod.report.tables import paragraphs, table
 from conrod.report.trajectory.folder import ERROR_FIGURE
-from conrod.report.trajectory.words import estimate_rows, remaining_text, sense_text, summary_line, verdict_text
+from conrod.report.trajectory.words import (
+    estimate_rows,
+    figure_line,
+    remaining_text,
+    sense_text,
+    summary_line,
+    verdict_text,
+)
 from conrod.tables.judging import ERRORS
 from conrod.tables.study import TableStudy
 
@@ -35,6 +42,7 @@ def table_page(study: TableStudy, command: str, with_figure: bool) -> str:
         f"# {study.file} against {study.scene_name}",
         f"**{verdict_text(study)}.**",
         f"{summary_line(study)}.",
+        "" if study.largest("total") is None else f"{_begun(figure_line(study))}.",
         f"Judged against: {study.scene.title}. Frame: {study.scene.frame}",
         f"Reproduced by `{command}`.",
         "## Errors",
@@ -50,7 +58,7 @@ def table_page(study: TableStudy, command: str, with_figure: bool) -> str:
             [(f"`{c.target.name}`", c.heading, c.unit, c.told_by) for c in study.columns],
         ),
         f"Not used: {', '.join(study.unused)}." if study.unused else "",
-        "\n".join(f"- {note[0].upper()}{note[1:]}." for note in study.notes),
+        "\n".join(f"- {_begun(note)}." for note in study.notes),
         "## Parameters",
         _parameters(study),
     ]
@@ -96,7 +104,7 @@ def _estimation(study: TableStudy) -> list[str]:
     return [
         "## Estimates",
         table(("what", "value", "standard error", "unit", "meaning"), estimate_rows(found)),
-        "" if found.sense is None else f"{sense_text(found.sense)}.".capitalize(),
+        "" if found.sense is None else f"{_begun(sense_text(found.sense))}.",
         "\n".join(f"- {text}." for text in found.undetermined),
         f"Made from {found.rows} rows; {remaining_text(study)}.",
         ESTIMATES,
@@ -110,3 +118,8 @@ def _parameters(study: TableStudy) -> str:
         for name, value in study.scene.parameters.items()
     ]
     return table(("parameter", "value", "unit", "meaning"), rows)
+
+
+def _begun(text: str) -> str:
+    """With a capital; `capitalize` would make the others small."""
+    return text[0].upper() + text[1:]

@@ -22,6 +22,12 @@ def summary_line(study: TableStudy) -> str:
     return f"{study.file}: {study.rows} rows, {first} to {last} s, {turns} of {study.scene_name} ({study.form})"
 
 
+def figure_line(study: TableStudy) -> str:
+    """The one figure that counts."""
+    turns = f"{study.revolutions:.4g} revolution{'' if study.revolutions == 1.0 else 's'}"
+    return f"largest position error / L over {turns}: {numbers.measured(study.largest('total'))}"
+
+
 def verdict_text(study: TableStudy) -> str:
     """The verdict, with what is out of tolerance."""
     if study.passed is None:
