@@ -130,7 +130,13 @@ def _solver(minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
             "MuJoCo's default in 4.0: groups of bodies that constraints join are found in each step and solved apart",
             "no-islands",
         ),
-        extra("noslip", "noslip iterations", f"{NOSLIP_ITERATIONS} passes of the solver that mends friction", WEAR),
+        extra(
+            "noslip",
+            "noslip iterations",
+            f"{NOSLIP_ITERATIONS} passes of the solver that mends friction; it tells all accelerations anew from the "
+            "forces, of which hard closures have lost digits",
+            WEAR,
+        ),
         by_default(
             "multiccd",
             "multiccd flag",
