@@ -123,6 +123,8 @@ def judged(
     """All of the judgement, in this process."""
     path = folder / "model.xml"
     path.write_text(text, encoding="utf-8")
+    spoil = asked.pop("spoil", lambda run: run)
+    assert callable(spoil)
     tolerance = asked.pop("tolerance", None)
     assert tolerance is None or isinstance(tolerance, dict)
     put = question(kind, **asked)
@@ -135,7 +137,7 @@ def judged(
         scanned,
         GivenFrame(),
         engine_named("mujoco"),
-        lambda drive, orders: drive_model(path, put, scanned, drive, orders),
+        lambda drive, orders: tuple(spoil(run) for run in drive_model(path, put, scanned, drive, orders)),
         turns,
         100_000,
         tolerance,

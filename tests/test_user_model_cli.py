@@ -48,7 +48,7 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
     found = json.loads(document.read_text())
     assert found["passed"]
     assert found["identity"]["frame"]["crank_zero"] == pytest.approx(1.5707963267948966)
-    assert set(found["runs"]) == {"as it is", "solver tolerance 0", "tuned", "hardened"}
+    assert set(found["runs"]) == {"as it is", "as it is, solver tolerance 0", "tuned", "hardened"}
     assert json.loads((out / "my saw.json").read_text()) == found
     page = (out / "my saw.md").read_text()
     assert "It is saw-40rpm" in page

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -17,7 +18,7 @@ from conrod.report.user_model import run_words, words
 from conrod.scenes import SCENES
 from conrod.studies.user_model.study import EXACT_SOLVER, OWN, RIPPLE
 from conrod.trajectory import Outcome
-from conrod.user_model import Order, Place
+from conrod.user_model import DrivenRun, Order, Place
 from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, question, replaced, settled
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
@@ -132,6 +133,42 @@ def test_a_run_that_fails_is_an_outcome_without_errors(tmp_path: Path) -> None:
     assert own.errors is None
     assert study.is_machine
     assert not study.passed
+
+
+def moved(run: DrivenRun, by: float) -> DrivenRun:
+    """Its points further along x, from the middle of the run on."""
+    late = (np.arange(len(run.times)) > len(run.times) // 2)[:, None]
+    return replace(run, positions={name: p + by * late * [1.0, 0.0, 0.0] for name, p in run.positions.items()})
+
+
+def on_the_other_branch(run: DrivenRun) -> DrivenRun:
+    """C where the other branch has it, mirrored at the crank pin; that is 2 x the way to it."""
+    angle = SCENE.motion(run.coordinate, 1.0).point("C").position[:, 0]
+    pin = SCENE.shaft[0] + SCENE.crank * np.cos(run.coordinate)  # type: ignore[attr-defined]
+    other = run.positions["C"].copy()
+    other[:, 0] = 2.0 * pin - angle
+    return replace(run, positions={"C": other})
+
+
+@pytest.mark.parametrize(
+    ("spoil", "outcome"),
+    [
+        (lambda run: run, Outcome.COMPLETED),
+        (lambda run: moved(run, 100.0), Outcome.EXPLODED),
+        (lambda run: replace(run, ripple=0.6), Outcome.STALLED),
+        (lambda run: replace(run, gap=run.gap + np.linspace(0.0, 0.1, len(run.gap))), Outcome.OPENED),
+        (on_the_other_branch, Outcome.FLIPPED),
+        (lambda run: replace(run, outcome=Outcome.DIVERGED, reason="not finite"), Outcome.DIVERGED),
+    ],
+    ids=["as-it-is", "exploded", "stalled", "opened", "flipped", "diverged"],
+)
+def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: object, outcome: Outcome) -> None:
+    study = judged(tmp_path, "saw", SAW, points=("C",), spoil=spoil)
+    own = study.own
+    assert own is not None
+    assert own.outcome is outcome
+    assert (own.errors is None) == (outcome is not Outcome.COMPLETED)
+    assert study.passed == (outcome is Outcome.COMPLETED)
 
 
 def test_a_run_of_too_many_samples_is_refused(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from conrod.engines.mujoco.user_model.scanning import scan
 from conrod.errors import InvalidInput
+from conrod.report.user_model.words import verdict
 from conrod.studies.user_model.frame import GivenFrame
 from conrod.user_model import Place
 from own_model_edits import (
@@ -15,6 +16,7 @@ from own_model_edits import (
     PIECES,
     ROD_END,
     TEXTS,
+    judged,
     mirrored,
     other_branch_of_the_press,
     other_branch_of_the_saw,
@@ -78,10 +80,12 @@ def test_a_redundant_closure_is_named_and_harms_nothing(tmp_path: Path) -> None:
 def test_a_joint_of_another_kind_is_not_explained_by_lengths(tmp_path: Path) -> None:
     hinge = '<joint name="slide" type="hinge" axis="0 0 1" pos="0 0.4 0" />'
     text = replaced(SAW, '<joint name="slide" type="slide" axis="1 0 0" />', hinge)
-    identity = seen(tmp_path, "saw", text)
-    assert not identity.is_machine(1e-2)
-    assert not identity.explanations
-    assert identity.left > 1e-4
+    study = judged(tmp_path, "saw", text)
+    assert not study.identity.is_machine(1e-2)
+    assert not study.identity.explanations
+    assert "it has 3 hinges, 1 connect, the machine 3 pins, 1 slide: is a joint of another kind?" in verdict(study)
+    # It is not driven: its errors would be those of another machine.
+    assert not study.runs
 
 
 def test_a_crank_that_cannot_turn_fully_is_told(tmp_path: Path) -> None:

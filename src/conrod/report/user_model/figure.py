@@ -21,7 +21,9 @@ MARKERS = 10
 
 def model_figure(study: ModelStudy) -> Figure:
     """Distance from the exact paths, and below it the errors of the runs, a panel for each quantity."""
-    drawn = [run for label, run in study.runs.items() if run.errors is not None and label != EXACT_SOLVER]
+    # The model's own run is drawn without what the drive adds to it.
+    runs = [study.own, *(run for label, run in study.runs.items() if label not in (OWN, EXACT_SOLVER))]
+    drawn = [run for run in runs if run is not None and run.errors is not None]
     count = 1 + (len(QUANTITIES) if drawn else 0)
     figure = Figure(figsize=(9.0, 2.6 * count + 0.6))
     panels = figure.subplots(count, 1, squeeze=False)[:, 0]
@@ -59,10 +61,13 @@ def _errors(axes: Axes, study: ModelStudy, runs: list[JudgedRun], quantity: str)
     for place, run in enumerate(runs):
         angle, error = _curve(run, quantity)
         curves.append(error)
-        style = preset_style("mujoco", None if run.label == OWN else run.label)
+        own = run is study.own
+        style = preset_style("mujoco", None if own else run.label)
         every = max(1, len(angle) // MARKERS)
         start = (place * every) // len(runs)
-        axes.plot(angle, on_log_grid(error), markevery=slice(start, None, every), label=run.label, **style)
+        axes.plot(
+            angle, on_log_grid(error), markevery=slice(start, None, every), label=OWN if own else run.label, **style
+        )
     whole_decades(axes, curves)
     axes.set_ylabel(f"{quantity} / {NORMS[quantity]}")
     axes.set_xlim(0.0, np.copysign(360.0 * study.revolutions, study.scene.speed))

@@ -22,6 +22,8 @@ def _row(study: ModelStudy, run: JudgedRun) -> list[str]:
         told = f"{run.outcome.slug}: {run.reason}"
     elif run is study.own and study.tolerance:
         told = "OUT OF TOLERANCE" if study.exceeded() else "within tolerance"
+    elif run.label == OWN and run is not study.own:
+        told = "contains what the drive changes"
     else:
         told = "measured"
     return [run.label, numbers.quantity(run.steps_per_revolution, 5), *errors, told]

@@ -14,6 +14,8 @@ from conrod.user_model import Wiring
 
 MM = 1e3
 TOLD_TOGETHER = 4
+# Lengths that leave more than this share of what the wanted ones leave explain nothing.
+NEAREST = 0.05
 
 
 def verdict(study: ModelStudy) -> str:
@@ -38,7 +40,8 @@ def _why_not(study: ModelStudy) -> str:
         return "it is on the other assembly branch"
     if identity.explanations:
         return " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])
-    return f"its points are off by up to {numbers.measured(identity.largest)} of their travel"
+    off = f"its points are off by up to {numbers.measured(identity.largest)} of their travel"
+    return "; ".join([off, *([kinds] if (kinds := other_kinds(study)) else [])])
 
 
 # -- frame -----------------------------------------------------------------------------------------------------------
@@ -143,7 +146,8 @@ def paths(study: ModelStudy) -> list[str]:
         f"{name} {numbers.measured(size)} of its travel ({numbers.measured(MM * size * study.scene.lengths[name])} mm)"
         for name, size in identity.off_by.items()
     )
-    told = [f"largest distance from the exact path: {off}"]
+    branch = " of the other branch" if identity.other_branch else ""
+    told = [f"largest distance from the exact path{branch}: {off}"]
     if identity.rate_off is not None:
         told.append(f"their derivatives by the crank angle: {numbers.measured(identity.rate_off)}")
     if shape is not None:
@@ -151,8 +155,8 @@ def paths(study: ModelStudy) -> list[str]:
         told.append(f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm")
     if identity.other_branch:
         told.append(
-            "it is on the other assembly branch, its lengths as they are wanted; where it is to be seen from the other side of "
-            "its plane, --plane says so"
+            "it is on the other assembly branch, its lengths as they are wanted; where it is to be seen from the other "
+            "side of its plane, --plane says so"
         )
     told += _explained(study)
     for group in identity.indistinct:
@@ -173,7 +177,7 @@ def _explained(study: ModelStudy) -> list[str]:
     if identity.closest is None:
         return [] if identity.other_branch else ["all lengths are as they are wanted"]
     told = [f"no lengths explain it: what comes nearest leaves {numbers.measured(identity.closest.left)} of the travel"]
-    if identity.closest.left < 0.5 * identity.largest:
+    if identity.closest.left < NEAREST * identity.largest:
         told.append(f"nearest: {explanation(identity.closest)}")
     kinds = other_kinds(study)
     return [*told, *([kinds] if kinds else [])]

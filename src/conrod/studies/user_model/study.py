@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from conrod.comparison import Ruler
-from conrod.engines.engine import Engine
 from conrod.generic_reference import GenericReference
 from conrod.scenes import Scene
 from conrod.studies.user_model.frame import GivenFrame
@@ -19,7 +18,10 @@ from conrod.studies.user_model.runs import JudgedRun, Reference, difference, jud
 from conrod.trajectory import Outcome
 from conrod.user_model import Drive, DrivenRun, Order, Question, Scan
 
-OWN, EXACT_SOLVER = "as it is", "solver tolerance 0"
+if TYPE_CHECKING:
+    from conrod.engines.engine import Engine
+
+OWN, EXACT_SOLVER = "as it is", "as it is, solver tolerance 0"
 PRESETS = ("tuned", "hardened")
 RIPPLE = 1e-7
 # A model whose points are further off than this, with all lengths fitted, is another machine: its runs say nothing.
