@@ -1,21 +1,18 @@
-"""Hardening a user's model closes its loops, on models that conrod did not make; and where it would do harm."""
+"""Hardening a user's model closes its loops, on models that conrod did not make."""
 
 from __future__ import annotations
 
-import copy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
-from conrod.engines.mujoco.harden.closures import Weights, active_closures, compliance, loops_of, openings
+from conrod.engines.mujoco.harden.closures import Weights, active_closures, loops_of, openings
 from conrod.engines.mujoco.harden.measuring import edited
-from conrod.engines.mujoco.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
+from conrod.engines.mujoco.harden.objections import to_know, touching_scaled
 from conrod.engines.mujoco.harden.recipe import RESIDUE, Recipe, recipe_for
 from conrod.engines.mujoco.harden.start import start_of
 from conrod.engines.mujoco.harden.study import binary, harden_file, pace_of
@@ -24,27 +21,9 @@ from conrod.errors import InvalidInput
 from conrod.hardened_model import HardenedModel, Request, Variant
 from conrod.motion import Array
 from tests.exact_loops import ExactLoops
+from tests.legged import LEGGED, legged, opening_of
 
-LEGGED = Path(__file__).parent / "models" / "legged.xml"
 KEPT = Request(integrator="keep", solref="keep")
-
-TWO_ARMS = """
-<mujoco><option timestep="0.002"/><worldbody>
-  <body name="a"><joint name="a" axis="0 1 0"/><geom size="0.05" pos="0.3 0 0" mass="1"/></body>
-  <body name="b" pos="0 0.5 0"><joint name="b" axis="0 1 0"/><geom size="0.05" pos="0.3 0 0" mass="1"/></body>
-  <body name="hand" mocap="true" pos="0 1 0"/>
-  <body name="held" pos="0 1 0"><freejoint/><geom size="0.05"/></body>
-</worldbody><equality>{}</equality></mujoco>
-"""
-
-
-def two_arms(equality: str) -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_string(TWO_ARMS.format(equality))
-
-
-@cache
-def legged() -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_path(str(LEGGED))
 
 
 @cache
@@ -93,10 +72,6 @@ def test_the_motion_of_hardened_loops_is_of_order_4_and_was_of_none_that_a_step_
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     wide = [opening_of(soft, start.state, Pace(50, 3 * k, 0.001 / k)) for k in (1, 4)]
     assert wide[1] == pytest.approx(wide[0], rel=0.1)
-
-
-def opening_of(model: mujoco.MjModel, state: Array, pace: Pace) -> float:
-    return float(swing(model, state, pace, active_closures(model)).openings.max())
 
 
 def test_hardened_loops_keep_their_energy() -> None:
@@ -206,115 +181,6 @@ def test_only_what_the_loops_are_held_by_hardens() -> None:
     weights = Weights.of(active_closures(model))
     assert touching_scaled(model, weights) == ("geom l", "limit of joint left-hip")
     assert any("friction" in note for note in to_know(model, active_closures(model)))
-
-
-# -- where it would do harm ------------------------------------------------------------------------------------------
-
-BELT = '<joint name="belt" joint1="a" joint2="b" {}/>'
-
-
-@pytest.mark.parametrize(
-    ("equality", "why"),
-    [
-        (BELT.format('solref="0.1 1"'), "softer than MuJoCo's stock"),
-        (BELT.format('solimp="0.5 0.95 0.001"'), "softer than MuJoCo's stock"),
-        (BELT.format('solref="-200 -5"'), "given as such"),
-        ('<weld name="belt" body1="hand" body2="held"/>', "mocap"),
-    ],
-)
-def test_a_closure_that_is_meant_to_give_way_is_refused_by_name(equality: str, why: str) -> None:
-    model = two_arms(equality)
-    (reason,) = soft_on_purpose(model, active_closures(model))
-    assert reason.startswith("belt: ")
-    assert why in reason
-
-
-@pytest.mark.parametrize("setting", ["", 'solref="0.02 1"', 'solref="0.1 1" solimp="0.9999 0.9999 0.001"'])
-def test_a_stock_closure_or_one_slow_but_stiff_is_not(setting: str) -> None:
-    model = two_arms(BELT.format(setting))
-    assert soft_on_purpose(model, active_closures(model)) == ()
-
-
-def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
-    solref, solimp = np.array([0.05, 1.5]), np.array([0.7, 0.7, 0.001, 0.5, 2.0])
-    model = mujoco.MjModel.from_xml_string(
-        '<mujoco><worldbody><body name="a"><joint type="slide" axis="0 0 1"/><geom size="0.1" mass="3"/></body>'
-        '</worldbody><equality><connect body1="a" anchor="0 0 0" solref="0.05 1.5" solimp="0.7 0.7 0.001"/></equality>'
-        "</mujoco>"
-    )
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 5000)
-    mujoco.mj_forward(model, data)
-    (opening,) = openings(model, data, active_closures(model))
-    assert opening == pytest.approx(9.81 * compliance(solref, solimp, 0.0), rel=1e-6)
-
-
-def test_single_precision_is_refused() -> None:
-    single: Any = SimpleNamespace(body_invweight0=legged().body_invweight0.astype(np.float32))
-    assert "single precision" in nothing_to_do(single, active_closures(legged()))
-    assert nothing_to_do(legged(), active_closures(legged())) == ""
-
-
-def test_no_closed_loop_is_nothing_to_harden() -> None:
-    assert "no closed loop" in nothing_to_do(two_arms(""), ())
-    inactive = two_arms(BELT.format('active="false"'))
-    assert "belt" in nothing_to_do(inactive, active_closures(inactive))
-    switched_off = copy.copy(legged())
-    switched_off.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EQUALITY)
-    assert active_closures(switched_off) == ()
-
-
-def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not() -> None:
-    closures = active_closures(legged())
-    recipe = recipe_for(legged(), closures, Request())
-    model = edited(legged(), recipe)
-    assert "hardened already" in nothing_to_do(model, closures)
-    mujoco.mj_setConst(model, mujoco.MjData(model))
-    np.testing.assert_allclose(recipe.weights.values(model), recipe.weights.values(legged()), rtol=1e-9)
-    assert nothing_to_do(model, closures) == ""
-    state = start_of(legged(), "swing", closures).state
-    pace = Pace(50, 2, 0.001)
-    undone, hard = opening_of(model, state, pace), opening_of(edited(legged(), recipe), state, pace)
-    assert hard < 1e-5 * undone
-
-
-def test_a_run_that_breaks_or_opens_more_when_hard_is_refused(tmp_path: Path) -> None:
-    # Euler opens the loops in every step, and slow feedback lets it: a stiff model is better as it is.
-    setting = 'solref="0.002 1" solimp="0.99 0.99 0.001"'
-    text = (
-        LEGGED.read_text()
-        .replace("<connect ", f"<connect {setting} ")
-        .replace('<joint name="gait"', f'<joint name="gait" {setting}')
-    )
-    model = tmp_path / "stiff.xml"
-    model.write_text(text)
-    request = Request(keyframe="swing", seconds=0.05, integrator="keep", solref=0.1)
-    study = harden_file(model, request)
-    assert len(study.refusals) == 1
-    assert study.content is None
-    assert "its loops open more" in study.refusals[0]
-    forced = harden_file(model, replace(request, force=True))
-    assert forced.refusals == ()
-    assert study.refusals[0] in forced.warnings
-    assert forced.content is not None
-    # Control: the whole recipe is not refused.
-    assert harden_file(model, replace(request, integrator="RK4", solref="auto")).refusals == ()
-
-
-def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_its_time_constant() -> None:
-    model = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1" polycoef="0 1 0.3 0 0"/>')
-    straight = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1"/>')
-    assert recipe_for(model, active_closures(model), Request()).time_constants == ()
-    assert recipe_for(straight, active_closures(straight), Request()).time_constants == ((0, 0.02),)
-    assert any("cam" in note and "velocity" in note for note in to_know(model, active_closures(model)))
-    assert to_know(straight, active_closures(straight)) == ()
-    recipe = recipe_for(model, active_closures(model), Request())
-    state = start_of(model, None, active_closures(model)).state
-    wide = [
-        opening_of(edited(model, replace(recipe, time_constants=((0, constant),))), state, Pace(100, 4, 0.002))
-        for constant in (0.01, 0.02)
-    ]
-    assert np.log2(wide[1] / wide[0]) == pytest.approx(2.0, abs=0.2)
 
 
 # -- start, run, figures ---------------------------------------------------------------------------------------------

@@ -46,7 +46,8 @@ def _print_figures(out: Console, found: HardenedModel) -> None:
         soft_wrap=True,
     )
     opened = ", ".join(f"{value:.1e} {unit}" for unit, value in (found.start_opening or {}).items())
-    out.print(f"its loops are open by {opened} there; the runs start with them closed\n", markup=False, soft_wrap=True)
+    begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
+    out.print(f"its loops are open by {opened} there; {begin}\n", markup=False, soft_wrap=True)
     table = Table(title="largest in the run", title_justify="left")
     table.add_column("")
     for variant in found.variants:
@@ -90,8 +91,8 @@ def _reading(found: HardenedModel) -> list[str]:
             "drift: of any body's centre of gravity, from the hardened model under RK4 at a sixteenth of the step, "
             f"which is known to {found.reference_known_to:.1e} m; travel {found.travel:.3g} m"
         )
-    without = f" without {', '.join(found.energy_without)}" if found.energy_without else ""
-    lines.append(f"energy: of copies{without}" + (f"; none told: {found.energy_note}" if found.energy_note else ""))
+    without = f"of copies without {', '.join(found.energy_without)}" if found.energy_without else "nothing takes any"
+    lines.append(f"energy: {without}" + (f"; none told: {found.energy_note}" if found.energy_note else ""))
     lines.append(f"weights: times {found.factor:g} for {', '.join(found.scaled)}")
     lines.append(f"harden with them: {', '.join(found.touching_scaled) or 'no geom that collides, no limit'}")
     if found.cost is not None:

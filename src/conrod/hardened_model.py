@@ -118,7 +118,8 @@ class HardenedModel:
         size: of the model, MuJoCo's `stat.extent` [m].
         timestep, seconds: of the runs [s].
         start: what they started from.
-        start_opening: largest opening of the start pose as given, by unit; the runs start with the loops closed.
+        start_opening: largest opening of the start pose as given, by unit.
+        start_closed: whether the runs start with the loops closed; where no near pose closes them, as given.
         loops: what is measured of the closures.
         factor: on the inverse weights.
         scaled: what has these weights: names of bodies, joints, tendons.
@@ -142,6 +143,7 @@ class HardenedModel:
     seconds: float = 0.0
     start: str = ""
     start_opening: dict[str, float] | None = None
+    start_closed: bool = True
     loops: tuple[Loop, ...] = ()
     factor: float | None = None
     scaled: tuple[str, ...] = ()

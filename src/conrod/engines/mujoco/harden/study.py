@@ -94,6 +94,7 @@ def _told(
         seconds=pace.timestep * pace.samples * pace.stride,
         start=start.name,
         start_opening=start.given,
+        start_closed=start.closed,
         loops=loops,
         factor=recipe.factor,
         scaled=scaled_names(model, recipe.weights),
