@@ -28,9 +28,9 @@ def carried(machine: Machine, minimal: PymunkSettings) -> Found:
         *(_gravity(minimal) if mechanism.gravity != (0.0, 0.0) else ()),
         extra("damping", "damping of the space", "a tenth of every velocity lost in a second", TORQUE, REACTIONS),
         extra("redundant-joints", "redundant joints", "every joint a second time"),
-        *_iterations(machine, minimal),
+        *_amounts(_iterations(machine, minimal), contact),
         *(_rod(machine, minimal) if minimal.rod == DISTANCE_JOINT else ()),
-        *_substeps(),
+        *_amounts(_substeps(), contact),
         extra("sleeping", "sleeping", "bodies at rest for half a second are put to sleep"),
         *(_cam(minimal) if contact else _contact_of_none(minimal)),
     )
@@ -69,6 +69,11 @@ def enough(machine: Machine, minimal: PymunkSettings, settings: PymunkSettings) 
     if settings.rod == minimal.rod:
         return minimal.iterations
     return PymunkSettings.tuned(machine, minimal.steps_per_revolution).iterations
+
+
+def _amounts(found: Found, contact: bool) -> Found:
+    """The last one is what the dressed model has: the most, or of a cam, whose turn takes more steps, the least."""
+    return found[::-1] if contact else found
 
 
 def _iterations(machine: Machine, minimal: PymunkSettings) -> Found:
