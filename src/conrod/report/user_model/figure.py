@@ -61,13 +61,11 @@ def _errors(axes: Axes, study: ModelStudy, runs: list[JudgedRun], quantity: str)
     for place, run in enumerate(runs):
         angle, error = _curve(run, quantity)
         curves.append(error)
-        own = run is study.own
-        style = preset_style("mujoco", None if own else run.label)
+        label = OWN if run is study.own else run.label
+        style = preset_style("mujoco", label)
         every = max(1, len(angle) // MARKERS)
         start = (place * every) // len(runs)
-        axes.plot(
-            angle, on_log_grid(error), markevery=slice(start, None, every), label=OWN if own else run.label, **style
-        )
+        axes.plot(angle, on_log_grid(error), markevery=slice(start, None, every), label=label, **style)
     whole_decades(axes, curves)
     axes.set_ylabel(f"{quantity} / {NORMS[quantity]}")
     axes.set_xlim(0.0, np.copysign(360.0 * study.revolutions, study.scene.speed))
