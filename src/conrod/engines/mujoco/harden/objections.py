@@ -68,7 +68,7 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
         (
             curved,
             "MuJoCo's acceleration of it lacks the part of the velocity: hardened or not, it opens with the square of "
-            "its time constant, so that is kept",
+            "its time constant, so that is kept; the reference has this error too, so the drift does not show it",
         ),
         (off, "not active at the start, so not hardened"),
         (other, "of a flex, so not hardened"),
