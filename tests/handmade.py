@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from conrod.scenes import SCENES
@@ -72,6 +73,10 @@ def points(engine: str) -> list[SweptPoint]:
     return found
 
 
+# A fit takes longer than all the rest of the study.
+fitted = cache(order_of)
+
+
 def orders(found: Sequence[SweptPoint], rule: str) -> ObservedOrders:
     own = [p for p in found if p.rule == rule]
     path = tuple(
@@ -91,7 +96,7 @@ def orders(found: Sequence[SweptPoint], rule: str) -> ObservedOrders:
         {},
         (),
         path,
-        {q: order_of(steps, [p.error(q) or 0.0 for p in done]) for q in QUANTITIES},
+        {q: fitted(tuple(steps), tuple(p.error(q) or 0.0 for p in done)) for q in QUANTITIES},
     )
 
 

@@ -329,6 +329,13 @@ def test_a_report_with_a_link_in_it_is_refused(name: str, tmp_path: Path) -> Non
     assert (tmp_path / name).is_symlink()
 
 
+@pytest.fixture
+def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures take a second or two; tests of their files alone need not see them drawn."""
+    monkeypatch.setattr(writer, "figures", lambda study: dict.fromkeys(("mechanism", "motion", "error", "order"), "x"))
+
+
+@pytest.mark.usefixtures("blank_figures")
 def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_path: Path) -> None:
     # Negative control of the refusals above; also of a report behind a link.
     (tmp_path / "real").mkdir()
@@ -342,7 +349,18 @@ def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_
         }
 
 
-@pytest.mark.parametrize("name", ["index_page", "svg_text"])
+def test_a_report_of_a_run_has_its_figures(tmp_path: Path) -> None:
+    assert conrod(*QUICK, "--out", "report", cwd=tmp_path).returncode == 0
+    page = (tmp_path / "report" / "saw-40rpm.md").read_text()
+    named = {path for path in files_in(tmp_path / "report") if path.endswith(".svg")}
+    assert {f"figures/saw-40rpm-{name}.svg" for name in ("mechanism", "motion", "error", "order")} == named
+    for name in named:
+        assert f"]({name})" in page
+        assert (tmp_path / "report" / name).read_text().rstrip().endswith("</svg>")
+
+
+@pytest.mark.usefixtures("blank_figures")
+@pytest.mark.parametrize("name", ["figures", "index_page"])
 def test_an_interrupt_while_the_report_is_made_leaves_nothing_and_says_no_more_than_that(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -365,14 +365,16 @@ def test_there_is_one_mjcf_file_a_scene() -> None:
     assert {path.stem for path in MJCF.glob("*.xml")} == set(SCENES)
 
 
-@pytest.fixture(params=list(SCENES))
-def standalone(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Scene, Any]:
+@pytest.fixture(params=list(SCENES), scope="module")
+def standalone(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, Any]:
     """A committed file, copied away and loaded by plain MuJoCo from another folder."""
-    copy = tmp_path / "models" / "model.xml"
+    folder = tmp_path_factory.mktemp("standalone")
+    copy = folder / "models" / "model.xml"
     copy.parent.mkdir()
     copy.write_text((MJCF / f"{request.param}.xml").read_text(encoding="utf-8"), encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    return SCENES[request.param], mujoco.MjModel.from_xml_path(str(copy))
+    with pytest.MonkeyPatch.context() as elsewhere:
+        elsewhere.chdir(folder)
+        return SCENES[request.param], mujoco.MjModel.from_xml_path(str(copy))
 
 
 def test_a_standalone_model_has_its_parts(standalone: tuple[Scene, Any]) -> None:
@@ -419,11 +421,14 @@ def standalone_positions(model: Any, scene: Scene, revolutions: float) -> tuple[
     steps = round(revolutions * scene.period / model.opt.timestep)
     angles = np.empty(steps)
     positions = {point: np.empty((steps, 2)) for point in scene.lengths}
+    # Views of the engine's own memory, which each step writes into.
+    sensed = [(values, data.sensor(f"{point}.position").data[:2]) for point, values in positions.items()]
+    coordinates = data.qpos
     for k in range(steps):
-        angles[k] = data.qpos[crank]
+        angles[k] = coordinates[crank]
         mujoco.mj_step(model, data)
-        for point, values in positions.items():
-            values[k] = data.sensor(f"{point}.position").data[:2]
+        for values, now in sensed:
+            values[k] = now
     return angles, positions
 
 

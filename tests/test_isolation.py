@@ -36,9 +36,10 @@ def hang(machine: Machine, settings: Settings, revolutions: float) -> Trajectory
 
 
 def exhaust(machine: Machine, settings: Settings, revolutions: float) -> Trajectory:
+    """Piece by piece, let go when the last one fails; not touched, to leave others their memory."""
     hoard = []
     while True:
-        hoard.append(bytearray(50_000_000))
+        hoard.append(np.empty(50_000_000, dtype=np.uint8))
 
 
 def exhaust_and_keep(machine: Machine, settings: Settings, revolutions: float) -> Trajectory:

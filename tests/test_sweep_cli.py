@@ -19,6 +19,7 @@ import pytest
 
 import command_line
 from conrod import SCENES, PymunkSettings, compare, run
+from conrod.execution.cluster import DaskCluster
 
 # Runs of a coarse grid that take a second or two.
 QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
@@ -210,7 +211,9 @@ def test_a_file_that_is_no_ledger_is_left_as_it_is(tmp_path: Path) -> None:
         assert (tmp_path / name).read_bytes() == before
 
 
-def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path) -> None:
+def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # A refused connection is tried again until patience ends, ten seconds unless told otherwise.
+    monkeypatch.setitem(DaskCluster.__init__.__kwdefaults__, "patience", 1.0)
     done = conrod("recommend", *QUICK, "--position", "1e-3", "--cluster", "tcp://127.0.0.1:9", cwd=tmp_path)
     told_in_one_line(done, "tcp://127.0.0.1:9")
 

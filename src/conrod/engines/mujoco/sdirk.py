@@ -32,6 +32,7 @@ def integrated(balance: Callable[[float, Array], Balance], samples: int, size: i
     share = 1.0 - math.sqrt(0.5)
     reach = share * step
     places, rates = np.zeros((samples, size)), np.zeros((samples, size))
+    identity = np.eye(size)
     for i in range(samples - 1):
         place, rate = places[i], rates[i]
         base_place, base_rate = place, rate
@@ -39,7 +40,7 @@ def integrated(balance: Callable[[float, Array], Balance], samples: int, size: i
             at = balance(i + part, place + part * step * rate)
             stiff = at.damping + reach * at.stiffness
             left = at.pull - stiff * base_rate - at.stiffness * base_place
-            gain = np.linalg.solve(at.inertia + reach * np.diag(stiff), left)
+            gain = np.linalg.solve(at.inertia + reach * (identity * stiff), left)
             its_rate = base_rate + reach * gain
             its_place = base_place + reach * its_rate
             if part < 1.0:

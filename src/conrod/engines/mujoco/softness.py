@@ -105,6 +105,7 @@ class _SoftJoints(OpenJoints):
         self._closures = _closures(made, settings)
         self._size = sum(closure.size for closure in self._closures)
         self._given = _given(made, settings)
+        self._identity = np.eye(self._size)
         self._near = self.exact
 
     def closed(self) -> Array:
@@ -140,7 +141,7 @@ class _SoftJoints(OpenJoints):
             stiffness[mine], damping[mine] = spring.stiffness * impedance, spring.damping
             yielding[mine] = (1.0 - impedance) / impedance * closure.weight
             first += closure.size
-        inertia = np.eye(self._size) + yielding[:, None] * motion.mass
+        inertia = self._identity + yielding[:, None] * motion.mass
         return Balance(inertia, damping, stiffness, motion.curvature - yielding * motion.force)
 
     def _motion(self, poses: Array, rates: Array) -> _Motion:
