@@ -309,6 +309,8 @@ def test_settings_say_that_it_is_no_contact(engine: str) -> None:
     assert made.refusal(CAM, settings) is None
     assert "it has 0 cams" in (made.refusal(PRESS, replace(made.presets["tuned"](PRESS, 100), cam=settings.cam)) or "")
     assert made.expected_error(CAM, settings).position is None
+    with pytest.raises(InvalidInput, match="switched as it runs"):
+        made.paste(CAM, settings)
     with pytest.raises(InvalidInput, match=r"unknown cam 'linkage'.*did you mean 'equivalent-linkage'"):
         replace(settings, cam="linkage")
 

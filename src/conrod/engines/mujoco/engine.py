@@ -22,6 +22,7 @@ from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.variations import MuJoCoVariations
 from conrod.engines.rule import Grid, Rule
 from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage, linkage_refusal
+from conrod.errors import InvalidInput
 from conrod.motion import Array
 from conrod.trajectory import Piece, Trajectory
 
@@ -97,6 +98,8 @@ class MuJoCo(Engine[MuJoCoSettings]):
         return model_mobility(machine, settings, angle)
 
     def paste(self, machine: Machine, settings: MuJoCoSettings) -> str:
+        if settings.cam == EQUIVALENT_LINKAGE:
+            raise InvalidInput("an equivalent linkage is switched as it runs, which no lines of settings can say")
         return paste(machine, settings)
 
 

@@ -22,6 +22,7 @@ from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
 from conrod.engines.pymunk.variations import PymunkVariations
 from conrod.engines.rule import Grid, Rule
 from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, linkage_refusal
+from conrod.errors import InvalidInput
 from conrod.motion import Array
 from conrod.trajectory import Piece, Trajectory
 
@@ -89,6 +90,8 @@ class Pymunk(Engine[PymunkSettings]):
         return space_mobility(machine, settings, angle)
 
     def paste(self, machine: Machine, settings: PymunkSettings) -> str:
+        if settings.cam == EQUIVALENT_LINKAGE:
+            raise InvalidInput("an equivalent linkage is switched as it runs, which no lines of settings can say")
         return paste(machine, settings)
 
 
