@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,8 +11,10 @@ from conrod.tables.ideas import ideas
 from conrod.tables.judging import largest, table_errors
 from conrod.tables.samples import Observed
 
-# A cause reproduces a difference where no more than this share of it is left once the cause is undone.
+# A cause reproduces a difference where no more than this share of it is left once the cause is undone; of a difference
+# beyond L itself, than this share of L.
 LEFT = 0.05
+MUCH_LESS, ALL = 0.1, 1e-6
 # Rows that causes are looked for in, evenly spread: plenty to tell a twentieth.
 MOST_ROWS = 5_000
 
@@ -46,18 +47,17 @@ def likely_causes(observed: Observed, scene: Scene, alignment: Alignment, wrong:
     for idea in ideas(rows, scene, alignment, tuple(before)):
         left = table_errors(idea.observed, scene, idea.alignment)
         explains = {}
-        for name in before.keys() & set(idea.concerns):
-            after = largest(left, name)
-            if after is not None and after <= LEFT * before[name]:
-                explains[name] = (before[name], after)
-        # Of several of one kind the first is the simplest.
-        if explains and idea.kind not in found:
-            ordered = {name: explains[name] for name in before if name in explains}
-            found[idea.kind] = Cause(idea.kind, idea.text, ordered)
-    return tuple(sorted(found.values(), key=_rank))
+        for name, size in before.items():
+            after = largest(left, name) if name in idea.concerns else None
+            if after is not None and after <= LEFT * min(size, 1.0):
+                explains[name] = (size, after)
+        cause = Cause(idea.kind, idea.text, explains)
+        # Of one kind the first is the simplest: another one must leave far less.
+        if explains and (idea.kind not in found or _left(cause) < MUCH_LESS * _left(found[idea.kind])):
+            found[idea.kind] = cause
+    return tuple(sorted(found.values(), key=lambda cause: (-len(cause.explains), _left(cause))))
 
 
-def _rank(cause: Cause) -> tuple[int, float]:
-    share = max(after / before for before, after in cause.explains.values())
-    # Below a part in a million all of it is explained; which leaves less is then rounding.
-    return -len(cause.explains), math.ceil(math.log10(max(share, 1e-6)))
+def _left(cause: Cause) -> float:
+    """The share that is left; below a part in a million all is explained, and which leaves less is rounding."""
+    return max(ALL, *(after / before for before, after in cause.explains.values()))

@@ -19,6 +19,7 @@ FRAME = ("x", "y", "rotation")
 MOST_ROWS = 50_000
 # Both senses fit alike where the better one leaves more than this share of what the other leaves.
 SAME_FIT = 0.9
+ROUNDING = 1e-12
 # Name -> SI unit, meaning.
 MEANING = {
     "time": ("s", "the table's clock minus the scene's"),
@@ -100,7 +101,7 @@ def estimate(observed: Observed, scene: Scene, asked: Sequence[str]) -> Estimati
         return _with_sense(rows, scene, asked, 1)
     usual, opposite = (_with_sense(rows, scene, asked, sense) for sense in (1, -1))
     best, other = sorted((usual, opposite), key=lambda one: one.remaining)
-    if best.remaining > SAME_FIT * other.remaining:
+    if other.remaining < ROUNDING or best.remaining > SAME_FIT * other.remaining:
         told = "sense cannot be told: both senses of rotation fit alike; it is taken to be the scene's"
         return replace(usual, undetermined=(*usual.undetermined, told))
     return replace(best, sense=(best.alignment.sense, best.remaining, other.remaining))

@@ -77,9 +77,8 @@ def ideas(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequenc
     if "acceleration" in wrong:
         yield from _gravity(observed, scene, alignment)
     if "total" in wrong or "position" in wrong:
-        yield from _zero(observed, scene, alignment)
         yield from _frame(observed, scene, alignment)
-    yield from _stamps(observed, scene, alignment, wrong)
+    yield from _times(observed, scene, alignment, wrong)
 
 
 def _changed(observed: Observed, change: Callable[[Samples], Samples]) -> Observed:
@@ -148,13 +147,6 @@ def _without(observed: Observed, constant: Sequence[float]) -> Observed:
     return replace(observed, points=points)
 
 
-def _zero(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Idea]:
-    if observed.angle is not None:
-        other = fitted(Fit(observed, scene, "reached"), alignment, ["zero"]).alignment
-        by = math.degrees(math.remainder(other.zero - alignment.zero, TURN))
-        yield Idea("crank zero", f"the table's crank angle is 0 where the scene's is {by:.6g} deg", observed, other)
-
-
 def _frame(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Idea]:
     problem = Fit(observed, scene, "nominal" if observed.angle is None else "reached")
     for names in (["x", "y"], ["x", "y", "rotation"]):
@@ -168,19 +160,26 @@ def _frame(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[I
 # -- time ------------------------------------------------------------------------------------------------------------
 
 
-def _stamps(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Idea]:
-    """The clock as a whole, found from anywhere in the turn; then quantities that alone belong to other instants."""
-    clock = 0.0
+def _times(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Idea]:
+    """The crank's zero and the clock, found from anywhere in the turn; then what alone belongs to other instants."""
+    shifts = []
+    if observed.angle is not None and "position" in wrong:
+        other = fitted(Fit(observed, scene, "reached"), alignment, ["zero"]).alignment
+        by = math.remainder(other.zero - alignment.zero, TURN)
+        shifts.append(by / (alignment.sense * scene.speed))
+        text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
+        yield Idea("crank zero", text, observed, other)
     if "total" in wrong:
         other = fitted(Fit(observed, scene, "nominal"), alignment, ["time"]).alignment
         clock = -math.remainder(other.time - alignment.time, scene.period)
+        shifts.append(clock)
         # Where the table has a crank angle of its own, its clock says nothing of that.
-        moved = shifted(observed, clock, scene) if observed.angle is None else observed
-        aligned = alignment if observed.angle is None else replace(alignment, time=alignment.time - clock)
-        yield Idea("time offset", _late(clock, observed, scene), moved, aligned)
+        alone = observed.angle is None
+        moved = (shifted(observed, clock, scene), alignment) if alone else (observed, other)
+        yield Idea("time offset", _late(clock, observed, scene), *moved)
     for name in ("velocity", "acceleration"):
         stamp = stamp_of(name, observed, scene, alignment) if name in wrong else None
-        if stamp is not None and abs(stamp - clock) > SAME_STAMP * abs(stamp):
+        if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):
             text = f"each {name} belongs {_steps(stamp, observed)} than its row says"
             yield Idea(f"{name} stamp", text, shifted(observed, stamp, scene), alignment, (name,))
 

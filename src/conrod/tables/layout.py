@@ -24,6 +24,9 @@ COMMENT = re.compile(r"\s*(#|%|//)+\s?")
 # A heading of a table separated by blanks: a word, with its unit if that is in brackets.
 WORD = re.compile(r"\S+(?:\s[\[(][^\])]*[\])])?")
 
+# Of the cells of a row of numbers all are; a table that has none may have columns of text among its numbers.
+WHOLLY = 0
+
 Row = tuple[int, list[str]]  # its line in the file, its cells
 
 
@@ -70,10 +73,13 @@ def layout_of(path: Path) -> Layout:
     """
     encoding = encoding_of(path)
     sample = list(islice(lines(path, encoding), SAMPLE))
-    (separator, decimal), numeric = max(
-        ((way, _numeric_rows(sample, *way)) for way in WRITTEN), key=lambda found: len(found[1])
-    )
-    if not numeric:
+    for least in (WHOLLY, 2):
+        (separator, decimal), numeric = max(
+            ((way, _numeric_rows(sample, *way, least)) for way in WRITTEN), key=lambda found: len(found[1])
+        )
+        if numeric:
+            break
+    else:
         raise InvalidInput(f"{path}: there is no row of numbers with at least two columns in its first {SAMPLE} rows")
     first, width = numeric[0][0], len(numeric[0][1])
     before = [(number, line) for number, line in sample if number < first]
@@ -81,18 +87,20 @@ def layout_of(path: Path) -> Layout:
     return Layout(encoding, separator, decimal, headings, units, first)
 
 
-def _numeric_rows(sample: Sequence[tuple[int, str]], separator: str, decimal: str) -> list[Row]:
-    """Rows of numbers of the most common width."""
+def _numeric_rows(sample: Sequence[tuple[int, str]], separator: str, decimal: str, least: int) -> list[Row]:
+    """Rows of numbers of the most common width; `least` of their cells are numbers, or all of them (`WHOLLY`)."""
     rows = [(number, cells(line, separator)) for number, line in sample if not COMMENT.match(line)]
-    numeric = [(number, row) for number, row in rows if len(row) > 1 and _is_numeric(row, NUMBERS[decimal])]
+    numeric = [(number, row) for number, row in rows if len(row) > 1 and _is_numeric(row, NUMBERS[decimal], least)]
     if not numeric:
         return []
     width = Counter(len(row) for _, row in numeric).most_common(1)[0][0]
     return [(number, row) for number, row in numeric if len(row) == width]
 
 
-def _is_numeric(row: Sequence[str], pattern: re.Pattern[str]) -> bool:
+def _is_numeric(row: Sequence[str], pattern: re.Pattern[str], least: int) -> bool:
     found = [bool(pattern.fullmatch(cell)) for cell in row]
+    if least != WHOLLY:
+        return sum(found) >= least
     return any(found) and all(ok or NOT_FINITE.fullmatch(cell) for ok, cell in zip(found, row, strict=True))
 
 
@@ -106,7 +114,9 @@ def _headings(
     if not fitting:
         _check_no_heading(path, texts, width)
         return tuple(str(k + 1) for k in range(width)), ()
-    place, headings = max(fitting, key=lambda row: sum(map(bool, row[1])))
+    # The last row of names: above it there may be titles and remarks, under it units.
+    names = [(number, row) for number, row in fitting if None in map(bare_unit, row)]
+    place, headings = (names or fitting)[-1]
     under = [(number, row) for number, row in rows if number > place]
     if not under:
         return tuple(headings), ()

@@ -1,0 +1,74 @@
+"""Tables as other tools write them, made from the exact motion, to plant slips in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from conrod.motion import Array
+from conrod.scenes import Scene
+from conrod.tables.columns import request
+from conrod.tables.reading import Reading, read_table
+from conrod.tables.study import TableStudy, study_table
+
+ROWS = 360  # a revolution
+LETTERS = {"position": "", "velocity": "v", "acceleration": "a"}
+Columns = dict[str, Array]
+
+
+def exact_table(
+    scene: Scene,
+    quantities: Sequence[str] = ("position",),
+    *,
+    crank: bool = False,
+    times: Array | None = None,
+    rows: int = ROWS,
+) -> Columns:
+    """Columns of two exact revolutions, SI, named as conrod names them.
+
+    Args:
+        crank: whether the crank angle is among them.
+        times: at other instants.
+    """
+    at = np.arange(2 * rows + 1) * (scene.period / rows) if times is None else times
+    columns = {"time": at}
+    if crank:
+        columns["crank_angle"] = scene.speed * at
+    for point, motion in scene.reference(at).points.items():
+        for quantity in quantities:
+            values = getattr(motion, quantity)
+            columns |= {f"{point}.{LETTERS[quantity]}{axis}": values[:, k].copy() for k, axis in enumerate("xy")}
+    return columns
+
+
+def csv_text(columns: Mapping[str, Array], separator: str = ",", decimal: str = ".") -> str:
+    """The columns as text, numbers in full precision."""
+    rows = zip(*(map(repr, values.tolist()) for values in columns.values()), strict=True)
+    lines = [separator.join(columns), *(separator.join(row).replace(".", decimal) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def reading_of(columns: Mapping[str, Array], scene: Scene, folder: Path) -> Reading:
+    """The columns after they were a CSV file."""
+    path = folder / "table.csv"
+    path.write_text(csv_text(columns), encoding="utf-8")
+    return read(path, scene)
+
+
+def read(path: Path, scene: Scene, columns: Sequence[str] = (), units: Sequence[str] = ()) -> Reading:
+    """A table read as the command line reads it, in this process."""
+    points = tuple(scene.lengths)
+    return read_table(path, points, request(columns, units, points))
+
+
+def judged(
+    columns: Mapping[str, Array],
+    scene: Scene,
+    folder: Path,
+    estimate: Sequence[str] = (),
+    tolerance: Mapping[str, float] | None = None,
+) -> TableStudy:
+    """The columns after they were a CSV file, judged."""
+    return study_table("table.csv", scene.kind, scene, reading_of(columns, scene, folder), estimate, tolerance)
