@@ -18,6 +18,7 @@ HUES = (*COLOURS.values(), *OTHER_COLOURS)
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 # More cannot be told apart in the width of the figure; each span shows its largest error.
 SPANS = 600
+LEAST = 1e-5  # of the largest error of a panel: what is below leaves the panel
 PANEL, MARGINS = 2.7, 1.3  # heights [inch]
 TOTAL_LINE, OWN_LINE = (0, (4, 2)), "-"
 
@@ -33,7 +34,9 @@ def error_figure(study: TableStudy) -> Figure:
             at, error = _largest_in_spans(study, series)
             drawn.append(on_log_grid(error))
             axes.plot(on_grid(at, study.revolutions), drawn[-1], label=label, color=hue, linestyle=line)
-        whole_decades(axes, drawn)
+        # A run that starts without error, or crosses zero, does not squeeze the rest together.
+        least = LEAST * max(float(error.max()) for error in drawn)
+        whole_decades(axes, [np.maximum(error, least) for error in drawn])
         axes.set_ylabel(f"{quantity} error / {NORMS[quantity]}")
         axes.set_xlim(0.0, study.revolutions)
         _mark_tolerance(axes, study, quantity)
@@ -55,7 +58,8 @@ def _lines(study: TableStudy, quantity: str) -> Iterator[tuple[str, str, object,
                 yield point, hue, OWN_LINE, errors["total"]
             continue
         if quantity in errors:
-            yield f"{point}, at the angle reached", hue, OWN_LINE, errors[quantity]
+            label = f"{point}, at the angle reached" if quantity == "position" else point
+            yield label, hue, OWN_LINE, errors[quantity]
         if quantity == "position" and "total" in errors:
             yield f"{point}, at the nominal time (total)", hue, TOTAL_LINE, errors["total"]
 
