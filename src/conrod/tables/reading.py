@@ -19,7 +19,7 @@ from conrod.tables.layout import layout_of
 from conrod.tables.quantity import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME
 from conrod.tables.samples import QUANTITIES, Observed, Samples
 
-# The exact motion beside a table of two points takes about 300 bytes a row, so this is well below a gigabyte.
+# So many rows of two points with all their rates take a gigabyte, the exact motion beside them included (measured).
 MOST_ROWS = 2_000_000
 LARGEST = 1e30  # SI: squares of it are still numbers
 
