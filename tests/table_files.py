@@ -72,3 +72,20 @@ def judged(
 ) -> TableStudy:
     """The columns after they were a CSV file, judged."""
     return study_table("table.csv", scene.kind, scene, reading_of(columns, scene, folder), estimate, tolerance)
+
+
+def written(folder: Path, text: str, name: str = "t.csv", encoding: str = "utf-8") -> Path:
+    """A file of text."""
+    path = folder / name
+    path.write_text(text, encoding=encoding)
+    return path
+
+
+def write_all_formats(columns: Mapping[str, Array], folder: Path) -> None:
+    """The columns as t.csv, t.npz and t.parquet."""
+    import pyarrow
+    import pyarrow.parquet
+
+    written(folder, csv_text(columns))
+    np.savez(folder / "t.npz", **columns)  # type: ignore[arg-type]
+    pyarrow.parquet.write_table(pyarrow.table(dict(columns)), folder / "t.parquet")
