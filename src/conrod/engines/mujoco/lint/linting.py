@@ -21,6 +21,7 @@ from conrod.engines.mujoco.lint.stability import RULE as STEP
 from conrod.engines.mujoco.lint.stability import longest_stable
 from conrod.engines.mujoco.lint.unsolved import RULE as SOLVER
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.engines.mujoco.user_model.keyframes import keyframe_to_start_from, told_start
 from conrod.engines.mujoco.user_model.loading import element_id, names_of
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.paired_timing import Clock
@@ -122,7 +123,7 @@ def prepared(document: Document, request: Request, clock: Clock) -> Bench:
     if not model.nv:
         raise InvalidInput("nothing in the model can move")
     data = mujoco.MjData(model)
-    keyframe = _keyframe(model, request.keyframe)
+    keyframe = keyframe_to_start_from(model, request.keyframe)
     if keyframe is not None:
         mujoco.mj_resetDataKeyframe(model, data, keyframe)
     step = float(model.opt.timestep)
@@ -136,25 +137,10 @@ def prepared(document: Document, request: Request, clock: Clock) -> Bench:
 
 def _told(bench: Bench) -> str:
     model = bench.model
-    start = "its own pose"
-    if bench.keyframe is not None:
-        start = f"keyframe {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, bench.keyframe) or bench.keyframe}"
+    start = told_start(model, bench.keyframe)
     driven = "driven" if bench.drive else "free"
     step = float(model.opt.timestep)
     return f"a {driven} run of {bench.steps} steps of {step:g} s from {start}"
-
-
-def _keyframe(model: mujoco.MjModel, given: str | None) -> int | None:
-    if given is None:
-        return 0 if model.nkey else None
-    if given.isdecimal() and int(given) < model.nkey:
-        return int(given)
-    names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, k) or str(k) for k in range(model.nkey)]
-    if given == "qpos0":
-        return None
-    if given not in names:
-        raise unknown_choice("keyframe", given, [*names, "qpos0"])
-    return names.index(given)
 
 
 def _observed(model: mujoco.MjModel, request: Request) -> Observed:

@@ -10,6 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco.user_model.assembly import Assembly
 from conrod.engines.mujoco.user_model.finite import check_finite
+from conrod.engines.mujoco.user_model.keyframes import names_of_keyframes
 from conrod.engines.mujoco.user_model.loading import load_model
 from conrod.engines.mujoco.user_model.mobility import mobility
 from conrod.engines.mujoco.user_model.own_settings import own_settings, remarks
@@ -106,11 +107,6 @@ def _assemble(assembly: Assembly, question: Question) -> None:
         except InvalidInput:
             if k == len(poses) - 1:
                 raise
-
-
-def names_of_keyframes(model: mujoco.MjModel) -> list[str]:
-    """Names of the keyframes, in order; empty where one has none."""
-    return [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, i) or "" for i in range(model.nkey)]
 
 
 def _scanned(prepared: Prepared, question: Question) -> Scan:
