@@ -30,6 +30,12 @@ def harden(*arguments: str | Path) -> int:
     return 0
 
 
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command's work in this process: to begin another takes longer than what is looked at."""
+    monkeypatch.setattr("conrod.confined.confined", lambda task, path, *arguments: task(path, *arguments))
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the model, which a run of the command may spoil."""
@@ -61,16 +67,17 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
     lines = out.split("in Python:\n", 1)[1].split("note:", 1)[0]
     for field in ("body_invweight0", "dof_invweight0", "eq_solref", "integrator"):
         assert field in lines
-    done = subprocess.run(
-        [sys.executable, "-c", lines + "\nmujoco.mj_saveModel(model, 'pasted.mjb', None)"], check=True, cwd=folder
-    )
-    assert done.returncode == 0
-    assert Path("pasted.mjb").read_bytes() == Path("hard.mjb").read_bytes()
-    # Control: a line left out is seen.
+    # A fresh interpreter in another folder. Control: a line left out is seen.
     fewer = "\n".join(line for line in lines.splitlines() if "dof_invweight0" not in line)
-    code = fewer + "\nmujoco.mj_saveModel(model, 'fewer.mjb', None)"
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=folder)
-    assert Path("fewer.mjb").read_bytes() != Path("hard.mjb").read_bytes()
+    code = "\n".join(
+        f"{some}\nmujoco.mj_saveModel(model, {name!r}, None)"
+        for name, some in (("pasted.mjb", lines), ("fewer.mjb", fewer))
+    )
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=elsewhere)
+    assert (elsewhere / "pasted.mjb").read_bytes() == Path("hard.mjb").read_bytes()
+    assert (elsewhere / "fewer.mjb").read_bytes() != Path("hard.mjb").read_bytes()
 
     after = Path("legged.xml").stat()
     assert (after.st_mtime_ns, after.st_size, after.st_ino) == (before.st_mtime_ns, before.st_size, before.st_ino)
@@ -91,6 +98,7 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
         assert word in out
 
 
+@pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize(
     ("text", "why"),
     [
@@ -108,6 +116,7 @@ def test_what_should_not_be_hardened_is_not_written(
     assert [path.name for path in tmp_path.iterdir()] == ["model.xml"]
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_hardened_model_is_not_hardened_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = mujoco.MjModel.from_xml_path(str(LEGGED))
     model.body_invweight0[:] *= 1e-8
@@ -117,13 +126,29 @@ def test_a_hardened_model_is_not_hardened_again(tmp_path: Path, capsys: pytest.C
     assert "hardened already" in capsys.readouterr().out
 
 
+def test_a_file_that_is_no_model_is_told_though_it_is_looked_at_in_another_process(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "rubbish.mjb").write_text("rubbish" * 1000)
+    assert harden(tmp_path / "rubbish.mjb") == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert "rubbish.mjb: MuJoCo cannot load it" in error
+
+
+def linked(folder: Path) -> None:
+    """A link to a model, and a folder that is one to its folder."""
+    (folder / "link.mjb").symlink_to(folder / "model.mjb")
+    (folder / "there").symlink_to(folder)
+
+
+@pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         (("none.xml",), "there is no such file"),
         (("broken.xml",), "MuJoCo cannot load it"),
         (("includes.xml",), "MuJoCo cannot load it"),
-        (("rubbish.mjb",), "rubbish.mjb"),
         (("model.xml", "--keyframe", "swung"), "did you mean 'swing'?"),
         (("model.xml", "--seconds", "nan"), "--seconds nan"),
         (("model.xml", "--seconds", "1e9"), "out of range"),
@@ -133,7 +158,13 @@ def test_a_hardened_model_is_not_hardened_again(tmp_path: Path, capsys: pytest.C
         (("model.xml", "-o", "model.xml"), "e.g. model.mjb"),
         (("model.mjb", "-o", "./model.mjb"), "the same file as MODEL"),
         (("model.xml", "--json", "model.xml"), "e.g. model.json"),
+        (("model.mjb", "-o", "link.mjb"), "the same file as MODEL"),
+        (("link.mjb", "-o", "model.mjb"), "the same file as MODEL"),
+        (("model.mjb", "-o", "there/model.mjb"), "the same file as MODEL"),
+        (("model.xml", "-o", "hard.mjb", "--json", "there/hard.mjb"), "name of a model"),
+        (("model.xml", "-o", "there"), "it is a folder"),
         (("model.xml", "-o", "none/model.mjb"), "there is no folder"),
+        (("there",), "it is not a file"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
@@ -148,17 +179,18 @@ def test_bad_input_is_told_in_one_line_and_nothing_is_written(
     files = {
         "broken.xml": "<mujoco><worldbody>",
         "includes.xml": '<mujoco><include file="nowhere.xml"/></mujoco>',
-        "rubbish.mjb": "rubbish" * 1000,
         "model.xml": LEGGED.read_text(),
         "model.mjb": "",
     }
     for name, text in files.items():
         Path(name).write_text(text)
+    linked(tmp_path)
     assert harden(*arguments) == 2
     error = capfd.readouterr().err
     assert error.count("\n") == 1
     assert says in error
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == files
+    assert {path.name: path.read_text() for path in tmp_path.iterdir() if not path.is_symlink()} == files
+    assert sorted(path.name for path in tmp_path.iterdir() if path.is_symlink()) == ["link.mjb", "there"]
 
 
 @pytest.mark.slow

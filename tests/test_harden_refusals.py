@@ -19,6 +19,7 @@ from conrod.engines.mujoco.harden.recipe import recipe_for
 from conrod.engines.mujoco.harden.start import start_of
 from conrod.engines.mujoco.harden.study import harden_file
 from conrod.engines.mujoco.harden.swing import Pace
+from conrod.errors import InvalidInput
 from conrod.hardened_model import Request
 from tests.legged import LEGGED, legged, opening_of
 
@@ -123,10 +124,35 @@ def test_a_run_that_breaks_or_opens_more_when_hard_is_refused(tmp_path: Path) ->
     assert "its loops open more" in study.refusals[0]
     forced = harden_file(model, replace(request, force=True))
     assert forced.refusals == ()
-    assert study.refusals[0] in forced.warnings
+    assert study.refusals == (f"{forced.warnings[0]}; --force hardens it all the same",)
     assert forced.content is not None
     # Control: the whole recipe is not refused.
     assert harden_file(model, replace(request, integrator="RK4", solref="auto")).refusals == ()
+
+
+def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it_is_any_better(tmp_path: Path) -> None:
+    # A motor whose feedback feeds: hard or soft, the swing grows until it is no number.
+    model = tmp_path / "growing.xml"
+    model.write_text(
+        TWO_ARMS.format(BELT.format("")).replace("</mujoco>", "")
+        + '<actuator><general joint="a" biastype="affine" biasprm="0.1 0 1e5"/></actuator></mujoco>'
+    )
+    study = harden_file(model, Request(seconds=1.0))
+    assert len(study.refusals) == 1
+    assert "as it is" in study.refusals[0]
+    assert study.content is None
+    # Control: without the motor it is hardened.
+    model.write_text(TWO_ARMS.format(BELT.format("")))
+    assert harden_file(model, Request(seconds=0.1)).refusals == ()
+
+
+@pytest.mark.parametrize("planted", ["0 0 nan", "0 0 inf"])
+def test_a_number_that_is_none_is_refused(planted: str, tmp_path: Path) -> None:
+    model = tmp_path / "none.xml"
+    text = TWO_ARMS.format(BELT.format("")).replace('timestep="0.002"', f'timestep="0.002" gravity="{planted}"')
+    model.write_text(text)
+    with pytest.raises(InvalidInput, match=r"none\.xml: gravity is not finite"):
+        harden_file(model, Request())
 
 
 def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_its_time_constant() -> None:

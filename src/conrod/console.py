@@ -25,8 +25,9 @@ CSV_SAMPLES = 360
 
 def console(plain_width: int = PLAIN_WIDTH) -> Console:
     """Standard output, as wide as the terminal, or wide enough where there is none."""
-    out = Console(highlight=False)
-    return out if out.is_terminal else Console(highlight=False, width=plain_width)
+    # A user's file or body may be called ":key:".
+    out = Console(highlight=False, emoji=False)
+    return out if out.is_terminal else Console(highlight=False, emoji=False, width=plain_width)
 
 
 # -- progress --------------------------------------------------------------------------------------------------------

@@ -35,7 +35,8 @@ def print_hardened(found: HardenedModel, file: Path | None) -> None:
         return
     for note in ALWAYS:
         out.print(f"note: {note}", markup=False, soft_wrap=True)
-    out.print(f"{file}: written" if file else "nothing written: -o FILE.mjb writes the model", markup=False)
+    told = f"the hardened model: {file}" if file else "nothing written: -o FILE.mjb writes the model"
+    out.print(told, markup=False, soft_wrap=True)
 
 
 def _print_figures(out: Console, found: HardenedModel) -> None:
@@ -69,9 +70,7 @@ def _rows(found: HardenedModel) -> list[list[str]]:
         rows.append([f"... and {len(found.loops) - MOST_LOOPS} loops more (--json has them)", *[""] * len(variants)])
     rows.append(["largest opening over size", *(_figure(v.opening_over_size) for v in variants)])
     rows.append(["  order in the step", *(_orders(v.closing) for v in variants)])
-    rows.append(
-        [_plain("drift from the reference [m]"), *(_figure(v.drift.values[0] if v.drift else None) for v in variants)]
-    )
+    rows.append([_plain("drift from the reference [m]"), *(_drift(found, v.drift) for v in variants)])
     rows.append(["  order in the step", *(_orders(v.drift) for v in variants)])
     rows.append(["energy, change over exchanged", *(_figure(v.energy) for v in variants)])
     if any(v.touching and (v.touching.contacts or v.touching.limits) for v in variants):
@@ -89,9 +88,11 @@ def _reading(found: HardenedModel) -> list[str]:
     else:
         lines.append(
             "drift: of any body's centre of gravity, from the hardened model under RK4 at a sixteenth of the step, "
-            f"which is known to {found.reference_known_to:.1e} m; travel {found.travel:.3g} m"
+            f"which is known to {found.reference_known_to:.1e} m (-: less than that); travel {found.travel:.3g} m"
         )
-    without = f"of copies without {', '.join(found.energy_without)}" if found.energy_without else "nothing takes any"
+    without = (
+        f"of copies without {', '.join(found.energy_without)}" if found.energy_without else "nothing takes or gives any"
+    )
     lines.append(f"energy: {without}" + (f"; none told: {found.energy_note}" if found.energy_note else ""))
     lines.append(f"weights: times {found.factor:g} for {', '.join(found.scaled)}")
     lines.append(f"harden with them: {', '.join(found.touching_scaled) or 'no geom that collides, no limit'}")
@@ -113,15 +114,27 @@ def _orders(orders: Orders | None) -> str:
         return "-"
     if orders.claimed is not None:
         return f"{orders.claimed:.2f}"
-    return ", ".join("-" if pair is None else f"{pair:.1f}" for pair in orders.pairs)
+    if all(pair is None for pair in orders.pairs):
+        return "-"
+    return ", ".join("-" if pair is None else f"{pair:z.1f}" for pair in orders.pairs)
+
+
+def _drift(found: HardenedModel, drift: Orders | None) -> str:
+    if drift is None or found.reference_known_to is None or drift.values[0] <= found.reference_known_to:
+        return "-"
+    return _figure(drift.values[0])
 
 
 def _contacts(touching: Touching | None) -> str:
-    return "-" if touching is None else f"{touching.contacts}, {touching.penetration:.1e}"
+    return "-" if touching is None else _counted(touching.contacts, touching.penetration)
 
 
 def _limits(touching: Touching | None) -> str:
-    return "-" if touching is None else f"{touching.limits}, {touching.excess:.1e}"
+    return "-" if touching is None else _counted(touching.limits, touching.excess)
+
+
+def _counted(number: int, most: float) -> str:
+    return f"{number}, {most:.1e}" if number else "none"
 
 
 def _figure(value: float | None) -> str:

@@ -15,7 +15,7 @@ class Request:
     """How a model is to be hardened, and on which motion that is shown.
 
     Attributes:
-        keyframe: name of the keyframe that the runs start from; None for the model's own pose.
+        keyframe: name or number of the keyframe that the runs start from; None for the first, or the model's own pose.
         seconds: how long the runs are [s].
         solref: time constant of the closures [s]; "auto" for at least so many steps as RK4 needs, "keep" for the
             model's own.

@@ -26,7 +26,7 @@ INTEGRATORS = ("RK4", KEEP)
 @click.command()
 @click.argument("model", metavar="MODEL.xml")
 @click.option("-o", "--output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
-@click.option("--keyframe", metavar="NAME", help="Run from there [the model's own pose].")
+@click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
 @click.option("--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="How long the runs are.")
 @click.option(
     "--solref",

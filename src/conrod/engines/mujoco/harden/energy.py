@@ -37,6 +37,8 @@ def conservative(model: mujoco.MjModel) -> tuple[mujoco.MjModel, tuple[str, ...]
     bare.opt.disableflags |= int(
         BIT.mjDSBL_CONTACT | BIT.mjDSBL_LIMIT | BIT.mjDSBL_FRICTIONLOSS | BIT.mjDSBL_DAMPER | BIT.mjDSBL_ACTUATION
     )
+    # MuJoCo's potential energy does not know of the gravity that it takes away.
+    bare.body_gravcomp[:] = 0.0
     bare.opt.density = bare.opt.viscosity = 0.0
     bare.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     collides = bool(model.geom_contype.any() or model.geom_conaffinity.any() or model.npair)
@@ -46,6 +48,7 @@ def conservative(model: mujoco.MjModel) -> tuple[mujoco.MjModel, tuple[str, ...]
         "friction": bool(model.dof_frictionloss.any() or model.tendon_frictionloss.any()),
         "damping": bool(model.dof_damping.any() or model.tendon_damping.any()),
         "actuators": bool(model.nu),
+        "gravity compensation": bool(model.body_gravcomp.any()),
         "fluid": bool(model.opt.density or model.opt.viscosity),
     }
     return bare, tuple(name for name, there in left_out.items() if there)
@@ -71,10 +74,11 @@ def energy_drift(model: mujoco.MjModel, state: Array, pace: Pace) -> EnergyDrift
                 return EnergyDrift(None, "without them a run breaks off")
     potential, kinetic = np.array(found).T
     exchanged = float(kinetic.max() - kinetic.min())
-    if exchanged <= HIDDEN * float(max(np.abs(potential).max(), kinetic.max())):
+    largest = float(max(np.abs(potential).max(), kinetic.max()))
+    if exchanged <= HIDDEN * largest:
         if exchanged == 0.0:
             return EnergyDrift(None, "nothing moves")
-        return EnergyDrift(None, f"of {kinetic.max():.1e} J only {exchanged:.1e} J are exchanged: rounding hides it")
+        return EnergyDrift(None, f"of {largest:.1e} J only {exchanged:.1e} J are exchanged: rounding hides it")
     total = potential + kinetic
     return EnergyDrift(float(np.abs(total - total[0]).max()) / exchanged)
 

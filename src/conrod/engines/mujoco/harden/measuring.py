@@ -13,7 +13,7 @@ from conrod.convergence import observed_order
 from conrod.engines.mujoco.harden.closures import Closure, loops_of
 from conrod.engines.mujoco.harden.energy import conservative, energy_drift
 from conrod.engines.mujoco.harden.recipe import Recipe
-from conrod.engines.mujoco.harden.start import STATE
+from conrod.engines.mujoco.harden.start import CLOSED, STATE
 from conrod.engines.mujoco.harden.swing import Pace, Swing, paced, swing
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.hardened_model import Loop, Orders, Variant
@@ -26,6 +26,8 @@ LEVELS = (1, 2, 4)
 REFERENCE, CHECK = 16, 8
 # An error of less than this many times what the reference is known to tells nothing of its order.
 TOLD_APART = 3.0
+# A machine whose bodies move by less than this share of its size stands.
+STANDS = 1e-9
 
 
 @dataclass(frozen=True)
@@ -34,13 +36,16 @@ class Measured:
 
     Attributes:
         travel: the longest way of a body in the reference [m].
-        known_to: how far the two references are apart [m]; None where one of them broke.
+        stands: whether that is nothing.
+        known_to: how far the two references are apart [m], or the rounding of a position where that is more; None where
+            one of them broke.
         without: what was left out where the energy was looked at.
         energy_note: why the energy says nothing.
     """
 
     variants: tuple[Variant, ...]
     travel: float | None
+    stands: bool
     known_to: float | None
     without: tuple[str, ...]
     energy_note: str
@@ -54,20 +59,24 @@ def measure(model: mujoco.MjModel, closures: Sequence[Closure], recipe: Recipe, 
     """
     precise = edited(model, replace(recipe, integrator="RK4"))
     reference, check = (swing(precise, state, pace.finer(times), closures) for times in (REFERENCE, CHECK))
-    known = None if reference.broke or check.broke else distance(reference, check)
+    size = float(model.stat.extent)
+    known = None
+    if not (reference.broke or check.broke):
+        known = max(distance(reference, check), float(np.finfo(float).eps) * size)
+    travel = None if reference.broke else float(np.linalg.norm(reference.points - reference.points[0], axis=2).max())
+    stands = travel is not None and travel < STANDS * size
     bare, without = conservative(model)
-    variants, note = [], ""
+    variants, note = [], "nothing moves" if stands else ""
     for name, edit in ((AS_IT_IS, None), (WEIGHTS_ALONE, recipe.weights_alone), (HARDENED, recipe)):
         changed = edited(model, edit)
         runs = [swing(changed, state, pace.finer(times), closures) for times in LEVELS]
         energy = energy_drift(edited(bare, edit), state, pace)
         note = note or energy.note
-        variants.append(_variant(name, model, closures, runs, None if known is None else (reference, known)))
-        variants[-1] = replace(variants[-1], energy=energy.share)
+        variant = _variant(name, model, closures, runs, None if known is None else (reference, known))
+        variants.append(replace(_without_orders(variant) if stands else variant, energy=energy.share))
     if note:
         variants = [replace(variant, energy=None) for variant in variants]
-    travel = None if reference.broke else float(np.linalg.norm(reference.points - reference.points[0], axis=2).max())
-    return Measured(tuple(variants), travel, known, without, note)
+    return Measured(tuple(variants), travel, stands, known, without, note)
 
 
 def edited(model: mujoco.MjModel, recipe: Recipe | None) -> mujoco.MjModel:
@@ -135,11 +144,21 @@ def _variant(
     return replace(
         told,
         opening_over_size=widest[0] / float(model.stat.extent) if unit == "m" else None,
-        closing=_orders(widest, 0.0) if whole else None,
+        closing=_orders(widest, CLOSED * (float(model.stat.extent) if unit == "m" else 1.0)) if whole else None,
         drift=drift,
         touching=own.touching,
         iterations=own.iterations,
     )
+
+
+def _without_orders(variant: Variant) -> Variant:
+    """The same without orders, which a machine that stands has none of."""
+    nothing = (None,) * (len(LEVELS) - 1)
+    closing, drift = (
+        None if orders is None else replace(orders, claimed=None, pairs=nothing)
+        for orders in (variant.closing, variant.drift)
+    )
+    return replace(variant, closing=closing, drift=drift)
 
 
 def largest(loops: Sequence[Loop], variant: Variant, unit: str) -> float:

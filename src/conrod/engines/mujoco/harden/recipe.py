@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import mujoco
 
 from conrod.engines.mujoco.harden.closures import Closure, Weights, called, impedance
+from conrod.engines.mujoco.user_model.loading import listed
 from conrod.hardened_model import Request
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
@@ -90,27 +92,36 @@ def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: s
 FIELDS = (("bodies", "body_invweight0"), ("dofs", "dof_invweight0"), ("tendons", "tendon_invweight0"))
 
 
-def python_lines(recipe: Recipe, path: Path) -> str:
-    """The same edit, ready to paste; run in the folder that the path is told from, it gives the same model."""
+def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
+    """The same edit, ready to paste: run anywhere on this machine, it gives the same model."""
     reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
     lines = [
         "import mujoco",
         "",
-        f"model = mujoco.MjModel.{reader}({str(path)!r})",
+        # Not resolved: what a link leads to may have another folder of assets.
+        f"model = mujoco.MjModel.{reader}({os.path.abspath(path)!r})",
         "# after mj_setConst, which makes these anew: again",
     ]
+    nothing = Weights((), (), ())
     for attribute, field in FIELDS:
         indices = getattr(recipe.weights, attribute)
         if indices:
-            lines.append(f"model.{field}[{list(indices)}] *= {recipe.factor!r}")
+            names = scaled_names(model, replace(nothing, **{attribute: indices}))
+            lines.append(f"model.{field}[{list(indices)}] *= {recipe.factor!r}  # {_on_one_line(names)}")
     for constant in dict.fromkeys(constant for _, constant in recipe.time_constants):
         indices = [index for index, value in recipe.time_constants if value == constant]
-        lines.append(f"model.eq_solref[{indices}, 0] = {constant!r}")
+        names = tuple(called(model, "equality", index) for index in indices)
+        lines.append(f"model.eq_solref[{indices}, 0] = {constant!r}  # {_on_one_line(names)}")
     if recipe.integrator:
         lines.append(f"model.opt.integrator = mujoco.mjtIntegrator.mjINT_{recipe.integrator}")
     if recipe.newton:
         lines.append("model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON")
     return "\n".join(lines) + "\n"
+
+
+def _on_one_line(names: tuple[str, ...]) -> str:
+    """Names as a comment: a line break in one would end it."""
+    return " ".join(listed(names).split())
 
 
 def scaled_names(model: mujoco.MjModel, weights: Weights) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The state that runs start from: the model's own pose or a keyframe, its loops closed."""
+"""The state that runs start from: a keyframe or the model's own pose, its loops closed."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.harden.closures import Closure, equality_violations, loops_of, openings
+from conrod.engines.mujoco.user_model.keyframes import keyframe_to_start_from, told_start
 from conrod.engines.mujoco.user_model.mobility import equality_jacobian
-from conrod.errors import InvalidInput, unknown_choice
 from conrod.motion import Array
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # all that a step depends on
@@ -30,47 +30,37 @@ class Start:
         name: what a user calls it.
         given: largest opening of the pose as given, by unit.
         closed: whether the loops could be closed; the state is as given where they could not.
+        rates_changed: largest change that this made to a rate, over the largest rate.
     """
 
     state: Array
     name: str
     given: dict[str, float]
     closed: bool
+    rates_changed: float = 0.0
 
 
 def start_of(model: mujoco.MjModel, keyframe: str | None, closures: Sequence[Closure]) -> Start:
-    """The start that a user names, with controls of 0.
+    """The start that a user names, or the first keyframe where there is one, with controls of 0.
 
     Raises:
         InvalidInput: the model has no such keyframe.
     """
     data = mujoco.MjData(model)
-    if keyframe is not None:
-        mujoco.mj_resetDataKeyframe(model, data, keyframe_index(model, keyframe))
+    index = keyframe_to_start_from(model, keyframe)
+    if index is not None:
+        mujoco.mj_resetDataKeyframe(model, data, index)
     data.ctrl[:] = 0.0
     mujoco.mj_fwdPosition(model, data)
     given = largest_by_unit(model, closures, openings(model, data, closures))
-    closed = _closed(model, data, closures)
+    closed, changed = _closed(model, data, closures), 0.0
     if closed is not None:
+        fastest = float(np.abs(data.qvel).max(initial=0.0))
+        changed = float(np.abs(closed[1] - data.qvel).max()) / fastest if fastest else 0.0
         data.qpos[:], data.qvel[:] = closed
     state = np.empty(mujoco.mj_stateSize(model, STATE))
     mujoco.mj_getState(model, data, state, STATE)
-    return Start(state, keyframe or "the model's own pose", given, closed is not None)
-
-
-def keyframe_index(model: mujoco.MjModel, name: str) -> int:
-    """Of a keyframe.
-
-    Raises:
-        InvalidInput: names the nearest.
-    """
-    found = int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, name))
-    if found < 0:
-        names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, index) for index in range(model.nkey)]
-        if not any(names):
-            raise InvalidInput(f"unknown keyframe {name!r}: the model has none that is named")
-        raise unknown_choice("keyframe", name, filter(None, names))
-    return found
+    return Start(state, told_start(model, index), given, closed is not None, changed)
 
 
 def largest_by_unit(model: mujoco.MjModel, closures: Sequence[Closure], found: Array) -> dict[str, float]:

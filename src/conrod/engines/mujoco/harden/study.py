@@ -14,8 +14,10 @@ from conrod.engines.mujoco.harden.closures import Closure, active_closures, loop
 from conrod.engines.mujoco.harden.measuring import AS_IT_IS, HARDENED, Measured, cost, edited, largest, measure
 from conrod.engines.mujoco.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
 from conrod.engines.mujoco.harden.recipe import Recipe, python_lines, recipe_for, scaled_names
-from conrod.engines.mujoco.harden.start import Start, keyframe_index, start_of
+from conrod.engines.mujoco.harden.start import Start, start_of
 from conrod.engines.mujoco.harden.swing import Pace
+from conrod.engines.mujoco.user_model.finite import check_finite
+from conrod.engines.mujoco.user_model.keyframes import keyframe_to_start_from
 from conrod.engines.mujoco.user_model.loading import load_model
 from conrod.errors import InvalidInput
 from conrod.hardened_model import HardenedModel, Loop, Request, Variant
@@ -24,6 +26,9 @@ SAMPLES = 500
 LEAST_STEPS, MOST_STEPS = 20, 200_000
 # Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size, rad].
 WORSE, ROUNDING = 2.0, 1e-9
+# A change of the rates at the start of more than this share is worth a word.
+RATES = 1e-6
+FORCE = "--force hardens it all the same"
 # A drift that is left of more than this share of what it was is no gain worth the name.
 BETTER = 0.5
 
@@ -31,12 +36,25 @@ BETTER = 0.5
 def harden_file(path: Path, request: Request) -> HardenedModel:
     """Harden the model of a file, and show on its own motion what that changes. The file is only read.
 
+    To be called in a process of its own, see `conrod.confined`.
+
     Raises:
-        InvalidInput: the model cannot be loaded, has no such keyframe, or the run would be too short or too long.
+        InvalidInput: the model cannot be loaded or says what is no number, has no such keyframe, or the run would be
+            too short or too long.
     """
+    try:
+        return _hardened(path, request)
+    except mujoco.FatalError as error:
+        raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
+
+
+def _hardened(path: Path, request: Request) -> HardenedModel:
     model = load_model(path)
-    if request.keyframe is not None:
-        keyframe_index(model, request.keyframe)
+    try:
+        check_finite(model)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+    keyframe_to_start_from(model, request.keyframe)
     pace = pace_of(model, request.seconds)
     closures = active_closures(model)
     found = HardenedModel(str(path), mujoco.__version__)
@@ -44,7 +62,9 @@ def harden_file(path: Path, request: Request) -> HardenedModel:
         return replace(found, refusals=(reason,), warnings=to_know(model, closures))
     soft = soft_on_purpose(model, closures)
     if soft and not request.force:
-        return replace(found, refusals=soft, warnings=to_know(model, closures))
+        return replace(
+            found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft), warnings=to_know(model, closures)
+        )
     recipe = recipe_for(model, closures, request)
     start = start_of(model, request.keyframe, closures)
     measured = measure(model, closures, recipe, start.state, pace)
@@ -81,7 +101,7 @@ def _told(
     before, after = (next(v for v in measured.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
     loops, size = loops_of(model, closures), float(model.stat.extent)
     harm = _harm(loops, size, before, after)
-    refused = (harm,) if harm and not request.force else ()
+    refused = (f"{harm}; {FORCE}",) if harm and not request.force else ()
     forced = soft_on_purpose(model, closures) + ((harm,) if harm and request.force else ())
     runs = before.broke is None and after.broke is None
     content = None if refused or not request.content else binary(edited(model, recipe))
@@ -98,7 +118,7 @@ def _told(
         loops=loops,
         factor=recipe.factor,
         scaled=scaled_names(model, recipe.weights),
-        lines=python_lines(recipe, Path(found.path)),
+        lines=python_lines(model, recipe, Path(found.path)),
         variants=measured.variants,
         travel=measured.travel,
         reference_known_to=measured.known_to,
@@ -112,6 +132,11 @@ def _told(
 
 def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant) -> str:
     """Why the hardened model is worse than none; empty where it is not."""
+    if before.broke is not None and after.broke is not None:
+        return (
+            f"the run breaks off as it is after {before.steps} steps ({before.broke}), and hardened after "
+            f"{after.steps} ({after.broke}): nothing shows what hardening does"
+        )
     if before.broke is not None:
         return ""
     advice = "RK4 (--integrator), another --solref or a smaller step of the model may help"
@@ -132,10 +157,18 @@ def _doubts(start: Start, before: Variant, after: Variant, measured: Measured) -
     doubts = []
     if not start.closed:
         doubts.append("no pose near the start closes the loops: the runs start with them open")
-    if before.broke is not None:
+    if start.rates_changed > RATES:
+        doubts.append(
+            f"the rates of the start would open its loops: the runs start with the nearest that do not, changed by "
+            f"{start.rates_changed:.1e} of the largest"
+        )
+    if before.broke is not None and after.broke is None:
         doubts.append(f"as it is, the run breaks off after {before.steps} steps ({before.broke})")
-    if measured.travel == 0.0:
-        doubts.append("nothing moves in these runs, so they show nothing: --keyframe starts others")
+    if measured.stands:
+        doubts.append(
+            f"nothing moves in these runs (travel {measured.travel:.1e} m): they show how far the loops open at rest, "
+            "and nothing else; --keyframe KEY starts others"
+        )
     elif before.drift and after.drift and measured.known_to is not None:
         then, now = before.drift.values[0], after.drift.values[0]
         if now > BETTER * then and now > measured.known_to:
