@@ -59,7 +59,7 @@ def test_a_part_without_which_the_motion_is_better_is_harmful() -> None:
     rough = variant(Role.MINIMAL, error=1e-4)
     better = variant(Role.REDUCED, "it", 1e-6, 1e-4)
     found = evidence_of(better, rough, better, timing(1.0), Levels.of([rough]))
-    assert verdict([found])[0] is Verdict.HARMFUL
+    assert verdict([found]) == (Verdict.HARMFUL, "position, better without it")
     # What only improves a motion that is as good as was asked for is not required.
     finer = variant(Role.ADDED, "it", 1e-6, 1e-4)
     assert verdict([evidence_of(rough, finer, finer, timing(3.0), Levels.of([rough]))])[0] is Verdict.COSTLY

@@ -106,7 +106,7 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     largest = level
     for row, one, evidence in _seen(rows):
         if evidence.change is None:
-            _end(axes, _lane(row, one, evidence), evidence, _colour(one))
+            _end(axes, row, one, evidence)
             continue
         change = float(on_log_grid(np.array([evidence.change["position"]]))[0])
         axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(_colour(one), evidence))
@@ -125,13 +125,20 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     axes.set_yticks([])
 
 
-def _end(axes: Axes, at: float, evidence: Evidence, colour: str) -> None:
-    """How the run ended that has no motion to compare."""
+def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence) -> None:
+    """How the run ended that has no motion to compare; at the left where the row has a change to show."""
     how = {Effect.NEEDED.value: "without it", Effect.WORSE.value: "with it"}.get(evidence.effect, "")
     text = f"{evidence.because} {how}".strip()
     text = text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
+    left = any(other.change is not None for other in one.evidence)
     axes.annotate(
-        text, (0.98, at), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=7.5, color=colour
+        text,
+        (0.05 if left else 0.98, _lane(row, one, evidence)),
+        xycoords=("axes fraction", "data"),
+        ha="left" if left else "right",
+        va="center",
+        fontsize=7.5,
+        color=_colour(one),
     )
 
 
@@ -180,7 +187,9 @@ def _colour(one: IngredientResult) -> str:
 def _title(one: Row) -> str:
     if isinstance(one, str):
         return one
-    return one.title if len(one.title) <= TITLE_LENGTH else one.name
+    # What follows a comma tells it from others, which the tables do as well.
+    short = one.title if len(one.title) <= TITLE_LENGTH else one.title.partition(",")[0]
+    return short if len(short) <= TITLE_LENGTH else one.name
 
 
 def _legend() -> list[Line2D]:

@@ -98,7 +98,7 @@ def motion_effect(without: VariantResult, with_it: VariantResult, level: Mapping
     if wrong_with:
         return Effect.WORSE, wrong_with
     worse = _worse(without, with_it, level)
-    return (Effect.WORSE, worse) if worse else (Effect.NONE, "")
+    return (Effect.WORSE, f"{worse}, better without it") if worse else (Effect.NONE, "")
 
 
 def _wrong(run: VariantResult, level: Mapping[str, float]) -> str:
