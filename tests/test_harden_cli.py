@@ -13,6 +13,11 @@ import pytest
 from conrod.cli import main
 
 LEGGED = Path(__file__).parent / "models" / "legged.xml"
+WITH_A_MESH = (
+    LEGGED.read_text()
+    .replace("<worldbody>", '<asset><mesh name="shell" file="shell.obj"/></asset><worldbody>')
+    .replace('<geom name="base"', '<geom type="mesh" mesh="shell" mass="0"/><geom name="base"')
+)
 ARM = '<mujoco><worldbody><body name="a"><joint/><geom size="0.1" pos="0.3 0 0"/></body></worldbody>{}</mujoco>'
 SOFT = ARM.format('<equality><connect name="belt" body1="a" anchor="0.3 0 0" solref="0.5 1"/></equality>')
 
@@ -38,9 +43,10 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the model, which a run of the command may spoil."""
+    """A model with an asset, whose place MuJoCo keeps, in a folder that a run of the command may spoil."""
     made = tmp_path_factory.mktemp("harden")
-    (made / "legged.xml").write_bytes(LEGGED.read_bytes())
+    (made / "legged.xml").write_text(WITH_A_MESH)
+    (made / "shell.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     return made
 
 
@@ -81,7 +87,7 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
 
     after = Path("legged.xml").stat()
     assert (after.st_mtime_ns, after.st_size, after.st_ino) == (before.st_mtime_ns, before.st_size, before.st_ino)
-    assert Path("legged.xml").read_bytes() == LEGGED.read_bytes()
+    assert Path("legged.xml").read_text() == WITH_A_MESH
     model = mujoco.MjModel.from_binary_path("hard.mjb")
     stock = mujoco.MjModel.from_xml_path("legged.xml")
     assert model.eq_solref[:, 0].tolist() == [0.03] * 3

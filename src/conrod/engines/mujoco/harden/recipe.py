@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -93,13 +92,12 @@ FIELDS = (("bodies", "body_invweight0"), ("dofs", "dof_invweight0"), ("tendons",
 
 
 def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
-    """The same edit, ready to paste: run anywhere on this machine, it gives the same model."""
+    """The same edit, ready to paste; with the whole path of the file it gives the same model wherever it is run."""
     reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
     lines = [
         "import mujoco",
         "",
-        # Not resolved: what a link leads to may have another folder of assets.
-        f"model = mujoco.MjModel.{reader}({os.path.abspath(path)!r})",
+        f"model = mujoco.MjModel.{reader}({str(path)!r})",
         "# after mj_setConst, which makes these anew: again",
     ]
     nothing = Weights((), (), ())

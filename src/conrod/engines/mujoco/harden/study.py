@@ -49,7 +49,9 @@ def harden_file(path: Path, request: Request) -> HardenedModel:
 
 
 def _hardened(path: Path, request: Request) -> HardenedModel:
-    model = load_model(path)
+    # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
+    whole = path.absolute()
+    model = load_model(whole)
     try:
         check_finite(model)
     except InvalidInput as error:
@@ -118,7 +120,7 @@ def _told(
         loops=loops,
         factor=recipe.factor,
         scaled=scaled_names(model, recipe.weights),
-        lines=python_lines(model, recipe, Path(found.path)),
+        lines=python_lines(model, recipe, Path(found.path).absolute()),
         variants=measured.variants,
         travel=measured.travel,
         reference_known_to=measured.known_to,
