@@ -14,13 +14,16 @@ import mujoco
 import pytest
 
 from conrod.cli import main
+from conrod.commands.lint import _outputs
 from conrod.engines.mujoco.lint.document import Document, differing
 from conrod.engines.mujoco.lint.edits import Exclude
 from conrod.engines.mujoco.lint.finding import Report
-from conrod.engines.mujoco.lint.linting import lint
+from conrod.engines.mujoco.lint.linting import lint, prepared
 from conrod.engines.mujoco.lint.request import Request
 from conrod.errors import InvalidInput
+from conrod.model_files import files_of_model
 from conrod.paired_timing import BLOCK_TIME, MOST_STEPS, paired_cost
+from conrod.user_model import Place
 from tests.planted_models import SAW, closed_twice, colliding_links, renamed, replaced, without_start_speeds
 
 SHORT = Request(seconds=0.03)
@@ -109,7 +112,10 @@ def test_elements_are_found_in_the_file_by_their_place(gripper: Path) -> None:
     model = document.model
     assert all(document.can_edit("body", body) for body in range(1, model.nbody))
     assert all(document.can_edit("geom", geom) for geom in range(model.ngeom))
-    assert len(document.files) == 2
+    assert set(files_of_model(gripper)) == {
+        gripper,
+        *(gripper.parent / n for n in ("parts/defaults.xml", "shapes/cube.obj")),
+    }
 
 
 @pytest.mark.parametrize("place", ["robot", ".", "elsewhere/deep"])
@@ -188,7 +194,7 @@ def test_a_scene_drives_the_crank_and_named_points_are_observed(tmp_path: Path) 
     text = replaced('armature="1e+13" ', "")(SAW).replace('qvel="-1.6466419709575786 52.35987755982988 ', 'qvel="0 0 ')
     path = tmp_path / "model.xml"
     path.write_text(text.replace("-34.06385566030124", "0"))
-    request = Request(seconds=0.03, speed=52.35987755982988, points=(("site", "C"),))
+    request = Request(seconds=0.03, speed=52.35987755982988, points=(Place("C", "site", "C"),))
     report = lint(path, request, ticking())
     assert "driven run" in report.run
     assert report.findings == ()
@@ -198,8 +204,44 @@ def test_a_driven_model_must_have_one_crank_on_the_frame(tmp_path: Path) -> None
     text = SAW.replace('type="slide" axis="1 0 0"', 'type="hinge" axis="0 0 1"')
     with pytest.raises(InvalidInput, match="2 hinges are on the frame: name the crank with --crank"):
         at(tmp_path, text, Request(speed=1.0, seconds=0.01))
-    with pytest.raises(InvalidInput, match="--crank slide: it is no hinge"):
+    with pytest.raises(
+        InvalidInput, match="--crank slide: it is a slide joint, a crank is a hinge; its hinges: crank, crank-pin"
+    ):
         at(tmp_path, SAW, Request(speed=1.0, crank="slide", seconds=0.01))
+
+
+def test_a_brake_on_the_crank_does_not_stop_a_driven_run(tmp_path: Path) -> None:
+    # Without it the flywheel is the least one: the speed is kept to a per cent at once.
+    brakes = ("", '<actuator><velocity joint="crank" kv="50" /></actuator>')
+    text = replaced(' armature="1e+13"', "")(SAW)
+    request = Request(seconds=0.03, speed=52.35987755982988, crank="crank")
+    heavy = []
+    for brake in brakes:
+        path = tmp_path / "model.xml"
+        path.write_text(text.replace("<sensor>", f"{brake}<sensor>"))
+        bench = prepared(Document(path), request, ticking())
+        speeds = [state.qvel[1] / 52.35987755982988 for state in bench.run.states]
+        assert max(abs(speed - 1.0) for speed in speeds) <= 0.01
+        # The solver stops where it would without the drive.
+        own = bench.document.model
+        assert bench.model.opt.tolerance * bench.model.stat.meaninertia == pytest.approx(
+            own.opt.tolerance * own.stat.meaninertia
+        )
+        heavy.append(bench.model.dof_armature[1])
+    assert heavy[1] > 2.0 * heavy[0]
+
+
+def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(tmp_path: Path) -> None:
+    hacksaw = Path(__file__).parent / "own_models" / "hacksaw.xml"
+    request = Request(seconds=0.24, speed=52.35987755982988, crank="motor", ignored=("silent-reset",))
+    (finding,) = lint(hacksaw, request, ticking()).findings
+    evidence = dict(finding.evidence)
+    assert finding.rule == "soft-closure"
+    assert evidence["opening when stiff [m]"] > 0.1 * evidence["opening [m]"]
+    assert evidence["opening then when stiff [m]"] <= 0.1 * evidence["opening then [m]"]
+    # Negative control: what opens by the step and not by its softness is none.
+    text = replaced('site2="crankpin"/>', 'site2="crankpin" solref="0.004 1" solimp="0.9999 0.9999 0.001 0.5 2"/>')
+    assert at(tmp_path, text(hacksaw.read_text()), request).findings == ()
 
 
 # -- what a user gets wrong ------------------------------------------------------------------------------------------
@@ -231,8 +273,8 @@ def test_a_file_that_cannot_be_used_is_told_in_one_line(broken: str, tmp_path: P
     ("request_", "words"),
     [
         (Request(keyframe="begin"), "unknown keyframe 'begin': choose from qpos0, start"),
-        (Request(points=(("site", "CC"),)), "unknown site 'CC'"),
-        (Request(points=(("body", "slidr"),)), "did you mean 'slider'"),
+        (Request(points=(Place("C", "site", "CC"),)), "unknown site 'CC'"),
+        (Request(points=(Place("C", "body", "slidr"),)), "did you mean 'slider'"),
         (Request(speed=1.0, crank="crnk"), "did you mean 'crank'"),
         (Request(ignored=("soft",)), "did you mean 'soft-closure'"),
         (Request(seconds=1e6), "at most 1000000"),
@@ -281,8 +323,9 @@ def test_the_command_tells_writes_and_ends_with_its_status(tmp_path: Path) -> No
     ("arguments", "words"),
     [
         (["none.xml"], "none.xml: there is no such file"),
-        (["saw.xml", "--fix", "saw.xml"], "never written to"),
-        (["saw.xml", "--json", "link.xml"], "never written to"),
+        (["saw.xml", "--fix", "./saw.xml"], "it is the same file as the model"),
+        (["saw.xml", "--json", "link.xml"], "it is the same file as the model"),
+        (["saw.xml", "--json", "a", "--fix", "a"], "it is the same file as --json"),
         (["saw.xml", "--crank", "crank"], "say with --scene"),
         (["saw.xml", "--set", "crank=80mm"], "--scene"),
         (["saw.xml", "--point", "C"], "NAME=site:SITE"),
@@ -309,6 +352,17 @@ def test_bad_usage_is_told_in_one_line_and_nothing_is_written(
     assert words in told.err
     assert (tmp_path / "saw.xml").read_text() == SAW
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link.xml", "saw.xml"]
+
+
+@pytest.mark.parametrize("option", ["--json", "--fix"])
+@pytest.mark.parametrize("part", ["parts/defaults.xml", "shapes/cube.obj"])
+def test_what_a_model_is_made_of_is_not_written_over(option: str, part: str, gripper: Path) -> None:
+    before = (gripper.parent / part).read_bytes()
+    with pytest.raises(InvalidInput, match="which the model is made of"):
+        _outputs(gripper, *(str(gripper.parent / part) if option == o else None for o in ("--json", "--fix")))
+    assert (gripper.parent / part).read_bytes() == before
+    # Negative control: a file beside it may be written.
+    assert _outputs(gripper, str(gripper.parent / "parts" / "found.json"), None)[0] is not None
 
 
 def test_rules_are_documented() -> None:

@@ -83,7 +83,10 @@ def test_a_joint_of_another_kind_is_not_explained_by_lengths(tmp_path: Path) -> 
     study = judged(tmp_path, "saw", text)
     assert not study.identity.is_machine(1e-2)
     assert not study.identity.explanations
-    assert "it has 3 hinges, 1 connect, the machine 3 pins, 1 slide: is a joint of another kind?" in verdict(study)
+    assert (
+        "it has 3 hinges, 1 connect, the machine 3 pins, 1 slide: is a joint of another kind, or a link missing?"
+        in verdict(study)
+    )
     # It is not driven: its errors would be those of another machine.
     assert not study.runs
 
@@ -91,6 +94,29 @@ def test_a_joint_of_another_kind_is_not_explained_by_lengths(tmp_path: Path) -> 
 def test_a_crank_that_cannot_turn_fully_is_told(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="goes no further than"):
         seen(tmp_path, "saw", replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.12 0 0"'))
+
+
+def test_limits_that_keep_a_model_from_its_turn_are_told(tmp_path: Path) -> None:
+    slide = '<joint name="slide" type="slide"'
+    limited = judged(tmp_path, "saw", replaced(SAW, slide, f'{slide} range="-0.1 0.3"'))
+    assert limited.is_machine
+    assert not limited.passed
+    assert (
+        "limits keep it from its turn: slide is held to -0.1 to 0.3 units of length, needs -0.203541 to 0.00756977"
+        in verdict(limited)
+    )
+    # Negative control: limits that the turn stays within are no matter.
+    path = tmp_path / "model.xml"
+    path.write_text(replaced(SAW, slide, f'{slide} range="-0.3 0.3"'))
+    assert scan(path, question("saw")).stops == ()
+
+
+def test_a_crank_with_limits_needs_room_for_a_turn(tmp_path: Path) -> None:
+    crank = '<joint name="crank" type="hinge"'
+    path = tmp_path / "model.xml"
+    for limits, told in (("-0.5 0.5", ("crank is held to -0.5 to 0.5 rad, needs a full turn",)), ("-4 4", ())):
+        path.write_text(replaced(SAW, crank, f'{crank} range="{limits}"'))
+        assert scan(path, question("saw")).stops == told
 
 
 # -- plane -----------------------------------------------------------------------------------------------------------

@@ -15,6 +15,8 @@ class InvalidInput(ValueError):
 def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInput:
     """The error for a name that is not in a list of names."""
     names = sorted(choices)
+    if not names:
+        return InvalidInput(f"unknown {kind} {given!r}: there is none with a name")
     near = difflib.get_close_matches(given, names, n=1, cutoff=0.4)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     return InvalidInput(f"unknown {kind} {given!r}: choose from {', '.join(names)}{hint}")

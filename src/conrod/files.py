@@ -51,13 +51,19 @@ def check_apart(files: Mapping[str, Path]) -> None:
     Raises:
         InvalidInput: names two of them.
     """
-    seen: dict[str, str] = {}
+    seen: dict[str, Path] = {}
     for name, path in files.items():
-        # Compared without case: on some systems a.csv is A.csv.
-        real = str(real_path(path)).casefold()
-        if real in seen:
-            raise InvalidInput(f"{name} {path}: it is the same file as {seen[real]}")
-        seen[real] = name
+        for other, there in seen.items():
+            if _same_file(path, there):
+                raise InvalidInput(f"{name} {path}: it is the same file as {other}")
+        seen[name] = path
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    # Compared without case: on some systems a.csv is A.csv. A file may have several names of its own, too.
+    if str(real_path(one)).casefold() == str(real_path(other)).casefold():
+        return True
+    return one.exists() and other.exists() and one.samefile(other)
 
 
 def check_writable_file(path: Path) -> None:

@@ -121,6 +121,7 @@ class Scan:
         wander: how far anchor and axis move in a turn.
         gap: largest violation that the closures keep, in their own units.
         open_closure: which one it is.
+        stops: joints whose limits the turn leaves, with both.
         remarks: what a user should know of how the model was treated.
     """
 
@@ -141,6 +142,7 @@ class Scan:
     wiring: Wiring
     touching: Touching | None
     settings: OwnSettings
+    stops: tuple[str, ...] = field(default=())
     remarks: tuple[str, ...] = field(default=())
 
 

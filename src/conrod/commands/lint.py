@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.commands import exit_status, options
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
     from conrod.engines.mujoco.lint.finding import Report
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from conrod.files import Batch
     from conrod.scenes import Scene
 
-KINDS = ("site", "body", "geom")
 REVOLUTIONS = 2  # of a crank that a scene tells the speed of
 
 
@@ -64,8 +63,6 @@ def lint(
     folder = None if out is None else str(_folder(out))
     request = _request(machine, crank, points, keyframe, seconds, ignored, folder)
     report = confined(look, path, request)
-    if out is not None and any(_same(out, Path(file)) for file in report.files):
-        raise InvalidInput(f"--fix {out}: the model consists of that file; give another name")
     with naming("standard output"):
         print_report(report, out)
     write_together(_batches(report, json_file, out))
@@ -75,23 +72,14 @@ def lint(
 
 def _outputs(model: Path, document: str | None, fixed: str | None) -> tuple[Path | None, Path | None]:
     """Files to write, refused before any work where something would be lost by them."""
-    from conrod.files import file_to_write
+    from conrod.files import check_apart, file_to_write
+    from conrod.model_files import as_outputs_must_not_be
 
-    found = []
-    for text, option in ((document, "--json"), (fixed, "--fix")):
-        file = None if text is None else file_to_write(text, option)
-        if file is not None and _same(file, model):
-            raise InvalidInput(f"{option} {file}: that is the model itself, which is never written to")
-        found.append(file)
-    if found[0] is not None and found[1] is not None and _same(found[0], found[1]):
-        raise InvalidInput(f"--json and --fix are the same file: {found[0]}")
-    return found[0], found[1]
-
-
-def _same(one: Path, other: Path) -> bool:
-    from conrod.files import real_path
-
-    return real_path(one) == real_path(other) or (one.exists() and other.exists() and one.samefile(other))
+    json_file = None if document is None else file_to_write(document, "--json")
+    out = None if fixed is None else file_to_write(fixed, "--fix")
+    files = as_outputs_must_not_be(model)
+    check_apart(files | {name: file for name, file in (("--json", json_file), ("--fix", out)) if file is not None})
+    return json_file, out
 
 
 def _folder(file: Path) -> Path:
@@ -119,6 +107,7 @@ def _request(
     ignored: tuple[str, ...],
     folder: str | None,
 ) -> Request:
+    from conrod.commands.places import places_of
     from conrod.engines.mujoco.lint.request import Request
     from conrod.ranges import check_number
 
@@ -130,22 +119,8 @@ def _request(
         seconds = seconds or REVOLUTIONS * 2.0 * math.pi / abs(speed)
     elif crank is not None:
         raise InvalidInput(f"--crank {crank}: say with --scene how fast it turns")
-    places = tuple(_place(text, machine) for text in points)
-    return Request(keyframe, seconds, crank, speed, places, ignored, folder)
-
-
-def _place(text: str, machine: Scene | None) -> tuple[str, str]:
-    name, equals, place = text.partition("=")
-    kind, colon, element = place.partition(":")
-    if not (name and equals and colon and element):
-        raise InvalidInput(f"--point {text!r}: give it as NAME=site:SITE, NAME=body:BODY or NAME=geom:GEOM")
-    if kind not in KINDS:
-        raise unknown_choice("kind of point", kind, KINDS)
-    if machine is not None:
-        known = [point.name for point in machine.kinematics.mechanism.observed]
-        if name not in known:
-            raise unknown_choice("observed point", name, known)
-    return kind, element
+    observed = [] if machine is None else [point.name for point in machine.kinematics.mechanism.observed]
+    return Request(keyframe, seconds, crank, speed, places_of(points, observed), ignored, folder)
 
 
 def _batches(report: Report, document: Path | None, out: Path | None) -> list[Batch]:

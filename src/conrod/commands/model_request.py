@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from conrod.commands.model_options import ModelOptions
+from conrod.commands.places import places_of
 from conrod.commands.reproduction import SCENE, command_line
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.scenes import Scene
 from conrod.studies.user_model.frame import UNITS, GivenFrame
 from conrod.units import parse_quantity
-from conrod.user_model import Place, Question
-
-KINDS = ("site", "body", "geom")
+from conrod.user_model import Question
 
 
 def question_of(options: ModelOptions, scene: Scene) -> Question:
@@ -29,12 +28,15 @@ def question_of(options: ModelOptions, scene: Scene) -> Question:
         raise InvalidInput("say which joint of the model is driven: --crank JOINT")
     if not options.points:
         raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
+    touching = None if options.touching is None else _two(options.touching)
+    if touching and not mechanism.cam_contacts:
+        raise InvalidInput(f"--touching {options.touching}: the machine has no cam that touches anything")
     return Question(
         crank=options.crank,
-        places=_places(options.points, observed),
+        places=places_of(options.points, observed),
         mobility=mechanism.mobility,
         contacts=len(mechanism.cam_contacts),
-        touching=None if options.touching is None else _two(options.touching),
+        touching=touching,
         keyframe=options.keyframe,
     )
 
@@ -54,27 +56,6 @@ def given_frame(options: ModelOptions) -> GivenFrame:
         zero=None if options.crank_zero is None else parse_quantity("--crank-zero", options.crank_zero, "rad"),
         unit=None if unit is None else UNITS[unit],
     )
-
-
-def _places(texts: Sequence[str], observed: Sequence[str]) -> tuple[Place, ...]:
-    places: dict[str, Place] = {}
-    for text in texts:
-        name, equals, where = (part.strip() for part in text.partition("="))
-        if not equals or not name or not where:
-            raise InvalidInput(f"--point {text!r}: give it as {observed[0]}=site:NAME")
-        if name not in observed:
-            raise unknown_choice("observed point", name, observed)
-        if name in places:
-            raise InvalidInput(f"--point {name}: given twice, as {str(places[name])!r} and {where!r}")
-        kind, colon, element = where.partition(":")
-        # A name may have a colon in it itself.
-        if colon and kind in KINDS:
-            places[name] = Place(name, kind, element)
-        elif colon and not element:
-            raise unknown_choice("kind of element", kind, KINDS)
-        else:
-            places[name] = Place(name, "", where)
-    return tuple(places.values())
 
 
 def _two(text: str) -> tuple[str, str]:

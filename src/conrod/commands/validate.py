@@ -50,6 +50,9 @@ def validate(
     """
     files = [name for name in subjects if name.lower().endswith(MODELS + TABLES)]
     if not files:
+        for name in subjects:
+            if Path(name).is_file() or (scene is not None and Path(name).suffix):
+                raise InvalidInput(f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}")
         for bundle in (model, table):
             check_unused(bundle, "a scene: it is for a file")
         if scene is not None:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 from conrod.files import Batch, check_apart, file_to_write, folder_to_write, single
+from conrod.model_files import as_outputs_must_not_be
 from conrod.report.own_folder import check_own_folder, holds_document
 from conrod.report.pages import FIGURES
 from conrod.studies.user_model.serialise import KEYS, model_document
@@ -35,7 +36,7 @@ def outputs_of(file: str, out: str | None, document: str | None) -> tuple[Path |
     """
     folder = None if out is None else folder_to_write(out, "--out")
     target = None if document is None else file_to_write(document, "--json")
-    files = {"the model": Path(file)}
+    files = as_outputs_must_not_be(Path(file))
     if target is not None:
         files["--json"] = target
     if folder is not None:

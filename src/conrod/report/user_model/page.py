@@ -9,7 +9,7 @@ from conrod.report import numbers
 from conrod.report.tables import paragraphs, table
 from conrod.report.user_model import run_words, words
 from conrod.report.user_model.document import document_file, figure_file
-from conrod.studies.user_model.study import ModelStudy
+from conrod.studies.user_model.study import EXACT_SOLVER, OWN, ModelStudy
 
 METHOD = (
     "The file was only read. *Kinematic mode*: the crank is held at 180 angles of a turn, and the model's own closures "
@@ -66,4 +66,7 @@ def _runs(study: ModelStudy) -> str:
     if not study.runs:
         return ""
     turns = numbers.quantity(study.revolutions)
-    return paragraphs(f"Largest errors over {turns} revolutions:", table(run_words.HEAD, run_words.rows(study)))
+    drawn = (
+        "" if EXACT_SOLVER not in study.runs else f"; the figure has `{OWN}` as it is with the solver tolerance at 0"
+    )
+    return paragraphs(f"Largest errors over {turns} revolutions{drawn}:", table(run_words.HEAD, run_words.rows(study)))

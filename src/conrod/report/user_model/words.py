@@ -16,12 +16,16 @@ MM = 1e3
 TOLD_TOGETHER = 4
 # Lengths that leave more than this share of what the wanted ones leave explain nothing.
 NEAREST = 0.05
+# Shares beyond this are told as factors: 99.9 % too short says little.
+FEW = 0.5
 
 
 def verdict(study: ModelStudy) -> str:
     """The answer in a sentence."""
     if not study.is_machine:
         return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
+    if study.scan.stops:
+        return f"It is {study.scene_name}, but limits keep it from its turn: {'; '.join(study.scan.stops)}."
     own = study.own
     if own is None or own.outcome.slug != "completed":
         how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
@@ -129,7 +133,8 @@ def other_kinds(study: ModelStudy) -> str:
     slides = has.joints.get("slide", 0)
     if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")) or has.idle:
         return ""
-    return f"it has {_counted(has)}, the machine {machine_joints(study.scene)}: is a joint of another kind?"
+    differs = f"it has {_counted(has)}, the machine {machine_joints(study.scene)}"
+    return f"{differs}: is a joint of another kind, or a link missing?"
 
 
 def _plural(count: int, name: str) -> str:
@@ -149,7 +154,8 @@ def paths(study: ModelStudy) -> list[str]:
     branch = " of the other branch" if identity.other_branch else ""
     told = [f"largest distance from the exact path{branch}: {off}"]
     if identity.rate_off is not None:
-        told.append(f"their derivatives by the crank angle: {numbers.measured(identity.rate_off)}")
+        with_found = ", with what was found," if identity.explanations else ""
+        told.append(f"error of their derivatives by the crank angle{with_found}: {numbers.measured(identity.rate_off)}")
     if shape is not None:
         size = numbers.measured(MM * identity.frame.unit * shape.shape_error)
         told.append(f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm")
@@ -196,7 +202,9 @@ def length(one: Length) -> str:
     way = "long" if excess > 0.0 else "short"
     share = f"{numbers.rounded(100.0 * abs(excess), 2):g} % too {way}"
     if one.name == ALL_LENGTHS:
-        return f"all lengths are {share}"
+        return (
+            f"all lengths are {share}" if abs(excess) < FEW else f"all lengths are {one.found:.4g} times those wanted"
+        )
     digits = max(6, 2 - math.floor(math.log10(abs(excess) or 1.0)) + 1)
     return f"{one.name} is {share}: {MM * one.found:.{min(digits, 15)}g} mm, wanted {MM * one.wanted:.6g} mm"
 

@@ -35,6 +35,7 @@ def model_document(study: ModelStudy) -> dict[str, Any]:
             "loops": scan.wiring.loops,
             "closure_gap": scan.gap,
             "settings": vars(scan.settings) | {"gravity": list(scan.settings.gravity)},
+            "stops": list(scan.stops),
             "remarks": list(scan.remarks),
         },
         "machine": {"scene": study.scene_name, "parameters": study.scene.parameters},

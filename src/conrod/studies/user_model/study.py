@@ -87,9 +87,11 @@ class ModelStudy:
 
     @property
     def passed(self) -> bool:
-        """Whether it is the machine, its own settings carry it through the run, and within what was asked for."""
+        """Whether it is the machine, may turn, and its own settings carry it through the run as asked for."""
         own = self.own
-        return self.is_machine and own is not None and own.outcome is Outcome.COMPLETED and not self.exceeded()
+        if not self.is_machine or self.scan.stops or own is None:
+            return False
+        return own.outcome is Outcome.COMPLETED and not self.exceeded()
 
 
 def study(

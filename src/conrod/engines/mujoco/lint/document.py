@@ -35,7 +35,6 @@ class Document:
 
     Attributes:
         folder: that its assets are looked for from.
-        files: that it consists of: the model file and those that it includes.
         model: compiled.
     """
 
@@ -44,7 +43,6 @@ class Document:
             raise InvalidInput(f"{path}: a binary model cannot be taken apart; give the MJCF that it was made from")
         self.model = load_model(path)
         self.folder = path.resolve().parent
-        self.files: list[Path] = []
         self._root = self._read(path.resolve(), path.name)
         if self._root.tag != "mujoco":
             raise InvalidInput(
@@ -63,7 +61,6 @@ class Document:
     # -- reading -----------------------------------------------------------------------------------------------------
 
     def _read(self, path: Path, shown: str) -> Element:
-        self.files.append(path)
         parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
         try:
             root: Element = ElementTree.parse(path, parser).getroot()

@@ -91,7 +91,6 @@ class Report:
         run: what was run, in a sentence.
         findings: the most harmful first.
         fixed: None unless it was asked for.
-        files: that the model consists of.
     """
 
     model: str
@@ -99,7 +98,6 @@ class Report:
     findings: tuple[Finding, ...]
     notes: tuple[Note, ...]
     fixed: Fixed | None = None
-    files: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """All but the text of the fixed model as plain values."""

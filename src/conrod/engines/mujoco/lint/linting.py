@@ -11,10 +11,10 @@ import numpy as np
 
 from conrod.engines.mujoco.lint.bench import Bench
 from conrod.engines.mujoco.lint.document import Document, differing
-from conrod.engines.mujoco.lint.edits import Edit, SetAttribute
+from conrod.engines.mujoco.lint.driving import driven, driven_crank, speed_off
+from conrod.engines.mujoco.lint.edits import Edit
 from conrod.engines.mujoco.lint.finding import Finding, Fixed, Note, Report
 from conrod.engines.mujoco.lint.motion import Observed, Start
-from conrod.engines.mujoco.lint.poses import equality_rows
 from conrod.engines.mujoco.lint.request import DEFAULT_STEPS, MOST_STEPS, Request
 from conrod.engines.mujoco.lint.rules import RULES
 from conrod.engines.mujoco.lint.stability import RULE as STEP
@@ -22,13 +22,10 @@ from conrod.engines.mujoco.lint.stability import longest_stable
 from conrod.engines.mujoco.lint.unsolved import RULE as SOLVER
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.engines.mujoco.user_model.keyframes import keyframe_to_start_from, told_start
-from conrod.engines.mujoco.user_model.loading import element_id, names_of
+from conrod.engines.mujoco.user_model.loading import name_or_number
+from conrod.engines.mujoco.user_model.points import KINDS, find_point
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.paired_timing import Clock
-
-# Flywheel of a driven crank, over the inertia that the machine shows to it: the speed is kept to a per cent, and the
-# solver's tolerance, which MuJoCo scales by the mean inertia, is coarser by no more than this.
-FLYWHEEL = 100.0
 
 
 def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Report:
@@ -50,6 +47,8 @@ def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Re
             return judged(prepared(document, request, clock), str(path), request)
         except mujoco.FatalError as error:
             raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
+        except InvalidInput as error:
+            raise InvalidInput(f"{path}: {error}") from None
 
 
 def check_rules(names: tuple[str, ...]) -> None:
@@ -61,7 +60,7 @@ def check_rules(names: tuple[str, ...]) -> None:
 
 def judged(bench: Bench, path: str, request: Request) -> Report:
     """All rules."""
-    told = _told(bench)
+    told = _told(bench, request)
     longest = longest_stable(bench)
     steady, notes = _steady(bench, longest)
     solved = steady
@@ -79,8 +78,7 @@ def judged(bench: Bench, path: str, request: Request) -> Report:
                 solved = steady.with_edits(answer.edits)
     findings.sort(key=lambda finding: (finding.harm, -(finding.change or 0.0)))
     fixed = None if request.fix_folder is None else fix(steady, tuple(findings), Path(request.fix_folder))
-    files = tuple(str(file) for file in bench.document.files)
-    return Report(path, told, tuple(findings), tuple(notes), fixed, files)
+    return Report(path, told, tuple(findings), tuple(notes), fixed)
 
 
 def _steady(bench: Bench, longest: float | None) -> tuple[Bench, list[Note]]:
@@ -130,61 +128,27 @@ def prepared(document: Document, request: Request, clock: Clock) -> Bench:
     steps = DEFAULT_STEPS if request.seconds is None else max(2, math.ceil(request.seconds / step))
     if steps > MOST_STEPS:
         raise InvalidInput(f"{request.seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
-    drive = _drive(document, data, request)
+    drive: tuple[Edit, ...] = ()
+    if request.speed is not None:
+        drive = driven(document, data, driven_crank(model, request.crank), request.speed, steps)
+    elif request.crank is not None:
+        raise InvalidInput(f"--crank {request.crank}: say with --scene how fast it turns")
     observed = _observed(model, request)
     return Bench(document, Start.of(data), steps, observed, keyframe=keyframe, drive=drive, clock=clock)
 
 
-def _told(bench: Bench) -> str:
+def _told(bench: Bench, request: Request) -> str:
     model = bench.model
     start = told_start(model, bench.keyframe)
-    driven = "driven" if bench.drive else "free"
-    step = float(model.opt.timestep)
-    return f"a {driven} run of {bench.steps} steps of {step:g} s from {start}"
+    run = f"run of {bench.steps} steps of {float(model.opt.timestep):g} s from {start}"
+    if request.speed is None:
+        return f"a free {run}"
+    crank = driven_crank(model, request.crank)
+    off = speed_off(np.array([state.qvel[crank.rate] for state in bench.run.states]), request.speed)
+    name = name_or_number(model, "joint", crank.joint)
+    return f"a driven {run}; {name} turns at {request.speed:.4g} rad/s, kept to {100.0 * off:.2g} %"
 
 
 def _observed(model: mujoco.MjModel, request: Request) -> Observed:
-    found: dict[str, list[int]] = {"site": [], "body": [], "geom": []}
-    for kind, name in request.points:
-        found[kind].append(element_id(model, kind, name))
-    return Observed(*(tuple(found[kind]) for kind in ("site", "body", "geom")))
-
-
-def _drive(document: Document, data: mujoco.MjData, request: Request) -> tuple[Edit, ...]:
-    """Set the machine in motion, and give its crank a flywheel."""
-    model = document.model
-    if request.speed is None:
-        if request.crank is not None:
-            raise InvalidInput(f"--crank {request.crank}: say with --scene how fast it turns")
-        return ()
-    joint = _crank(model, request.crank)
-    if not document.can_edit("joint", joint):
-        raise InvalidInput("the crank is made by a macro of the model; it cannot be driven")
-    dof = int(model.jnt_dofadr[joint])
-    data.qvel[:] = 0.0
-    mujoco.mj_forward(model, data)
-    jacobian = equality_rows(model, data).jacobian
-    others = np.delete(np.arange(model.nv), dof)
-    speeds = np.zeros(model.nv)
-    speeds[dof] = request.speed
-    speeds[others] = -np.linalg.pinv(jacobian[:, others], rcond=1e-9) @ jacobian[:, dof] * request.speed
-    data.qvel[:] = speeds
-    momentum = np.empty(model.nv)
-    mujoco.mj_mulM(model, data, momentum, speeds)
-    inertia = float(speeds @ momentum) / request.speed**2
-    armature = max(float(model.dof_armature[dof]), FLYWHEEL * inertia)
-    return (SetAttribute("joint", joint, request.crank or "crank", "armature", repr(armature)),)
-
-
-def _crank(model: mujoco.MjModel, name: str | None) -> int:
-    hinges = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE]
-    if name is not None:
-        joint = element_id(model, "joint", name)
-        if joint not in hinges:
-            raise InvalidInput(f"--crank {name}: it is no hinge")
-        return joint
-    on_frame = [j for j in hinges if model.body_weldid[model.body_parentid[model.jnt_bodyid[j]]] == 0]
-    if len(on_frame) != 1:
-        names = ", ".join(names_of(model, "joint")) or "none has a name"
-        raise InvalidInput(f"{len(on_frame)} hinges are on the frame: name the crank with --crank (joints: {names})")
-    return on_frame[0]
+    points = [find_point(model, place) for place in request.points]
+    return Observed(*(tuple(point.index for point in points if point.kind == kind) for kind in KINDS))

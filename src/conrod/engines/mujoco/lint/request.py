@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from conrod.user_model import Place
+
 DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one
 MOST_STEPS = 1_000_000
 
@@ -17,7 +19,7 @@ class Request:
         seconds: how long [s]; None for so many steps.
         crank: hinge that is driven; needs a speed.
         speed: of the crank [rad/s]; None for a free run.
-        points: what is observed: pairs of kind (site, body) and name; every body where there is none.
+        points: what is observed; every body where there is none.
         ignored: names of rules that are not asked.
         fix_folder: where a fixed model will be; None where none is asked for.
     """
@@ -26,6 +28,6 @@ class Request:
     seconds: float | None = None
     crank: str | None = None
     speed: float | None = None
-    points: tuple[tuple[str, str], ...] = ()
+    points: tuple[Place, ...] = ()
     ignored: tuple[str, ...] = ()
     fix_folder: str | None = None

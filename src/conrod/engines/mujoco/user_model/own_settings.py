@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import mujoco
+import numpy as np
 
 from conrod.engines.mujoco.user_model.loading import listed, name_or_number
 from conrod.engines.mujoco.user_model.points import Crank
+from conrod.motion import Array
 from conrod.user_model import OwnSettings
+
+# Joints of a single coordinate.
+ALONE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+TURN = 2.0 * np.pi * (1.0 - 1e-9)
 
 
 def own_settings(model: mujoco.MjModel) -> OwnSettings:
@@ -42,13 +48,38 @@ def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
         told.append("controls of actuators are left at 0")
     if model.jnt_limited[joint]:
         low, high = model.jnt_range[joint]
-        told.append(f"the crank has limits, {low:g} to {high:g} rad: a run that meets them is held there")
+        told.append(f"the crank has limits, {low:g} to {high:g} rad: the drive turns it through them")
     for what, value in (("damping", model.dof_damping[dof]), ("friction", model.dof_frictionloss[dof])):
         size = float(abs(value).max())
         if size > 0.0:
             told.append(f"the crank has a {what} of {size:g}, which the drive overcomes")
     if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
         told.append("autoreset is on: a run that fails starts again in silence; it is off in these runs")
+    return tuple(told)
+
+
+def stops(model: mujoco.MjModel, crank: Crank, states: Array) -> tuple[str, ...]:
+    """Joints whose limits keep the model from its turn.
+
+    Args:
+        states: all joint coordinates along the turn (T, nq), made without limits.
+    """
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_LIMIT:
+        return ()
+    told = []
+    for joint in np.flatnonzero(model.jnt_limited).tolist():
+        if int(model.jnt_type[joint]) not in ALONE:
+            continue
+        low, high = (float(value) for value in model.jnt_range[joint])
+        way = states[:, model.jnt_qposadr[joint]]
+        # A crank may begin its turn at the lower of its limits.
+        left = high - low < TURN if joint == crank.joint else bool(way.min() < low or way.max() > high)
+        if left:
+            unit = "rad" if int(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE else "units of length"
+            needs = "a full turn" if joint == crank.joint else f"{way.min():.6g} to {way.max():.6g}"
+            told.append(
+                f"{name_or_number(model, 'joint', joint)} is held to {low:.6g} to {high:.6g} {unit}, needs {needs}"
+            )
     return tuple(told)
 
 

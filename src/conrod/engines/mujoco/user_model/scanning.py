@@ -13,7 +13,7 @@ from conrod.engines.mujoco.user_model.finite import check_finite
 from conrod.engines.mujoco.user_model.keyframes import names_of_keyframes
 from conrod.engines.mujoco.user_model.loading import load_model
 from conrod.engines.mujoco.user_model.mobility import mobility
-from conrod.engines.mujoco.user_model.own_settings import own_settings, remarks
+from conrod.engines.mujoco.user_model.own_settings import own_settings, remarks, stops
 from conrod.engines.mujoco.user_model.points import Crank, FoundPoint, find_crank, find_point
 from conrod.engines.mujoco.user_model.touching import Gap, find_gap, touching
 from conrod.engines.mujoco.user_model.wiring import check_freedom, wiring
@@ -81,6 +81,8 @@ def prepare(path: Path, question: Question) -> Prepared:
     _assemble(assembly, question)
     check_freedom(assembly, question)
     gap = None
+    if question.touching is not None and not len(assembly.left_free()):
+        raise InvalidInput("--touching: its closures place everything, and leave nothing to a contact")
     if len(assembly.left_free()) and question.contacts:
         gap = find_gap(assembly, question.touching)
         gap.close()
@@ -122,6 +124,7 @@ def _scanned(prepared: Prepared, question: Question) -> Scan:
     last, samples = samples[-1], samples[:-1]
     worst = max((s.gap for s in samples), key=lambda gap: gap[0])
     by_contact = prepared.gap is not None
+    states = np.array([s.state for s in samples])
     named = [(k, place.point) for k, place in enumerate(question.places)]
     return Scan(
         name=model.names[: model.names.index(b"\0")].decode(errors="replace"),
@@ -131,7 +134,7 @@ def _scanned(prepared: Prepared, question: Question) -> Scan:
         slopes=None if by_contact else {n: np.array([s.slopes[k] for s in samples]) for k, n in named},
         turns={n: np.array([_turn(s.links[k], samples[0].links[k], s.axis) for s in samples]) for k, n in named},
         spins={n: np.array([s.spins[k] @ s.axis for s in samples]) for k, n in named},
-        states=np.array([s.state for s in samples]),
+        states=states,
         rates=_differences(model, [*samples, last]) if by_contact else np.array([s.rates for s in samples]),
         anchor=samples[0].anchor,
         axis=samples[0].axis,
@@ -141,6 +144,7 @@ def _scanned(prepared: Prepared, question: Question) -> Scan:
         wiring=wired,
         touching=None if prepared.gap is None else touching(prepared.gap, model, samples[0].axis),
         settings=own_settings(model),
+        stops=stops(model, prepared.crank, states),
         remarks=remarks(model, prepared.crank),
     )
 
