@@ -122,6 +122,7 @@ def test_a_run_that_breaks_or_opens_more_when_hard_is_refused(tmp_path: Path) ->
     assert len(study.refusals) == 1
     assert study.content is None
     assert "its loops open more" in study.refusals[0]
+    assert ": --integrator RK4, another --solref" in study.refusals[0]
     forced = harden_file(model, replace(request, force=True))
     assert forced.refusals == ()
     assert study.refusals == (f"{forced.warnings[0]}; --force hardens it all the same",)
@@ -146,12 +147,19 @@ def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it
     assert harden_file(model, Request(seconds=0.1)).refusals == ()
 
 
-@pytest.mark.parametrize("planted", ["0 0 nan", "0 0 inf"])
-def test_a_number_that_is_none_is_refused(planted: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("planted", "says"),
+    [
+        (('timestep="0.002"', 'timestep="0.002" gravity="0 0 nan"'), "gravity"),
+        (('polycoef="0 1 0 0 0"', 'polycoef="nan 1 0 0 0"'), "data of equality belt"),
+        (('name="belt" joint1="a" joint2="b" polycoef="0 1 0 0 0"', 'joint1="a" polycoef="inf"'), "data of equality 0"),
+    ],
+    ids=["gravity", "named", "numbered"],
+)
+def test_a_number_that_is_none_is_refused_by_its_place(planted: tuple[str, str], says: str, tmp_path: Path) -> None:
     model = tmp_path / "none.xml"
-    text = TWO_ARMS.format(BELT.format("")).replace('timestep="0.002"', f'timestep="0.002" gravity="{planted}"')
-    model.write_text(text)
-    with pytest.raises(InvalidInput, match=r"none\.xml: gravity is not finite"):
+    model.write_text(TWO_ARMS.format(BELT.format('polycoef="0 1 0 0 0"')).replace(*planted))
+    with pytest.raises(InvalidInput, match=rf"none\.xml: {says} is not finite"):
         harden_file(model, Request())
 
 

@@ -102,7 +102,7 @@ def _told(
 ) -> HardenedModel:
     before, after = (next(v for v in measured.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
     loops, size = loops_of(model, closures), float(model.stat.extent)
-    harm = _harm(loops, size, before, after)
+    harm = _harm(loops, size, before, after, _advice(model, recipe))
     refused = (f"{harm}; {FORCE}",) if harm and not request.force else ()
     forced = soft_on_purpose(model, closures) + ((harm,) if harm and request.force else ())
     runs = before.broke is None and after.broke is None
@@ -132,7 +132,14 @@ def _told(
     )
 
 
-def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant) -> str:
+def _advice(model: mujoco.MjModel, recipe: Recipe) -> str:
+    """What may help where hardening does harm."""
+    runge_kutta = mujoco.mjtIntegrator(model.opt.integrator) == mujoco.mjtIntegrator.mjINT_RK4
+    other = "--integrator keep, " if recipe.integrator else "" if runge_kutta else "--integrator RK4, "
+    return f"{other}another --solref or a smaller step of the model may help"
+
+
+def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant, advice: str) -> str:
     """Why the hardened model is worse than none; empty where it is not."""
     if before.broke is not None and after.broke is not None:
         return (
@@ -141,7 +148,6 @@ def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant) -
         )
     if before.broke is not None:
         return ""
-    advice = "RK4 (--integrator), another --solref or a smaller step of the model may help"
     if after.broke is not None:
         return (
             f"the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is "

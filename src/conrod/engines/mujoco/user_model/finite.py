@@ -36,4 +36,5 @@ def _owner(model: mujoco.MjModel, field: str, values: np.ndarray[tuple[int, ...]
     if kind in ("", "keyframe"):
         return field
     first = int(np.argwhere(~np.isfinite(values))[0][0])
-    return f"{field.partition('_')[2]} of {kind} {name_or_number(model, kind, first)}"
+    name = name_or_number(model, kind, first)
+    return f"{field.partition('_')[2]} of {name if name == f'{kind} {first}' else f'{kind} {name}'}"
