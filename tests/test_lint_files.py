@@ -24,6 +24,7 @@ from conrod.errors import InvalidInput
 from conrod.model_files import files_of_model
 from conrod.paired_timing import BLOCK_TIME, MOST_STEPS, paired_cost
 from conrod.user_model import Place
+from own_model_edits import scaled
 from tests.planted_models import SAW, closed_twice, colliding_links, renamed, replaced, without_start_speeds
 
 SHORT = Request(seconds=0.03)
@@ -159,6 +160,16 @@ def test_what_somebody_must_decide_is_not_fixed(tmp_path: Path) -> None:
     assert report.fixed.text == ""
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+def test_start_speeds_that_fit_leave_a_heavy_crank_its_own_in_every_unit(unit: float, tmp_path: Path) -> None:
+    text = without_start_speeds(SAW) if unit == 1.0 else without_start_speeds(scaled(SAW, unit))
+    report = at(tmp_path, text, Request(seconds=0.005))
+    (finding,) = (finding for finding in report.findings if finding.rule == "torn-start")
+    slide, crank, rod = (float(value) for value in finding.fix.split('"')[1].split())
+    # Those of the keyframe that conrod writes.
+    assert (slide / unit, crank, rod) == pytest.approx((-1.6466419709575786, 52.35987755982988, -34.06385566030124))
+
+
 def test_comments_and_all_digits_survive_a_fix(tmp_path: Path) -> None:
     report = at(tmp_path, replaced('autoreset="disable" ', "")(SAW), Request(seconds=0.01, fix_folder=str(tmp_path)))
     assert report.fixed is not None
@@ -233,7 +244,7 @@ def test_a_brake_on_the_crank_does_not_stop_a_driven_run(tmp_path: Path) -> None
 
 def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(tmp_path: Path) -> None:
     hacksaw = Path(__file__).parent / "own_models" / "hacksaw.xml"
-    request = Request(seconds=0.24, speed=52.35987755982988, crank="motor", ignored=("silent-reset",))
+    request = Request(seconds=0.12, speed=52.35987755982988, crank="motor", ignored=("silent-reset",))
     (finding,) = lint(hacksaw, request, ticking()).findings
     evidence = dict(finding.evidence)
     assert finding.rule == "soft-closure"

@@ -102,12 +102,20 @@ def closed_pose(bench: Bench) -> Start | None:
 
 
 def consistent_speeds(bench: Bench) -> Start:
-    """The start with the nearest speeds that part no closure."""
-    data = bench.start.data(bench.model)
-    mujoco.mj_forward(bench.model, data)
-    jacobian = equality_rows(bench.model, data).jacobian
-    speeds = data.qvel - np.linalg.pinv(jacobian, rcond=1e-9) @ (jacobian @ data.qvel)
-    return _with(bench.start, qvel=np.asarray(speeds))
+    """The start with the speeds that part no closure, and that a blow of the closures would leave of its own.
+
+    The change has the least energy, whatever the units of the coordinates are: a heavy crank keeps its speed.
+    """
+    model, data = bench.model, bench.start.data(bench.model)
+    mujoco.mj_forward(model, data)
+    mass = np.empty((model.nv, model.nv))
+    for k, direction in enumerate(np.eye(model.nv)):
+        mujoco.mj_mulM(model, data, mass[k], direction)
+    root = np.linalg.cholesky(mass)
+    # By coordinates in which the energy is half the square of the speeds.
+    jacobian = np.linalg.solve(root, equality_rows(model, data).jacobian.T).T
+    change = np.linalg.pinv(jacobian, rcond=1e-9) @ (jacobian @ (root.T @ data.qvel))
+    return _with(bench.start, qvel=np.asarray(data.qvel - np.linalg.solve(root.T, change)))
 
 
 def _with(start: Start, qpos: Array | None = None, qvel: Array | None = None) -> Start:
