@@ -13,7 +13,7 @@ from conrod.tables.columns import request
 from conrod.tables.reading import Reading, read_table
 from conrod.tables.study import TableStudy, study_table
 
-ROWS = 360  # a revolution
+ROWS = 120  # a revolution
 LETTERS = {"position": "", "velocity": "v", "acceleration": "a"}
 Columns = dict[str, Array]
 

@@ -32,6 +32,7 @@ GOOD = ("0,1,2", "1,2,3", "2,3,4")
         (table(*GOOD, head="tme,C.x,C.y"), "no column for the time among 'tme', 'C.x', 'C.y'; nearest: 'tme'"),
         (table(*GOOD, head="time,px,qy"), "no column for any of C, M or the crank among"),
         (table("0,1,2", "2,2,3", "1,3,4"), "times are not in order: 1 s in row 4 after 2 s in row 3"),
+        (table("2024-05-02 12:00,1,2", "2024-05-02 12:01,2,3"), "is no number; give times in seconds, not as dates"),
         (table("0,1,2", "1,2,3", "1,3,4"), "times are repeated: 1 s in row 4 after 1 s in row 3"),
         (table("0,1,2", "1,nan,3", "2,3,4"), "row 3: C.x = nan is not finite"),
         (table("0,1,2", "1,2,-inf", "2,3,4"), "row 3: C.y = -inf is not finite"),

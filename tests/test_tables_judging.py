@@ -136,6 +136,13 @@ def test_rates_that_a_table_has_not_are_not_made_up(tmp_path: Path) -> None:
         judged(table, Saw(), tmp_path, tolerance={"phase": 1.0})
 
 
+def test_what_spans_less_than_a_revolution_is_said(tmp_path: Path) -> None:
+    table = exact_table(Saw(), rows=36)
+    for rows, said in ((36, True), (37, False)):
+        notes = judged({name: column[:rows] for name, column in table.items()}, Saw(), tmp_path).notes
+        assert any("less than a revolution" in note for note in notes) is said
+
+
 def test_an_encoder_log_is_judged_by_its_crank_angle(tmp_path: Path) -> None:
     scene = Saw(speed=5.0)
     times = np.linspace(0.0, 2.0 * scene.period, 500)

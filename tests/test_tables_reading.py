@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from conrod import InvalidInput
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
+from conrod.tables import delimited
+from conrod.tables.fast_numbers import numbers_by_arrow
 from conrod.tables.heading import factor, readings
 from conrod.tables.quantity import meant_by, targets
 from tests.table_files import csv_text, exact_table, read, write_all_formats, written
@@ -185,3 +188,66 @@ def test_the_press_has_an_a_that_is_no_acceleration(tmp_path: Path) -> None:
     scene = ShearPress()
     found = read(written(tmp_path, "t,Ax,Ay,Gx\n0,1,2,3\n1,2,3,4\n"), scene)
     assert [column.target.name for column in found.columns] == ["time", "A.x", "A.y", "G.x"]
+
+
+def test_units_in_every_cell_are_those_of_the_column(tmp_path: Path) -> None:
+    # As MATLAB writes a timetable.
+    path = written(tmp_path, "Time,C_x\n0 sec,1\n0.25 sec,2\n")
+    found = read(path, SAW)
+    assert found.observed.times.tolist() == [0.0, 0.25]
+    assert [(column.unit, column.told_by) for column in found.columns] == [("sec", "rows"), ("m", "assumed")]
+    assert read(written(tmp_path, "Time,C_x\n0 ms,1\n250 ms,2\n"), SAW).observed.times.tolist() == [0.0, 0.25]
+    with pytest.raises(InvalidInput, match=r"row 3: time = '250 ms' is no number"):
+        read(written(tmp_path, "Time,C_x\n0 sec,1\n250 ms,2\n"), SAW)
+
+
+def test_the_second_row_of_an_event_is_left_out(tmp_path: Path) -> None:
+    # As Modelica tools write; a clock with too few digits is something else, and refused.
+    found = read(written(tmp_path, "time,C.x\n0,1\n0,1\n1,2\n1,2\n2,3\n"), SAW)
+    assert found.observed.times.tolist() == [0.0, 1.0, 2.0]
+    assert found.observed.points["C"]["position"].values.ravel().tolist() == [1.0, 2.0, 3.0]
+    assert found.repeated == 2
+    with pytest.raises(InvalidInput, match="times are repeated: 1 s in row 4 after 1 s in row 3"):
+        read(written(tmp_path, "time,C.x\n0,1\n1,2\n1,2.001\n2,3\n"), SAW)
+
+
+@pytest.mark.parametrize(("separator", "decimal"), [(",", "."), (";", "."), ("\t", "."), (";", ","), (" ", ".")])
+def test_large_tables_are_read_fast_to_the_same_numbers(
+    separator: str, decimal: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, csv_text(EXACT, separator, decimal))
+    slow, took = read(path, SAW).observed, []
+
+    def watched(*arguments: Any) -> Any:
+        took.append(numbers_by_arrow(*arguments))
+        return took[-1]
+
+    monkeypatch.setattr(delimited, "numbers_by_arrow", watched)
+    monkeypatch.setattr(delimited, "LARGE", 0)
+    fast = read(path, SAW).observed
+    assert (took[0] is not None) == (separator != " " and decimal == ".")
+    assert np.array_equal(fast.times, slow.times)
+    for point in ("C", "M"):
+        assert np.array_equal(fast.points[point]["position"].values, slow.points[point]["position"].values)
+
+
+@pytest.mark.parametrize(
+    ("row", "values"),
+    [
+        ("1,+2,3", [2.0, 3.0]), ("1, 2 ,3", [2.0, 3.0]), ('1,"2",3', [2.0, 3.0]), ("1,2D0,3", [2.0, 3.0]),
+        ("1,two,3", "C.x = 'two' is no number"), ("1,,3", "C.x is empty"), ("1,2,3,4", "has 4 cells"),
+        ("1,2", "C.y is empty"), ("1,nan,3", "C.x = nan is not finite"), ("1,NA,3", "C.x = 'NA' is no number"),
+        ("1,1e400,3", "C.x = inf is not finite"), ("1,0x10,3", "C.x = '0x10' is no number"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("large", [0, 10**9])
+def test_large_and_small_tables_take_and_refuse_the_same(
+    row: str, values: list[float] | str, large: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(delimited, "LARGE", large)
+    path = written(tmp_path, f"time,C.x,C.y\n0,1,2\n{row}\n2,3,4\n")
+    if isinstance(values, str):
+        with pytest.raises(InvalidInput, match=f"row 3:? {values}"):
+            read(path, SAW)
+    else:
+        assert read(path, SAW).observed.points["C"]["position"].values[1].tolist() == values

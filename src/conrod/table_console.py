@@ -34,6 +34,8 @@ def print_table_study(study: TableStudy) -> None:
         sizes = (study.largest("phase"), abs(float(study.crank.phase[-1])))
         largest, final = map(numbers.measured, sizes)
         _line(out, f"crank angle against the nominal one: off by {largest} rad at most, {final} rad at the end")
+    if study.unused:
+        _line(out, f"columns not used: {', '.join(name or '(no name)' for name in study.unused)}")
     for note in study.notes:
         _line(out, f"note: {note}")
     for cause in study.causes:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DEFAULT_REVOLUTIONS = 2
 MODELS = (".xml", ".mjcf", ".mjb")
-TABLES = (".csv", ".tsv", ".txt", ".parquet", ".npz")
+TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
 
 
 @click.command()
@@ -52,7 +52,9 @@ def validate(
     if not files:
         for name in subjects:
             if Path(name).is_file() or (scene is not None and Path(name).suffix):
-                raise InvalidInput(f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}")
+                raise InvalidInput(
+                    f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"
+                )
         for bundle in (model, table):
             check_unused(bundle, "a scene: it is for a file")
         if scene is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from pathlib import Path
@@ -90,8 +89,6 @@ def _checked_outputs(table: Path, out: str | None, document: str | None) -> tupl
     results = None if document is None else file_to_write(document, "--json")
     if results:
         check_apart({"the table": table, "--json": results})
-        if results.exists() and os.path.samefile(table, results):
-            raise InvalidInput(f"--json {results}: it is the table itself")
     folder = None if out is None else folder_to_write(out, "--out")
     if folder:
         check_beside(table, folder, FILES)

@@ -55,7 +55,15 @@ def likely_causes(observed: Observed, scene: Scene, alignment: Alignment, wrong:
         # Of one kind the first is the simplest: another one must leave far less.
         if explains and (idea.kind not in found or _left(cause) < MUCH_LESS * _left(found[idea.kind])):
             found[idea.kind] = cause
-    return tuple(sorted(found.values(), key=lambda cause: (-len(cause.explains), _left(cause))))
+    ranked = sorted(found.values(), key=lambda cause: (-len(cause.explains), _left(cause)))
+    return tuple(cause for place, cause in enumerate(ranked) if not _beaten(cause, ranked[:place]))
+
+
+def _beaten(cause: Cause, better: Sequence[Cause]) -> bool:
+    """Whether others explain all that a cause does, and leave far less of it."""
+    return all(
+        any(name in b.explains and _left(b) < MUCH_LESS * _left(cause) for b in better) for name in cause.explains
+    )
 
 
 def _left(cause: Cause) -> float:

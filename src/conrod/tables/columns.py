@@ -39,7 +39,7 @@ class Column:
         heading: as in the table.
         unit: in words.
         factor: to SI.
-        told_by: where the unit is from: heading, units row, --unit, or assumed.
+        told_by: where the unit is from: heading, rows (a row of units, or the cells), --unit, or assumed.
     """
 
     target: Target
@@ -88,7 +88,7 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
 
     Args:
         headings: of all columns.
-        row_units: units in the row under the headings; empty without such a row.
+        row_units: units in the row under the headings, or in the cells; empty without.
         points: names of the scene's observed points.
 
     Raises:
@@ -140,7 +140,8 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
 
 
 def _listed(headings: Sequence[str], most: int = 30) -> list[str]:
-    return [*headings[:most], *(["..."] if len(headings) > most else [])]
+    named = [heading for heading in headings if heading]
+    return [*named[:most], *(["..."] if len(named) > most else [])]
 
 
 def _check_enough(places: Mapping[str, int], headings: Sequence[str], points: Sequence[str]) -> None:
@@ -164,7 +165,7 @@ def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[
     hint = f"; nearest: {', '.join(repr(originals[h]) for h in near)}" if near else ""
     return (
         f"{what} among {', '.join(repr(h) for h in _listed(headings, 12))}{hint}; "
-        f"say which it is with --column {example}=NAME"
+        f"say which it is, by its name or its number from 1, with --column {example}=..."
     )
 
 
@@ -187,7 +188,7 @@ def _unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tup
             f"mixed units: {heading!r} has {under!r} in the row under it; say with --unit {target.name}="
         )
     if under or within:
-        return under or within, "units row" if under else "heading"
+        return under or within, "rows" if under else "heading"
     for unit in asked.default_units:
         # Whose lengths are in mm, its velocities are in mm/s.
         for way in (unit, f"{unit}/s", f"{unit}/s^2"):

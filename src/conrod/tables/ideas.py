@@ -43,6 +43,8 @@ SPEEDS = {
 }
 # Stamps that differ by less than this share are one and the same.
 SAME_STAMP = 0.02
+# Fewer numbers for each unknown are fitted by almost anything.
+NUMBERS_EACH = 3
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,8 @@ def _without(observed: Observed, constant: Sequence[float]) -> Observed:
 def _frame(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Idea]:
     problem = Fit(observed, scene, "nominal" if observed.angle is None else "reached")
     for names in (["x", "y"], ["x", "y", "rotation"]):
+        if not _tell(observed, names):
+            return
         other = fitted(problem, alignment, names).alignment
         x, y = (1e3 * (there - here) for there, here in zip(other.offset, alignment.offset, strict=True))
         turn = math.degrees(math.remainder(other.rotation - alignment.rotation, TURN))
@@ -157,19 +161,26 @@ def _frame(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[I
         yield Idea("frame", f"the table's frame is offset by ({x:.6g}, {y:.6g}) mm{turned}", observed, other)
 
 
+def _tell(observed: Observed, names: Sequence[str]) -> bool:
+    """Whether there are numbers enough to tell so many unknowns."""
+    return sum(s["position"].values.size for s in observed.points.values() if "position" in s) >= NUMBERS_EACH * len(
+        names
+    )
+
+
 # -- time ------------------------------------------------------------------------------------------------------------
 
 
 def _times(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Idea]:
     """The crank's zero and the clock, found from anywhere in the turn; then what alone belongs to other instants."""
-    shifts = []
-    if observed.angle is not None and "position" in wrong:
+    shifts, told = [], _tell(observed, ["time"])
+    if told and observed.angle is not None and "position" in wrong:
         other = fitted(Fit(observed, scene, "reached"), alignment, ["zero"]).alignment
         by = math.remainder(other.zero - alignment.zero, TURN)
         shifts.append(by / (alignment.sense * scene.speed))
         text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
         yield Idea("crank zero", text, observed, other)
-    if "total" in wrong:
+    if told and "total" in wrong:
         other = fitted(Fit(observed, scene, "nominal"), alignment, ["time"]).alignment
         clock = -math.remainder(other.time - alignment.time, scene.period)
         shifts.append(clock)

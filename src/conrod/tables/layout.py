@@ -11,7 +11,7 @@ from itertools import islice
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.tables.heading import bare_unit
+from conrod.tables.heading import bare_unit, is_unit
 from conrod.tables.text import encoding_of, lines
 
 SAMPLE = 400  # lines that the layout is told from
@@ -20,7 +20,10 @@ BLANKS = " "  # as a separator: any run of blanks
 WRITTEN = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (BLANKS, "."), (BLANKS, ","))
 NUMBERS = {mark: re.compile(rf"[+-]?(\d+{re.escape(mark)}?\d*|{re.escape(mark)}\d+)([eEdD][+-]?\d+)?") for mark in ".,"}
 NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)|#?n/?a|null|none|", re.IGNORECASE)
+CLOCK = re.compile(r"\d{4}-\d\d-\d\d|\d:\d\d")  # dates and times of day
 COMMENT = re.compile(r"\s*(#|%|//)+\s?")
+# MATLAB writes durations with their unit in every cell: 0.25 sec.
+CARRIED = re.compile(r"(?P<number>\S+)\s+(?P<unit>[^\W\d]\S*)")
 # A heading of a table separated by blanks: a word, with its unit if that is in brackets.
 WORD = re.compile(r"\S+(?:\s[\[(][^\])]*[\])])?")
 
@@ -39,7 +42,8 @@ class Layout:
         separator: a character; `BLANKS` for any run of blanks.
         decimal: mark.
         headings: of all columns; their numbers from 1 where the table has none.
-        units: in the row under the headings; empty without such a row.
+        units: in the row under the headings, or in the cells; empty where there are none.
+        carried: units that the cells of each column end with; "" where they are bare numbers.
         first: line with the first numbers.
     """
 
@@ -48,6 +52,7 @@ class Layout:
     decimal: str
     headings: tuple[str, ...]
     units: tuple[str, ...]
+    carried: tuple[str, ...]
     first: int
 
     @property
@@ -80,11 +85,16 @@ def layout_of(path: Path) -> Layout:
         if numeric:
             break
     else:
-        raise InvalidInput(f"{path}: there is no row of numbers with at least two columns in its first {SAMPLE} rows")
+        hint = "; give times in seconds, not as dates" if any(CLOCK.search(line) for _, line in sample) else ""
+        raise InvalidInput(
+            f"{path}: there is no row of numbers with at least two columns in its first {SAMPLE} rows{hint}"
+        )
     first, width = numeric[0][0], len(numeric[0][1])
     before = [(number, line) for number, line in sample if number < first]
     headings, units = _headings(path, before, separator, decimal, width)
-    return Layout(encoding, separator, decimal, headings, units, first)
+    carried = tuple(_carried_unit(cell, NUMBERS[decimal]) for cell in numeric[0][1])
+    units = units or (carried if any(carried) else ())
+    return Layout(encoding, separator, decimal, headings, units, carried, first)
 
 
 def _numeric_rows(sample: Sequence[tuple[int, str]], separator: str, decimal: str, least: int) -> list[Row]:
@@ -100,8 +110,14 @@ def _numeric_rows(sample: Sequence[tuple[int, str]], separator: str, decimal: st
 def _is_numeric(row: Sequence[str], pattern: re.Pattern[str], least: int) -> bool:
     found = [bool(pattern.fullmatch(cell)) for cell in row]
     if least != WHOLLY:
-        return sum(found) >= least
+        return sum(found) + sum(bool(_carried_unit(cell, pattern)) for cell in row) >= least
     return any(found) and all(ok or NOT_FINITE.fullmatch(cell) for ok, cell in zip(found, row, strict=True))
+
+
+def _carried_unit(cell: str, pattern: re.Pattern[str]) -> str:
+    """The unit behind the number in a cell; empty without."""
+    match = CARRIED.fullmatch(cell)
+    return match["unit"] if match and pattern.fullmatch(match["number"]) and is_unit(match["unit"]) else ""
 
 
 def _headings(

@@ -21,6 +21,8 @@ from conrod.tables.samples import QUANTITIES, Observed, Samples
 
 # So many rows of two points with all their rates take a gigabyte, the exact motion beside them included (measured).
 MOST_ROWS = 2_000_000
+# Of the largest value of a column: rows of one time that differ by less say the same.
+SAME = 1e-12
 LARGEST = 1e30  # SI: squares of it are still numbers
 
 
@@ -33,12 +35,14 @@ class Reading:
         columns: that were used.
         unused: headings of the others.
         form: how the file is written, in words.
+        repeated: rows that said the same as the one before, and were left out.
     """
 
     observed: Observed
     columns: tuple[Column, ...]
     unused: tuple[str, ...]
     form: str
+    repeated: int = 0
 
 
 def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
@@ -109,11 +113,17 @@ def _reading(
     form: str,
 ) -> Reading:
     _check_values(path, columns, values, numbers)
+    count = len(values)
+    values, numbers = _without_repeated(values, numbers, [column.target.name for column in columns].index(TIME))
     by_name = {column.target.name: values[:, k] * column.factor for k, column in enumerate(columns)}
     _check_times(path, by_name[TIME], numbers)
     used = {column.index for column in columns}
     return Reading(
-        _observed(columns, by_name), tuple(columns), tuple(h for k, h in enumerate(headings) if k not in used), form
+        _observed(columns, by_name),
+        tuple(columns),
+        tuple(h for k, h in enumerate(headings) if k not in used),
+        form,
+        count - len(values),
     )
 
 
@@ -141,6 +151,16 @@ def _check_values(path: Path, columns: Sequence[Column], values: Array, numbers:
         value, name = values[row, place], columns[place].target.name
         what = "is too large to be a motion" if np.isfinite(value) else "is not finite"
         raise InvalidInput(f"{path}: row {numbers[row]}: {name} = {value:g} {what}")
+
+
+def _without_repeated(values: Array, numbers: NDArray[np.int64], time: int) -> tuple[Array, NDArray[np.int64]]:
+    """Without the second row of each event: Modelica tools write two at one time, that say the same."""
+    same = np.diff(values[:, time]) == 0.0
+    if same.any():
+        close = np.abs(np.diff(values, axis=0)) <= SAME * np.abs(values).max(axis=0)
+        keep = np.append(True, ~(same & close.all(axis=1)))
+        return values[keep], numbers[keep]
+    return values, numbers
 
 
 def _check_times(path: Path, times: Array, numbers: NDArray[np.int64]) -> None:

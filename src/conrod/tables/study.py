@@ -23,6 +23,7 @@ from conrod.tables.samples import QUANTITIES
 NOTEWORTHY = 1e-6
 # An angle that a clock's rounding makes uncertain by more than this is told [rad].
 CLOCK_ROUNDING = 1e-9
+WHOLE = 1.0 - 1e-6  # revolutions that are one: times are written with so many digits
 EPS = float(np.finfo(float).eps)
 RMS = "velocity_rms"
 
@@ -167,6 +168,10 @@ def _components(columns: Sequence[Column], point: str) -> str:
 
 def _notes(reading: Reading, scene: Scene) -> list[str]:
     observed, notes = reading.observed, []
+    if reading.repeated:
+        notes.append(f"rows that repeat the time and all values of the row before are left out: {reading.repeated}")
+    if np.ptp(observed.times) < WHOLE * scene.period:
+        notes.append("it spans less than a revolution: the rest of the turn is not judged")
     assumed = [column.target.name for column in reading.columns if column.told_by == "assumed"]
     if assumed:
         notes.append(f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise")

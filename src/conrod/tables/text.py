@@ -71,6 +71,9 @@ def blocks(path: Path, encoding: str) -> Iterator[tuple[int, list[str]]]:
             block = (rest + text).split("\n")
             rest = block.pop() if text else ""
             _check(path, number, block, rest)
+            if "\0" in text:
+                zero = next((k for k, line in enumerate(block) if "\0" in line), len(block))
+                raise InvalidInput(f"{path}: row {number + zero} holds zero bytes: it is no table of text")
             if block:
                 yield number, block
             number += len(block)
@@ -79,10 +82,7 @@ def blocks(path: Path, encoding: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _check(path: Path, first: int, block: list[str], rest: str) -> None:
-    longest = max(range(len(block)), key=lambda k: len(block[k]), default=0)
-    if max(len(rest), len(block[longest]) if block else 0) > LONGEST_LINE:
-        number = first + (len(block) if len(rest) > LONGEST_LINE else longest)
+    longest = max(map(len, (*block, rest)))
+    if longest > LONGEST_LINE:
+        number = first + [len(line) for line in (*block, rest)].index(longest)
         raise InvalidInput(f"{path}: row {number} is longer than {LONGEST_LINE} characters: it is no table")
-    for k, line in enumerate(block) if any("\0" in line for line in block) else ():
-        if "\0" in line:
-            raise InvalidInput(f"{path}: row {first + k} holds zero bytes: it is no table of text")
