@@ -154,7 +154,7 @@ def test_a_fix_removes_all_that_is_safe_and_tells_the_change(tmp_path: Path) -> 
 
 def test_what_somebody_must_decide_is_not_fixed(tmp_path: Path) -> None:
     text = without_start_speeds(colliding_links(SAW))
-    report = at(tmp_path, text, Request(seconds=0.005, fix_folder=str(tmp_path)))
+    report = at(tmp_path, text, Request(seconds=0.003, fix_folder=str(tmp_path)))
     assert {finding.rule for finding in report.findings} == {"joined-links-collide", "torn-start"}
     assert report.fixed is not None
     assert report.fixed.text == ""

@@ -12,6 +12,7 @@ from conrod.engines.mujoco.user_model.scanning import scan
 from conrod.report.user_model.words import length
 from conrod.studies.user_model.frame import GivenFrame
 from conrod.studies.user_model.lengths import Length
+from conrod.studies.user_model.rulers import ALL_LENGTHS
 from conrod.user_model import Place
 from own_model_edits import (
     CRANK_PIN,
@@ -162,6 +163,13 @@ def test_one_length_that_is_off_is_found_to_rounding(
 def test_all_lengths_off_alike_are_one_explanation(tmp_path: Path) -> None:
     (found,) = seen(tmp_path, "press", scaled(TEXTS["press"], 1.001)).explanations
     assert told(found.lengths) == ["all lengths are 0.1 % too long"]
+
+
+def test_lengths_in_another_unit_are_told_by_their_factor() -> None:
+    assert [length(Length(ALL_LENGTHS, 1.0, factor)) for factor in (0.001, 0.9)] == [
+        "all lengths are 0.001 times those wanted",
+        "all lengths are 10 % too short",
+    ]
 
 
 def test_a_misplaced_point_is_no_wrong_length(tmp_path: Path) -> None:

@@ -171,6 +171,6 @@ def test_a_model_that_never_ends_costs_its_own_process_alone(tmp_path: Path) -> 
     many = '<worldbody><replicate count="1000000000" offset="0 0 1"><geom size="1"/></replicate>'
     file.write_text(replaced(SAW, "<worldbody>", many))
     with pytest.raises(InvalidInput, match="it cannot be used: the run took longer than its limit"):
-        confined(scan, file, question("saw"), timeout=2.0)
+        confined(scan, file, question("saw"), timeout=1.0)
     file.write_text(SAW)
     assert confined(scan, file, question("saw"), timeout=60.0).name == "conrod-saw-40rpm"

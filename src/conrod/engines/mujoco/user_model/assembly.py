@@ -139,7 +139,8 @@ class Assembly:
             mujoco.mj_fwdPosition(self.model, self.data)
             step *= 0.5
             if abs(step) < LEAST_STEP:
-                raise InvalidInput(f"its crank goes no further than {self._degrees():.6g} deg: the closures hold it, and a crank turns fully")
+                held = "the closures hold it, and a crank turns fully"
+                raise InvalidInput(f"its crank goes no further than {self._degrees():.6g} deg: {held}")
 
     def _try_step(self, following: float) -> bool:
         tangent = self.rates() * (following - self.coordinate())
