@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
+# The tests start hundreds of interpreters; told to keep no bytecode, each would compile conrod again.
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: validate sweep limits ablate test test-all lint types mjcf bench wheel check clean
 

@@ -104,7 +104,9 @@ def imports(path: Path, module: str, type_checking: bool = False) -> set[str]:
             # `from package import module` is an import of the module.
             found.update(f"{base}.{alias.name}" for alias in node.names if f"{base}.{alias.name}" in MODULES)
         for child in ast.iter_child_nodes(node):
-            visit(child)
+            # An import is a statement: no expression holds one.
+            if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+                visit(child)
 
     visit(ast.parse(path.read_text(encoding="utf-8")))
     return found
@@ -191,10 +193,11 @@ def test_the_walk_sees_every_kind_of_import(tmp_path: Path) -> None:
         "import mujoco.viewer\n"
         "def late():\n    from conrod.engines import engine_named\n"
         "try:\n    from ..engines import pymunk\nexcept ImportError:\n    from . import scene\n"
+        "match 1:\n    case 1:\n        with open('x'):\n            import json.tool\n"
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import pymunk\n"
     )
     found = imports(source, "conrod.scenes.saw")
-    assert {"mujoco.viewer", "conrod.engines", "conrod.engines.pymunk", "conrod.scenes.scene"} <= found
+    assert {"mujoco.viewer", "conrod.engines", "conrod.engines.pymunk", "conrod.scenes.scene", "json.tool"} <= found
     assert "pymunk" not in found
     assert "pymunk" in imports(source, "conrod.scenes.saw", type_checking=True)
 
