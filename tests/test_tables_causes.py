@@ -14,7 +14,8 @@ from tests.synthetic import longer_rod, synthetic_trajectory
 from tests.table_files import ROWS, Columns, exact_table, judged
 
 ALL = ("position", "velocity", "acceleration")
-SCENES = [Saw(speed=20.0), ShearPress(speed=-5.0)]
+SAW, PRESS = Saw(speed=20.0), ShearPress(speed=-5.0)
+SCENES = [SAW, PRESS]
 NOTHING = ("total", *ALL)
 
 
@@ -45,8 +46,7 @@ def later(scene: Scene, by: float, quantities: tuple[str, ...] = ALL) -> Columns
     return table
 
 
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("steps", [0.3, -0.5, 4.0])
+@pytest.mark.parametrize(("scene", "steps"), [(SAW, 0.3), (PRESS, -0.5), (SAW, 4.0)])
 def test_a_time_offset_of_a_fraction_of_a_step_is_named(scene: Scene, steps: float, tmp_path: Path) -> None:
     step = scene.period / ROWS
     study = judged(later(scene, steps * step), scene, tmp_path)
@@ -54,18 +54,22 @@ def test_a_time_offset_of_a_fraction_of_a_step_is_named(scene: Scene, steps: flo
     only_cause(study, "time offset", NOTHING, words)
 
 
-@pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(
-    ("factor", "slip"), [(1e3, "mm taken for m"), (1e-3, "m taken for mm"), (1.0 / 0.0254, "inches taken for m")]
+    ("scene", "factor", "slip"),
+    [(SAW, 1e3, "mm taken for m"), (PRESS, 1e-3, "m taken for mm"), (SAW, 1.0 / 0.0254, "inches taken for m")],
 )
 def test_a_length_in_another_unit_is_named(scene: Scene, factor: float, slip: str, tmp_path: Path) -> None:
     table = {n: c * factor if "." in n else c for n, c in exact_table(scene, ALL).items()}
     only_cause(judged(table, scene, tmp_path), "length unit", NOTHING, slip)
 
 
-@pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(
-    ("factor", "slip"), [(180.0 / math.pi, "degrees taken for radians"), (0.5 / math.pi, "turns taken for radians")]
+    ("scene", "factor", "slip"),
+    [
+        (SAW, 180.0 / math.pi, "degrees taken for radians"),
+        (PRESS, math.pi / 180.0, "radians taken for degrees"),
+        (SAW, 0.5 / math.pi, "turns taken for radians"),
+    ],
 )
 def test_an_angle_in_another_unit_is_named(scene: Scene, factor: float, slip: str, tmp_path: Path) -> None:
     table = exact_table(scene, crank=True)
@@ -98,16 +102,14 @@ def test_swapped_axes_are_named(scene: Scene, tmp_path: Path) -> None:
     only_cause(judged(table, scene, tmp_path), "axes swapped", NOTHING, "x and y are swapped")
 
 
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("steps", [0.5, -0.5])
+@pytest.mark.parametrize(("scene", "steps"), [(SAW, 0.5), (PRESS, -0.5)])
 def test_velocities_stamped_half_a_step_off_are_named(scene: Scene, steps: float, tmp_path: Path) -> None:
     study = judged(later(scene, steps * scene.period / ROWS, ("velocity",)), scene, tmp_path)
     words = f"(0.5 of a step) {'later' if steps > 0 else 'earlier'}"
     only_cause(study, "velocity stamp", ("velocity",), words)
 
 
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("upward", [9.81, -9.80665])
+@pytest.mark.parametrize(("scene", "upward"), [(SAW, 9.81), (PRESS, -9.80665)])
 def test_gravity_left_in_an_acceleration_is_named(scene: Scene, upward: float, tmp_path: Path) -> None:
     table = exact_table(scene, ALL)
     for point in scene.lengths:

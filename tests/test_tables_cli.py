@@ -118,7 +118,7 @@ def test_bad_usage_is_status_2_and_loses_nothing(arguments: tuple[str, ...], mes
 
 def test_a_table_of_two_rows_is_measured_and_what_it_lacks_is_told(folder: Path) -> None:
     # So little is fitted by any frame and any clock: no cause is named, and none is missed.
-    (folder / "t.csv").write_text("time,C_x,C_vx_m_s\n0,0.3,0\n0.1,0.3,0\n")
+    (folder / "t.csv").write_text("time,C_x,C_vx_m_s\n0,0.1,0\n0.1,0.1,0\n")
     done = conrod(*VALIDATE, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "columns not used: C_vx_m_s" in done.stdout

@@ -16,7 +16,7 @@ from tests.synthetic import longer_rod, synthetic_trajectory
 from tests.table_files import LETTERS, Columns, exact_table, judged
 
 ALL = ("position", "velocity", "acceleration")
-STEPS = 200
+STEPS = 100
 
 
 def crank_columns(at: Instants) -> Columns:
@@ -83,8 +83,7 @@ def test_the_exact_motion_has_no_error(name: str, tmp_path: Path) -> None:
     assert study.causes == ()
 
 
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("size", [1e-4, 1e-9])
+@pytest.mark.parametrize(("name", "size"), [("saw-500rpm", 1e-4), ("shear-press", 1e-9), ("cam-follower", 1e-4)])
 def test_a_planted_error_is_found_with_its_size(name: str, size: float, tmp_path: Path) -> None:
     scene = SCENES[name]
     table = exact_table(scene)

@@ -15,6 +15,7 @@ from conrod.tables import delimited
 from conrod.tables.fast_numbers import numbers_by_arrow
 from conrod.tables.heading import factor, readings
 from conrod.tables.quantity import meant_by, targets
+from conrod.tables.samples import Observed
 from tests.table_files import csv_text, exact_table, read, write_all_formats, written
 
 SAW = Saw(speed=4.0)
@@ -121,12 +122,13 @@ def test_a_students_spreadsheet_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("separator", "decimal"), [(",", "."), (";", "."), ("\t", "."), (" ", "."), (";", ","), ("\t", ","), (" ", ",")]
 )
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_separator_decimal_mark_and_encoding_are_told(
-    separator: str, decimal: str, encoding: str, tmp_path: Path
-) -> None:
-    path = written(tmp_path, csv_text(EXACT, separator, decimal), encoding=encoding)
-    found = read(path, SAW).observed
+def test_separator_decimal_mark_and_encoding_are_told(separator: str, decimal: str, tmp_path: Path) -> None:
+    for encoding in ("utf-8", "utf-8-sig", "utf-16"):
+        told = read(written(tmp_path, csv_text(EXACT, separator, decimal), encoding=encoding), SAW)
+        check_exact(told.observed)
+
+
+def check_exact(found: Observed) -> None:
     assert np.array_equal(found.times, EXACT["time"])
     assert np.array_equal(found.points["M"]["position"].values[:, 1], EXACT["M.y"])
 

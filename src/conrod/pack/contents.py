@@ -25,6 +25,7 @@ DRAWING = f"{FIGURES}/mechanism.svg"
 PAGES = (README, PARAMETERS, MECHANISM, TOLERANCES, TRAJECTORY_CSV, TRAJECTORY_NPZ)
 # Of the parameters' file, by which a pack is known.
 KEYS = {"schema", "scene", "kind", "parameters"}
+READABLE = 0o644 << 16  # by all, once unpacked
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can say
 
 
@@ -56,6 +57,7 @@ def zipped(files: Mapping[str, str | bytes], folder: str) -> bytes:
         for name, content in files.items():
             entry = zipfile.ZipInfo(f"{folder}/{name}", LONG_AGO)
             entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = READABLE
             archive.writestr(entry, content)
     return stream.getvalue()
 

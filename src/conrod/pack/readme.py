@@ -85,8 +85,8 @@ def _task(scene: Scene, mechanism: Mechanism) -> str:
     return (
         f"Drive the body `{mechanism.crank}` about the joint `{mechanism.driver.joint}` at a constant "
         f"{abs(scene.speed)!r} rad/s {sense}, from crank angle 0 at time 0, in motion from the start, over two "
-        f"revolutions of {scene.period!r} s each. Assemble the mechanism on the branch of the start poses below. The "
-        "exact motion depends on no mass and no gravity; what your tool makes of it may."
+        f"revolutions of {scene.period:.15g} s each. Assemble the mechanism on the branch of the start poses below. "
+        "The exact motion depends on no mass and no gravity; what your tool makes of it may."
     )
 
 
@@ -94,7 +94,8 @@ def _hand_in(scene: Scene) -> str:
     first = next(iter(scene.lengths))
     return (
         "A table (CSV, Parquet or npz) with the time and the positions of the observed points "
-        f"({', '.join(f'`{p}.x`, `{p}.y`' for p in scene.lengths)}), at any times; with velocities (`{first}.vx`) and "
+        f"({', '.join(f'`{p}.x`, `{p}.y`' for p in scene.lengths)}), at any times that cover the two revolutions, such "
+        f"as those of `trajectory.csv`; with velocities (`{first}.vx`) and "
         f"accelerations (`{first}.ax`) if you have them, and the crank's own angle (`crank_angle`). Units go into the "
         f"headings: `time [s]`, `{first}.x [mm]`."
     )
@@ -104,7 +105,8 @@ def _how(name: str, scene: Scene) -> str:
     command = " ".join(["conrod validate YOUR.csv --scene", name, *_assignments(name, scene)])
     return (
         f"`{command}` prints it, says what else is off, and why where it can. Unknown start times, crank angles, "
-        "senses and frames can be worked out first: `--estimate time,phase,sense,frame`."
+        "senses and frames can be worked out first: `--estimate time,phase,sense,frame`. Without conrod the figure is "
+        "the largest distance from `trajectory.csv`, row by row at its times, over L."
     )
 
 

@@ -20,6 +20,8 @@ NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 SPANS = 600
 LEAST = 1e-5  # of the largest error of a panel: what is below leaves the panel
 PANEL, MARGINS = 2.7, 1.3  # heights [inch]
+# Two points, each twice, and two tolerances stand side by side.
+LEGEND = {"fontsize": 7.5, "columnspacing": 1.2, "handlelength": 1.7}
 TOTAL_LINE, OWN_LINE = (0, (4, 2)), "-"
 
 
@@ -40,7 +42,7 @@ def error_figure(study: TableStudy) -> Figure:
         axes.set_ylabel(f"{quantity} error / {NORMS[quantity]}")
         axes.set_xlim(0.0, study.revolutions)
         _mark_tolerance(axes, study, quantity)
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=6, borderaxespad=0.2)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=6, borderaxespad=0.2, **LEGEND)
     panels[-1].set_xlabel("revolutions since the first row")
     figure.align_ylabels(list(panels))
     height = figure.get_figheight()
