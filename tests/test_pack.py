@@ -9,6 +9,7 @@ import zipfile
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -140,6 +141,22 @@ def test_the_readme_says_what_to_solve_and_how_it_is_judged() -> None:
     assert "--set" not in str(packed("saw-500rpm", SCENES["saw-500rpm"])["README.md"])
 
 
+def test_the_arcs_of_a_cam_are_where_the_page_says(tmp_path: Path) -> None:
+    scene = SCENES["cam-follower"]
+    pack = unpacked("cam-follower", scene, tmp_path)
+    assert "directions of its outward normal" in (pack / "README.md").read_text()
+    joints = json.loads((pack / "mechanism.json").read_text())["joints"]
+    arcs = next(joint for joint in joints if joint["kind"] == "cam contact")["profile"]["arcs"]
+    # By that reading each arc begins where the one before ends.
+    for one, following in zip(arcs, arcs[1:] + arcs[:1], strict=True):
+        assert _on(one, one["stop"]) == pytest.approx(_on(following, following["start"]), abs=1e-12)
+
+
+def _on(arc: dict[str, Any], normal: float) -> tuple[float, float]:
+    x, y = arc["centre"]
+    return x + arc["radius"] * math.cos(normal), y + arc["radius"] * math.sin(normal)
+
+
 def test_a_pack_is_a_folder_or_an_archive_of_the_same(tmp_path: Path) -> None:
     for place in ("pack", "pack.zip"):
         done = conrod("export", "saw-40rpm", "--format", "pack", "-o", place, cwd=tmp_path)
@@ -147,6 +164,7 @@ def test_a_pack_is_a_folder_or_an_archive_of_the_same(tmp_path: Path) -> None:
     files = {str(p.relative_to(tmp_path)): p.read_bytes() for p in (tmp_path / "pack").rglob("*") if p.is_file()}
     with zipfile.ZipFile(tmp_path / "pack.zip") as archive:
         assert {name: archive.read(name) for name in archive.namelist()} == files
+        assert all(entry.external_attr >> 16 == 0o644 for entry in archive.infolist())
     assert {f"pack/{name}" for name in PAGES} <= set(files)
     assert files["pack/figures/mechanism.svg"].rstrip().endswith(b"</svg>")
     trajectory = np.loadtxt(io.BytesIO(files["pack/trajectory.csv"]), delimiter=",", skiprows=1)

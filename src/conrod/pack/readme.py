@@ -159,7 +159,8 @@ def _joints(mechanism: Mechanism) -> str:
             case CamContact():
                 what = (
                     f"contact: a roller of radius {_mm(joint.roller_radius)} mm of {joint.b} about "
-                    f"{_place(joint.roller_centre)} on the profile of {joint.a}, arcs in `mechanism.json`"
+                    f"{_place(joint.roller_centre)} on the profile of {joint.a}: arcs in `mechanism.json`, each from "
+                    "`start` to `stop`, directions of its outward normal [rad] in the frame of that body"
                 )
         rows.append((joint.name, joint.a, joint.b, what))
     points = [f"{point.name} is {_place(point.point)} of {point.body}" for point in mechanism.observed]
