@@ -1,6 +1,6 @@
 """Numbers of large text tables by pyarrow, where that is installed: the same numbers, sooner.
 
-A million rows of five numbers are read in 2.0 s instead of 2.8 s (medians of runs that took turns, 2 cores).
+A million rows of five numbers are read in 2.0 s instead of 2.9 s (means of two runs each, in turns).
 
 Both read the nearest double. What pyarrow does not take for rows of numbers of one width is left to the slow way, which
 names what is wrong.
