@@ -21,6 +21,7 @@ from ablations import (
     engine_study,
     ingredient,
     timing,
+    variant,
 )
 from conrod.ablate_console import print_ablation
 from conrod.errors import InvalidInput
@@ -29,6 +30,7 @@ from conrod.report.ablate import words, writer
 from conrod.report.ablate.document import check_ablate_apart, check_ablate_folder, earlier_ablations, merged
 from conrod.report.ablate.figure import ingredients_figure
 from conrod.report.ablate.writer import ablate_report_again, ablate_report_batch
+from conrod.studies.ablate.perform import COUNTED
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, Gruebler, Verdict
 from conrod.studies.ablate.variants import Role
 
@@ -91,11 +93,29 @@ def test_the_page_counts_as_gruebler_does_and_names_what_is_redundant_or_missing
     minimal = row(page, "minimal, and all others")
     assert minimal[1:] == ["3", "3", "2", "1, as counted", "empty: slider-pin z", "none"]
     open_loop = row(page, "minimal - closure | 3")
-    assert open_loop[4:] == ["3, **Gruebler: 1**", "none", "2"]
+    assert open_loop[4:] == ["3, **Gruebler: 1**", "none", "2, of closure"]
     assert words.redundant_text(DOUBLED) == "redundant: 2 of slider-pin/again; empty: slider-pin z"
     assert words.redundant_text(OPEN) == "none"
+    assert words.missing_text(OPEN, []) == "2"
+    assert f"at {COUNTED} crank angles" in page
     assert words.freedom_text(replace(COUNT, least_rank=1), 1) == "1 (2 at some poses), as counted"
     assert words.gruebler_text(Gruebler(3, 2, 1, 1)).endswith("= 6 - 4 - 1 = 1")
+
+
+def test_what_makes_a_right_motion_better_is_said_to_though_it_is_not_required() -> None:
+    fine = engine_study()
+    rough, finer = variant(Role.MINIMAL, error=1e-5), variant(Role.ADDED, "sensors", 1e-7, 1e-5)
+    costly = fine.ingredients[1]
+    found = replace(fine, variants=(rough, finer))
+    assert words.finer_text(found, costly) == "position 100 times as accurate with it"
+    part = replace(costly, minimal=True)
+    assert words.finer_text(replace(fine, variants=(replace(finer, role="minimal", ingredient=""),)), part) == ""
+    lacking = replace(fine, variants=(variant(Role.MINIMAL), variant(Role.REDUCED, "sensors", 4e-9, 4e-9)))
+    assert words.finer_text(lacking, part) == "position 4.0 times as accurate with it"
+    # Negative controls: below 1e-9 nothing is better, no better is not said to be, and what is required is no extra.
+    assert words.finer_text(fine, costly) == ""
+    assert words.finer_text(replace(fine, variants=(rough, replace(finer, errors=rough.errors))), costly) == ""
+    assert words.finer_text(found, replace(costly, verdict="required")) == ""
 
 
 def test_every_model_is_told_with_its_errors_and_how_it_ended(pages: dict[str, str]) -> None:

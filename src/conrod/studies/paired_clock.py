@@ -23,7 +23,7 @@ ROUNDS = 200
 BLOCK_TIME = 2e-3
 # Where one is many times faster, its block must not be lost in what the call costs, nor the other's last for ever.
 SHORT_BLOCK, LONG_BLOCK = 5e-4, 5e-2
-WARM_UP = 5e-2  # [s], of each: caches are filled, and a processor that slept is awake
+WARM_UP = 5e-2  # [s], of the slower one: caches are filled, and a processor that slept is awake
 # Standard normal deviate of an interval that holds the median with 95 %.
 CONFIDENCE = 1.96
 

@@ -77,19 +77,21 @@ def _made_on(found: EngineAblation) -> str:
 
 def _ingredients(found: EngineAblation) -> str:
     head = ["ingredient", "in words", "cost alone", "cost in full", "change", "verdict", "drive torque", "needed by"]
-    return table(head, [_ingredient(one) for one in found.ingredients])
+    return table(head, [_ingredient(found, one) for one in found.ingredients])
 
 
-def _ingredient(one: IngredientResult) -> list[str]:
+def _ingredient(found: EngineAblation, one: IngredientResult) -> list[str]:
     alone, full = words.alone(one), words.in_full(one)
-    faster = "; faster with it" if words.saves_time(one) else ""
+    beside = ["faster with it"] if words.saves_time(one) else []
+    finer = words.finer_text(found, one)
+    beside += [finer] if finer else []
     return [
         f"`{one.name}`",
         f"{one.title}{' (part of the minimal model)' if one.minimal else ''}",
         words.cost_of(alone),
         words.cost_of(full),
         words.change_of(alone or full),
-        f"**{one.verdict}**{f' ({one.because})' if one.because else ''}{faster}",
+        f"**{one.verdict}**{f' ({one.because})' if one.because else ''}{''.join(f'; {text}' for text in beside)}",
         words.torque_text(one),
         words.needs_text(one),
     ]
@@ -132,7 +134,8 @@ def _model(variant: VariantResult) -> list[str]:
 
 def _counts(found: EngineAblation, gruebler: Gruebler) -> list[str]:
     head = ["model", "degrees of freedom", "constraint rows", "rank", "left", "redundant and empty rows", "missing"]
-    rows = [_count(alike, gruebler) for alike in _alike(found)]
+    titles = {one.name: one.title for one in found.ingredients}
+    rows = [_count(alike, gruebler, titles) for alike in _alike(found)]
     return [f"### Counted in {engine_title(found.engine)}", table(head, rows)] if rows else []
 
 
@@ -145,7 +148,7 @@ def _alike(found: EngineAblation) -> list[Sequence[VariantResult]]:
     return list(groups.values())
 
 
-def _count(alike: Sequence[VariantResult], gruebler: Gruebler) -> list[str]:
+def _count(alike: Sequence[VariantResult], gruebler: Gruebler, titles: Mapping[str, str]) -> list[str]:
     count = alike[0].mobility
     assert count is not None
     rank = str(count.most_rank) if count.least_rank == count.most_rank else f"{count.least_rank} .. {count.most_rank}"
@@ -156,7 +159,7 @@ def _count(alike: Sequence[VariantResult], gruebler: Gruebler) -> list[str]:
         rank,
         words.freedom_text(count, gruebler.mobility),
         words.redundant_text(count),
-        str(count.missing) if count.missing else "none",
+        words.missing_text(count, [titles[variant.ingredient] for variant in alike if variant.ingredient in titles]),
     ]
 
 

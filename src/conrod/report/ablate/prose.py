@@ -31,7 +31,7 @@ COLUMNS = (
     "travel L. *Drive torque* is what measurement says of the torque against that of the exact motion, with the "
     "weight and the masses that the machine is described with, and over its peak. What the machine is described "
     "without, such as damping, changes it. The last column names all studies that need the ingredient although the "
-    "motion may not: of the drive torque where measurement says so, of the others by what the ingredient is."
+    "motion may not: by what it is, and of the drive torque also where measurement says so."
 )
 
 FIGURE = (

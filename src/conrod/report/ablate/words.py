@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from conrod.report import numbers
 from conrod.studies.ablate.results import (
@@ -14,10 +14,20 @@ from conrod.studies.ablate.results import (
     Verdict,
 )
 from conrod.studies.ablate.variants import Role
-from conrod.studies.ablate.verdict import BESIDE_OTHERS, CHANGES_TORQUE, COSTS, NO_CHANGE, torque_verdict
+from conrod.studies.ablate.verdict import (
+    AS_GOOD,
+    BESIDE_OTHERS,
+    CHANGES_TORQUE,
+    COSTS,
+    JUDGED,
+    NO_CHANGE,
+    torque_verdict,
+)
 from conrod.studies.paired_clock import PairedTiming
 
 TORQUE = "drive torque"
+POSITION = JUDGED[0]
+RIGHT_WITHOUT = (Verdict.FREE.slug, Verdict.COSTLY.slug)
 
 
 def cost_text(cost: PairedTiming | None) -> str:
@@ -66,6 +76,17 @@ def saves_time(ingredient: IngredientResult) -> bool:
     """Whether it is free and makes the model faster for certain."""
     costs = [one.cost for one in ingredient.evidence if one.cost is not None]
     return ingredient.verdict == Verdict.FREE.slug and bool(costs) and all(c.high < 1.0 / COSTS for c in costs)
+
+
+def finer_text(found: EngineAblation, ingredient: IngredientResult) -> str:
+    """By how much an ingredient makes a position better that is right without it; empty where it does not."""
+    minimal = found.variant(Role.MINIMAL.value)
+    other = found.variant(Role.REDUCED.value if ingredient.minimal else Role.ADDED.value, ingredient.name)
+    without, with_it = (other, minimal) if ingredient.minimal else (minimal, other)
+    if ingredient.verdict not in RIGHT_WITHOUT or not (without and without.errors and with_it and with_it.errors):
+        return ""
+    ratio = without.errors[POSITION] / max(with_it.errors[POSITION], NO_CHANGE)
+    return f"position {ratio:.{0 if ratio >= 9.95 else 1}f} times as accurate with it" if ratio > AS_GOOD else ""
 
 
 def torque_text(ingredient: IngredientResult) -> str:
@@ -155,3 +176,10 @@ def redundant_text(count: CompiledCount) -> str:
     if count.empty:
         parts.append(f"empty: {', '.join(count.empty)}")
     return "; ".join(parts) or "none"
+
+
+def missing_text(count: CompiledCount, taken: Sequence[str]) -> str:
+    """How many constraints a model lacks, and with what they were taken away: titles of ingredients."""
+    if not count.missing:
+        return "none"
+    return f"{count.missing}, of {' or '.join(dict.fromkeys(taken))}" if taken else str(count.missing)

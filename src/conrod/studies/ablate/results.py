@@ -14,8 +14,8 @@ class Verdict(Enum):
     """What measurement says of an ingredient: the value is for results, the meaning for people."""
 
     REQUIRED = ("required", "without it the observed motion is wrong")
-    FREE = ("free", "changes nothing observed and costs nothing")
-    COSTLY = ("costly", "changes nothing observed and costs time")
+    FREE = ("free", "the motion is right with it and without it, and it costs nothing")
+    COSTLY = ("costly", "the motion is right with it and without it, and it costs time")
     HARMFUL = ("harmful", "makes the motion worse")
     UNTOLD = ("not told", "nothing was measured that tells")
 
