@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from conrod.engines.ingredient import Ingredient, Quantity
 from conrod.engines.mujoco.dressing import LINE_SEARCH, NOSLIP_ITERATIONS, PASSIVE_ARMATURE, PASSIVE_DAMPING
-from conrod.engines.mujoco.ingredients.ways import by_default, extra, of_fields
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.ways import by_default, extra, of_fields
 from conrod.mechanism import Mechanism
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR

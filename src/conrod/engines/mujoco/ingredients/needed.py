@@ -6,8 +6,8 @@ from typing import Any
 
 from conrod.engines.engine import Machine
 from conrod.engines.ingredient import Ingredient, Quantity
-from conrod.engines.mujoco.ingredients.ways import Way, dressed, fields_of, undressed, with_fields
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
+from conrod.engines.ways import Way, dressed, fields_of, part, undressed, with_fields
 from conrod.equivalent_linkage import EQUIVALENT_LINKAGE
 
 TORQUE, REACTIONS = Quantity.DRIVE_TORQUE, Quantity.REACTIONS
@@ -23,7 +23,7 @@ def needed(contact: bool, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSet
 def by_contact(machine: Machine, minimal: MuJoCoSettings) -> Ingredient[MuJoCoSettings]:
     """The cam by contact: without it by its equivalent linkage, with the rules of `hardened` for linkages."""
     hardened = MuJoCoSettings.hardened(machine, minimal.steps_per_revolution)
-    return _part(
+    return part(
         "cam-by-contact",
         "the cam by contact, not by its equivalent linkage",
         "cam and roller collide; without it the cam is a crank to the centre of the arc that is touched, with a rod to "
@@ -42,20 +42,14 @@ def by_contact(machine: Machine, minimal: MuJoCoSettings) -> Ingredient[MuJoCoSe
     )
 
 
-def _part(
-    name: str, title: str, meaning: str, added: Way, removed: Way, *needed_by: Quantity
-) -> Ingredient[MuJoCoSettings]:
-    return Ingredient(name, title, meaning, added, removed, minimal=True, needed_by=needed_by)
-
-
-def _changed(minimal: MuJoCoSettings, **without: Any) -> tuple[Way, Way]:
+def _changed(minimal: MuJoCoSettings, **without: Any) -> tuple[Way[MuJoCoSettings], Way[MuJoCoSettings]]:
     """Fields as the minimal model has them, and as they are without the ingredient."""
     return with_fields(**fields_of(minimal, *without)), with_fields(**without)
 
 
 def _of_loops(minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSettings]]:
     return [
-        _part(
+        part(
             "closure",
             "the loop closure",
             "a connect for each loop; without it the links swing freely",
@@ -64,7 +58,7 @@ def _of_loops(minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSettings]]:
             TORQUE,
             REACTIONS,
         ),
-        _part(
+        part(
             "hardening",
             "hardening",
             "the regularisation of constraints taken away after compiling; without it, as MJCF can say it",
@@ -72,19 +66,19 @@ def _of_loops(minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSettings]]:
             TORQUE,
             REACTIONS,
         ),
-        _part(
+        part(
             "slow-closure",
             "a slow closure",
             f"a time constant of a tenth of the period; without it MuJoCo's default, {STOCK_SOLREF[0]:g} s",
             *_changed(minimal, solref=STOCK_SOLREF),
         ),
-        _part("rk4", "RK4", "four evaluations a step; without it Euler", *_changed(minimal, integrator="Euler")),
+        part("rk4", "RK4", "four evaluations a step; without it Euler", *_changed(minimal, integrator="Euler")),
     ]
 
 
 def _of_contact(minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSettings]]:
     return [
-        _part(
+        part(
             "contact",
             "the contact",
             "the pair of cam and roller; without it the roller falls through",
@@ -93,7 +87,7 @@ def _of_contact(minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSettings]]:
             TORQUE,
             REACTIONS,
         ),
-        _part(
+        part(
             "stiff-contact",
             "a stiff contact",
             "a time constant of two steps and an impedance of 0.9; without it MuJoCo's defaults",
@@ -105,20 +99,20 @@ def _of_contact(minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSettings]]:
 
 def _of_all(contact: bool, minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSettings]]:
     found = [
-        _part(
+        part(
             "flywheel",
             "the armature of the drive",
             "a flywheel that keeps the crank at its speed; without it the crank is only set in motion",
             *_changed(minimal, armature=0.0),
             TORQUE,
         ),
-        _part(
+        part(
             "iteration",
             "an iteration of the solver",
             "one iteration of Newton's method; without it none",
             *_changed(minimal, iterations=0),
         ),
-        _part(
+        part(
             "tolerance-0",
             "a solver tolerance of 0",
             f"without it MuJoCo's default, {DEFAULT_TOLERANCE:g}, scaled by a mean inertia that has the flywheel in it",
@@ -127,7 +121,7 @@ def _of_all(contact: bool, minimal: MuJoCoSettings) -> list[Ingredient[MuJoCoSet
     ]
     if minimal.refsafe and 0.0 < minimal.time_constant(contact) < GUARDED_STEPS * minimal.timestep:
         found.append(
-            _part(
+            part(
                 "refsafe",
                 "the guard of short time constants",
                 "time constants below two steps raised to them; without it as they are said",

@@ -8,8 +8,8 @@ from conrod.engines.engine import Machine
 from conrod.engines.ingredient import Ingredient, Quantity
 from conrod.engines.left_out_rod import BODY, DISTANCE_JOINT
 from conrod.engines.pymunk import dressing_names as names
-from conrod.engines.pymunk.ingredients.ways import dressed, extra, fields_of, undressed, with_fields
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
+from conrod.engines.ways import Way, dressed, extra, of_fields, undressed, with_fields
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
 AMOUNTS = (100, 1000)  # of iterations; ten, pymunk's default, is what the minimal model has
@@ -42,7 +42,7 @@ def _shapes() -> Found:
         (names.SHAPES_UNFILTERED, "shapes without a filter", "those of links that no joint holds together may collide"),
         (names.SHAPES_SENSOR, "shapes as sensors", "overlaps are found, and nothing follows"),
         (names.SHAPES_MASKED, "shapes that a mask filters", "a mask of no category: they collide with nothing"),
-        (names.SHAPES_POLYGONS, "shapes of 200 vertices", "in one group; the others have four"),
+        (names.SHAPES_POLYGONS, "shapes of 200 vertices", "all in one group; the other kinds have four vertices"),
         (names.SHAPES_GROUPED, "shapes that a group filters", "in one group, whose shapes do not collide"),
     )
     return tuple(
@@ -53,14 +53,7 @@ def _shapes() -> Found:
 
 def _gravity(minimal: PymunkSettings) -> Found:
     return (
-        Ingredient(
-            "gravity",
-            "gravity",
-            "the weight of all links",
-            with_fields(gravity=True),
-            with_fields(**fields_of(minimal, "gravity")),
-            needed_by=(TORQUE, REACTIONS, WEAR),
-        ),
+        of_fields("gravity", "gravity", "the weight of all links", minimal, {"gravity": True}, TORQUE, REACTIONS, WEAR),
     )
 
 
@@ -108,9 +101,9 @@ def _rod(machine: Machine, minimal: PymunkSettings) -> Found:
         iterations = settings.iterations if kept else minimal.iterations
         return replace(settings, preset="custom", rod=minimal.rod, iterations=iterations)
 
-    def colliding(settings: PymunkSettings) -> PymunkSettings:
-        return dressed(names.SHAPES_COLLIDING)(undressed(*names.SHAPES)(added(settings)))
-
+    collide: Way[PymunkSettings] = dressed(names.SHAPES_COLLIDING)
+    part: Way[PymunkSettings] = undressed(names.SHAPES_COLLIDING)
+    bare: Way[PymunkSettings] = undressed(*names.SHAPES)
     needed_by = (TORQUE, REACTIONS, WEAR)
     return (
         Ingredient(
@@ -118,8 +111,8 @@ def _rod(machine: Machine, minimal: PymunkSettings) -> Found:
             "the rod as a body, shapes colliding",
             "with a polygon on every link, and those of links that a joint holds together collide: as pymunk has it "
             "unless it is told otherwise",
-            colliding,
-            lambda settings: removed(undressed(names.SHAPES_COLLIDING)(settings)),
+            lambda settings: collide(bare(added(settings))),
+            lambda settings: removed(part(settings)),
             group="rod",
             needed_by=(*needed_by, IMPACT),
         ),
@@ -144,25 +137,26 @@ def _substeps() -> Found:
 
 def _contact_of_none(minimal: PymunkSettings) -> Found:
     return (
-        Ingredient(
+        of_fields(
             "stock-contact",
             "slop and bias of contacts",
             f"pymunk's defaults, {STOCK_SLOP:g} m and 0.9^60, in a machine without contact",
-            with_fields(collision_slop=STOCK_SLOP, collision_bias=STOCK_BIAS),
-            with_fields(**fields_of(minimal, "collision_slop", "collision_bias")),
-            needed_by=(IMPACT,),
+            minimal,
+            {"collision_slop": STOCK_SLOP, "collision_bias": STOCK_BIAS},
+            IMPACT,
         ),
     )
 
 
 def _cam(minimal: PymunkSettings) -> Found:
     return (
-        Ingredient(
+        of_fields(
             "fine-cam",
             f"a cam of {FINER} times the vertices",
             f"{FINER * minimal.cam_vertices} vertices instead of {minimal.cam_vertices}",
-            with_fields(cam_vertices=FINER * minimal.cam_vertices),
-            with_fields(**fields_of(minimal, "cam_vertices")),
-            needed_by=(IMPACT, WEAR),
+            minimal,
+            {"cam_vertices": FINER * minimal.cam_vertices},
+            IMPACT,
+            WEAR,
         ),
     )

@@ -9,8 +9,8 @@ from conrod.engines.ingredient import Ingredient, Quantity
 from conrod.engines.left_out_rod import DISTANCE_JOINT
 from conrod.engines.pymunk import dressing_names as names
 from conrod.engines.pymunk.ingredients.carried import STOCK_SLOP
-from conrod.engines.pymunk.ingredients.ways import dressed, fields_of, part, undressed, with_fields
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
+from conrod.engines.ways import dressed, fields_of, part, undressed, with_fields
 from conrod.equivalent_linkage import CONTACT, EQUIVALENT_LINKAGE, linkage_refusal
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
