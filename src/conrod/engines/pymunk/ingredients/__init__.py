@@ -22,8 +22,8 @@ def minimal(machine: Machine, steps_per_revolution: int) -> PymunkSettings:
 
     Joints mended whole at every step, rods as distance joints, and no gravity: with the crank prescribed the motion
     depends on no mass. Rods as bodies have the same motion, and need iterations in proportion to the ratio of masses:
-    at ten of them the press is off in acceleration by its whole size, at a hundred it costs four times as much
-    (1000 steps a turn).
+    at ten of them the press is off in acceleration by 0.19 of omega^2 L, at a hundred it is as accurate as this one, at
+    several times its cost (1000 steps a turn).
     """
     mechanism = machine.kinematics.mechanism
     tuned = replace(PymunkSettings.tuned(machine, steps_per_revolution), preset="custom", gravity=False)
