@@ -197,21 +197,3 @@ def test_bad_input_is_told_in_one_line_and_nothing_is_written(
     assert says in error
     assert {path.name: path.read_text() for path in tmp_path.iterdir() if not path.is_symlink()} == files
     assert sorted(path.name for path in tmp_path.iterdir() if path.is_symlink()) == ["link.mjb", "there"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("robot", "keyframe", "seconds"), [("agility_cassie", "home", 0.1), ("robotiq_2f85", None, 0.2)]
-)
-def test_closed_loop_models_of_the_menagerie_harden(
-    robot: str, keyframe: str | None, seconds: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    menagerie = pytest.importorskip("mujoco_menagerie")
-    try:
-        path = menagerie.get(robot).xml()
-    except (menagerie.MenagerieError, OSError) as error:
-        pytest.skip(f"the models of mujoco-menagerie cannot be downloaded here: {error}")
-    given = () if keyframe is None else ("--keyframe", keyframe)
-    assert harden(path, *given, "--seconds", str(seconds), "--json", tmp_path / "found.json") == 0
-    before, _, after = json.loads((tmp_path / "found.json").read_text())["variants"]
-    assert after["opening_over_size"] < 1e-3 * before["opening_over_size"]
