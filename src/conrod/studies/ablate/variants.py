@@ -19,7 +19,7 @@ class Role(Enum):
     ADDED = "added"  # minimal and one ingredient more
     REDUCED = "reduced"  # minimal without one of its own parts
     DRESSED = "dressed"  # minimal and all ingredients that do it no harm, of each group the last one
-    TAKEN = "taken"  # dressed without one of them
+    TAKEN = "taken"  # dressed without one of them, or without a part of the minimal model
     HARMED = "harmed"  # dressed and one of those that do harm
     ALL = "all"  # minimal and all ingredients, those that do harm as well
 
@@ -68,6 +68,7 @@ def full_variants(
     return (
         Variant(Role.DRESSED, "", dressed, minimal),
         *(Variant(Role.TAKEN, one.name, one.removed(dressed), dressed) for one in worn),
+        *(Variant(Role.TAKEN, one.name, one.removed(dressed), dressed) for one in ingredients if one.minimal),
         *(Variant(Role.HARMED, one.name, one.added(dressed), dressed) for one in spoiling),
         *([Variant(Role.ALL, "", with_all(minimal, every), minimal)] if spoiling else []),
     )
