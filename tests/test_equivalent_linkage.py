@@ -321,3 +321,15 @@ def test_the_linkages_have_one_freedom_all_around(engine: str) -> None:
     count = made.mobility(CAM, settings, np.linspace(0.01, TURN, 12))
     assert (count.freedom, count.most_freedom, count.missing) == (1, 1, 0)
     assert not count.redundant
+
+
+@pytest.mark.parametrize("engine", sorted(ENGINES))
+def test_a_linkage_carries_whatever_a_cam_may_carry(engine: str) -> None:
+    # The crank of an arc about the cam's own axis has both its pins in one place: no bar can be drawn between them.
+    assert any(arc.crank == 0.0 for arc in equivalent_linkage(CAM.mechanism()).arcs)
+    plain = linkage_settings(engine, CAM, 800)
+    refused = engine_named(engine).refusal
+    for one in engine_named(engine).ingredients(CAM, engine_named(engine).minimal(CAM, 800)):
+        dressed = plain if one.minimal else one.added(plain)
+        if dressed.dressing != plain.dressing and not refused(CAM, dressed):
+            assert run(CAM, dressed, 1.0).outcome is Outcome.COMPLETED, one.name

@@ -12,6 +12,9 @@ from conrod.engines.mujoco.xml import add, numbers, short
 from conrod.engines.tree import Tree
 from conrod.mechanism import GROUND, Prismatic, Revolute, pins_of
 
+# MuJoCo refuses a bar between two pins of one place, as a crank has whose arc is about its own axis.
+LEAST_BAR = 1e-3  # of its width
+
 SEEN_ONLY = {"contype": "0", "conaffinity": "0", "mass": "0", "group": "1"}
 
 
@@ -57,6 +60,8 @@ def add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
     if body == GROUND:
         pins = []
     for first, second in pairwise(pins):
+        if math.dist(first, second) < LEAST_BAR * width:
+            continue
         ends = numbers([*first, 0.0, *second, 0.0])
         add(element, "geom", type="capsule", fromto=ends, size=short(width), rgba="0.35 0.5 0.65 1", **SEEN_ONLY)
     for joint in tree.mechanism.joints:
