@@ -24,7 +24,7 @@ limits: $(READY) ## find where the engines stop being trustworthy and rewrite re
 ablate: $(READY) ## what a model needs and what it merely carries: rewrite reports/ablate/; on an idle machine
 	$(BIN)/conrod ablate shear-press saw-500rpm cam-follower --out reports/ablate
 
-test: $(READY) ## the tests, about five minutes on two cores
+test: $(READY) ## the tests, about four minutes on two cores
 	$(BIN)/python -m pytest -n auto
 
 test-all: $(READY) ## the slow tests too: all 25 cams, long runs
