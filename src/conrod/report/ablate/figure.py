@@ -126,20 +126,31 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
 
 
 def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence) -> None:
-    """How the run ended that has no motion to compare; at the left where the row has a change to show."""
-    how = {Effect.NEEDED.value: "without it", Effect.WORSE.value: "with it"}.get(evidence.effect, "")
-    text = f"{evidence.because} {how}".strip()
-    text = text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
+    """How the run ended that has no motion to compare; at the left where the row has a change to show.
+
+    Where the runs in both models ended alike it is told once for both.
+    """
+    endings = {_ending(other) for other in one.evidence if other.change is None}
     left = any(other.change is not None for other in one.evidence)
+    alike = not left and len(endings) == 1
+    if alike and evidence is not one.evidence[0]:
+        return
     axes.annotate(
-        text,
-        (0.05 if left else 0.98, _lane(row, one, evidence)),
+        _ending(evidence),
+        (0.05 if left else 0.98, float(row) if alike else _lane(row, one, evidence)),
         xycoords=("axes fraction", "data"),
         ha="left" if left else "right",
         va="center",
         fontsize=7.5,
         color=_colour(one),
     )
+
+
+def _ending(evidence: Evidence) -> str:
+    """How a run ended, and with what."""
+    how = {Effect.NEEDED.value: "without it", Effect.WORSE.value: "with it"}.get(evidence.effect, "")
+    text = f"{evidence.because} {how}".strip()
+    return text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
 
 
 def _verdicts(axes: Axes, rows: Sequence[Row]) -> None:
