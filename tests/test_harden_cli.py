@@ -162,11 +162,12 @@ def linked(folder: Path) -> None:
         (("model.xml", "--solref", "-1"), "--solref '-1'"),
         (("model.xml", "--integrator", "rk4"), "choose from RK4, keep"),
         (("model.xml", "-o", "model.xml"), "e.g. model.mjb"),
-        (("model.mjb", "-o", "./model.mjb"), "the same file as MODEL"),
+        (("model.mjb", "-o", "./model.mjb"), "the same file as the model"),
         (("model.xml", "--json", "model.xml"), "e.g. model.json"),
-        (("model.mjb", "-o", "link.mjb"), "the same file as MODEL"),
-        (("link.mjb", "-o", "model.mjb"), "the same file as MODEL"),
-        (("model.mjb", "-o", "there/model.mjb"), "the same file as MODEL"),
+        (("model.mjb", "-o", "link.mjb"), "the same file as the model"),
+        (("link.mjb", "-o", "model.mjb"), "the same file as the model"),
+        (("model.mjb", "-o", "there/model.mjb"), "the same file as the model"),
+        (("includes.xml", "--json", "part.inc"), "part.inc, which the model is made of"),
         (("model.xml", "-o", "hard.mjb", "--json", "there/hard.mjb"), "name of a model"),
         (("model.xml", "-o", "there"), "it is a folder"),
         (("model.xml", "-o", "none/model.mjb"), "there is no folder"),
@@ -184,7 +185,8 @@ def test_bad_input_is_told_in_one_line_and_nothing_is_written(
     monkeypatch.chdir(tmp_path)
     files = {
         "broken.xml": "<mujoco><worldbody>",
-        "includes.xml": '<mujoco><include file="nowhere.xml"/></mujoco>',
+        "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
+        "part.inc": "<mujoco/>",
         "model.xml": LEGGED.read_text(),
         "model.mjb": "",
     }

@@ -100,6 +100,7 @@ def _seconds(text: str) -> float:
 def _checked_outputs(path: Path, output: str | None, document: str | None) -> tuple[Path | None, Path | None]:
     """The files to write, refused before any work where one would be lost by another."""
     from conrod.files import check_apart, file_to_write
+    from conrod.model_files import as_outputs_must_not_be
 
     file = None if output is None else file_to_write(output, "-o")
     results = None if document is None else file_to_write(document, "--json")
@@ -107,8 +108,8 @@ def _checked_outputs(path: Path, output: str | None, document: str | None) -> tu
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
     if results and results.suffix.lower() in MODELS:
         raise InvalidInput(f"--json {results}: this is the name of a model, e.g. {results.with_suffix('.json')}")
-    named = {"MODEL": path, "-o": file, "--json": results}
-    check_apart({name: given for name, given in named.items() if given is not None})
+    written = {name: given for name, given in (("-o", file), ("--json", results)) if given is not None}
+    check_apart(as_outputs_must_not_be(path) | written)
     return file, results
 
 
