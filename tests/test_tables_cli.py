@@ -88,6 +88,8 @@ def test_the_scene_takes_other_parameters(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (("t.csv",), "t.csv: a file is judged on its own, but it is named twice"),
+        (("saw-40rpm",), "t.csv: a file is judged on its own, without saw-40rpm"),
         (("--engine", "mujoco"), "--engine does not go with a table"),
         (("--revolutions", "3"), "--revolutions does not go with a table"),
         (("--crank", "hinge"), "--crank does not go with a table"),

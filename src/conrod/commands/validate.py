@@ -62,9 +62,9 @@ def validate(
         validate_scenes(subjects, **asked)
         return
     if len(subjects) > 1:
-        raise InvalidInput(
-            f"{files[0]}: a file is judged on its own, without {next(s for s in subjects if s != files[0])}"
-        )
+        others = [name for name in subjects if name != files[0]]
+        said = f"without {others[0]}" if others else "but it is named twice"
+        raise InvalidInput(f"{files[0]}: a file is judged on its own, {said}")
     if scene is None:
         raise InvalidInput(f"{files[0]}: say with --scene what machine it is; `conrod show` lists them")
     if files[0].lower().endswith(MODELS):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from conrod.report import numbers
 from conrod.report.ablate import prose, words
 from conrod.report.ablate.document import Entry
+from conrod.report.origin import told_origin
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs, table
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, IngredientResult
@@ -36,7 +37,7 @@ def ablate_index(scenes: Mapping[str, Entry], studies: Studies) -> str:
         *(block for engine in engines for block in _verdicts(engine, studies)),
         "## Made with",
         _made_with(scenes, studies),
-        f"{_origin(scenes)} [results.json](results.json) holds every figure.",
+        f"{told_origin(scenes)} [results.json](results.json) holds every figure.",
     ]
     return paragraphs(*blocks) + "\n"
 
@@ -97,12 +98,3 @@ def _made_with(scenes: Mapping[str, Entry], studies: Studies) -> str:
             if name not in shown:
                 found.setdefault(name, set()).add(version)
     return table(["what", "which"], [[name, "; ".join(sorted(versions))] for name, versions in found.items()])
-
-
-def _origin(scenes: Mapping[str, Entry]) -> str:
-    commands = {name: scene["commands"] for name, scene in scenes.items()}
-    same = {command.replace(name, "", 1) for name, each in commands.items() for command in each}
-    if len(same) > 1 or any(len(each) > 1 for each in commands.values()):
-        return "The machines were not all looked at by one command: each page names its own."
-    first, command = next((name, each[0]) for name, each in commands.items())
-    return f"Reproduced by `{command.replace(first, ' '.join(commands), 1)}`; each page names its own command."

@@ -12,6 +12,7 @@ from conrod.report.limits.gallery_table import gallery_table
 from conrod.report.limits.long_run_table import long_run_table
 from conrod.report.limits.quiet_table import quiet_elsewhere, quiet_summary
 from conrod.report.limits.steps_table import steps_table
+from conrod.report.origin import told_origin
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs, table
 from conrod.studies.limits.gallery import Exhibit
@@ -52,7 +53,7 @@ def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequenc
         *(["## Long runs", prose.LONG_RUNS, long] if long else []),
         "## Made with",
         _made_with(scenes, studies),
-        f"{_origin(scenes)} [results.json](results.json) holds every run.",
+        f"{told_origin(scenes)} [results.json](results.json) holds every run.",
     ]
     return paragraphs(*blocks) + "\n"
 
@@ -74,12 +75,3 @@ def _made_with(scenes: Mapping[str, Entry], studies: Studies) -> str:
             if name not in shown:
                 found.setdefault(name, set()).add(version)
     return table(["what", "which"], [[name, "; ".join(sorted(versions))] for name, versions in found.items()])
-
-
-def _origin(scenes: Mapping[str, Entry]) -> str:
-    commands = {name: scene["commands"] for name, scene in scenes.items()}
-    same = {command.replace(name, "", 1) for name, each in commands.items() for command in each}
-    if len(same) > 1 or any(len(each) > 1 for each in commands.values()):
-        return "The machines were not all looked at by one command: each page names its own."
-    first, command = next((name, each[0]) for name, each in commands.items())
-    return f"Reproduced by `{command.replace(first, ' '.join(commands), 1)}`; each page names its own command."
