@@ -106,7 +106,7 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     largest = level
     for row, one, evidence in _seen(rows):
         if evidence.change is None:
-            _end(axes, row, one, evidence)
+            _end(axes, row, one, evidence, level)
             continue
         change = float(on_log_grid(np.array([evidence.change["position"]]))[0])
         axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(_colour(one), evidence))
@@ -125,32 +125,23 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     axes.set_yticks([])
 
 
-def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence) -> None:
-    """How the run ended that has no motion to compare; at the left where the row has a change to show.
-
-    Where the runs in both models ended alike it is told once for both.
-    """
-    endings = {_ending(other) for other in one.evidence if other.change is None}
-    left = any(other.change is not None for other in one.evidence)
-    alike = not left and len(endings) == 1
-    if alike and evidence is not one.evidence[0]:
+def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence, level: float) -> None:
+    """How runs ended that have no motion to compare, away from a change that the row shows; told once for both."""
+    ended = [other for other in one.evidence if other.change is None]
+    if evidence is not ended[0]:
         return
+    left = any(other.change["position"] > level for other in one.evidence if other.change is not None)
+    how = {Effect.NEEDED.value: "without it", Effect.WORSE.value: "with it"}.get(evidence.effect, "")
+    text = f"{', '.join(dict.fromkeys(other.because for other in ended))} {how}".strip()
     axes.annotate(
-        _ending(evidence),
-        (0.05 if left else 0.98, float(row) if alike else _lane(row, one, evidence)),
+        text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}..",
+        (0.05 if left else 0.98, float(row) if len(ended) == len(one.evidence) else _lane(row, one, evidence)),
         xycoords=("axes fraction", "data"),
         ha="left" if left else "right",
         va="center",
         fontsize=7.5,
         color=_colour(one),
     )
-
-
-def _ending(evidence: Evidence) -> str:
-    """How a run ended, and with what."""
-    how = {Effect.NEEDED.value: "without it", Effect.WORSE.value: "with it"}.get(evidence.effect, "")
-    text = f"{evidence.because} {how}".strip()
-    return text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
 
 
 def _verdicts(axes: Axes, rows: Sequence[Row]) -> None:
