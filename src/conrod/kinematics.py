@@ -95,6 +95,24 @@ class Kinematics:
         return {name: diameter(p[0]) for name, p in self.point_derivatives([table.poses]).items()}
 
     @property
+    def turns_fully(self) -> bool:
+        """Whether the crank turns all the way round on the assembly branch."""
+        return self.mechanism.driver.span is None and self._walk.table is not None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The crank angles [rad] between which the machine is looked at: one turn, or the driver's span."""
+        return self.mechanism.driver.span or (0.0, 2.0 * math.pi)
+
+    def angles(self, count: int) -> Array:
+        """So many crank angles [rad], evenly over the turn without its end, or over the driver's span with both ends.
+
+        Raises:
+            InvalidInput: names a span that the linkage does not reach.
+        """
+        return np.linspace(*self.span, count, endpoint=self.mechanism.driver.span is not None)
+
+    @property
     def travel(self) -> float:
         """The largest distance [m] that an observed point moves in a turn; the size of a linkage that cannot turn."""
         return max(self.lengths.values())
