@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import assert_never
 
 import numpy as np
 
+from conrod.linkage.centres import joint_centre
 from conrod.linkage.state import LinkageState, left_of
 from conrod.mechanism import CamContact, Joint, Mechanism, Point, Prismatic, Revolute
 from conrod.motion import Array
+from conrod.rolling import Mesh, Rack, Rolling
 
 # A point slower than this share of the linkage's own speed stands still, and its path has no direction.
 AT_REST = 1e-12
@@ -141,13 +144,13 @@ def coincident_parts(state: LinkageState, guide: str, moving: str, point: Point)
 
 
 def coincident_point(mechanism: Mechanism, joint: Joint) -> tuple[str, str, Point] | None:
-    """Guide, moving link and the moving link's point of a slide or a cam; None for a pin.
+    """Guide, moving link and the moving link's point of a slide or a cam; None for joints in which nothing slides.
 
     Of a slide, the link that is a block on a pin moves, and the pin is its point: so the course draws it. Of a cam, it
     is the roller's centre, whose path in the cam is the pitch curve.
     """
     match joint:
-        case Revolute():
+        case Revolute() | Rolling() | Rack():
             return None
         case Prismatic():
             for guide, moving in ((joint.a, joint.b), (joint.b, joint.a)):
@@ -157,6 +160,21 @@ def coincident_point(mechanism: Mechanism, joint: Joint) -> tuple[str, str, Poin
             return joint.a, joint.b, joint.point_b
         case CamContact():
             return joint.a, joint.b, joint.roller_centre
+        case _:
+            assert_never(joint)
+
+
+def contact_acceleration(state: LinkageState, joint: Mesh) -> Array:
+    """Acceleration of the point of `b` in contact against that of `a`; (2,) [m/s^2].
+
+    The two have one velocity, and accelerations that differ along the common normal alone. With `a` fixed its length
+    is omega^2 r R / (R + r) for a wheel r on a convex track R, R - r under the line on a concave one, and omega^2 r on a
+    flat one (document 001, figures 6.12 to 6.14).
+    """
+    centre = joint_centre(state, joint)
+    assert centre is not None
+    a, b = state.links[joint.a], state.links[joint.b]
+    return b.acceleration_at(b.own(centre[:2])) - a.acceleration_at(a.own(centre[:2]))
 
 
 def _only_pins(mechanism: Mechanism, body: str, slide: Joint) -> list[Point]:

@@ -17,8 +17,9 @@ import numpy as np
 from conrod.linkage.state import LinkageState, left_of, link_numbers
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
 from conrod.motion import Array
+from conrod.rolling import Rack, Rolling
 
-CentreKind = Literal["fixed", "permanent", "secondary"]
+CentreKind = Literal["fixed", "permanent", "contact", "secondary"]
 
 # A centre so many sizes of the mechanism away is the rounding of one at infinity.
 FARTHEST = 1e10
@@ -32,8 +33,8 @@ class InstantCentre:
         links: the two links' names, the one with the smaller number first.
         name: as the course writes it, O and the two links' numbers.
         kind: "fixed", a pin or a slide on the ground; "permanent", one between moving links, which moves with them but
-            stays the same point of both; "secondary", one that is found by Kennedy's theorem. The first two are the
-            primary ones.
+            stays the same point of both; "contact", where one rolls on the other, a new point at every angle;
+            "secondary", one that is found by Kennedy's theorem. All but the last are primary.
         place: (x, y) [m]; None at infinity, and where the two links move as one.
         direction: (x, y) of length 1 in which a centre at infinity lies; None for others.
     """
@@ -117,6 +118,15 @@ def joint_centre(state: LinkageState, joint: Joint) -> Array | None:
         case Prismatic():
             turn = link.pose[2] + joint.direction
             return np.array([-math.sin(turn), math.cos(turn), 0.0])
+        case Rolling():
+            # The ratio of the radii divides the line of centres, from outside where one circle holds the other.
+            centre, other = link.place(joint.point_a), state.links[joint.b].place(joint.point_b)
+            share = joint.radius_a / (joint.radius_a + joint.radius_b)
+            return np.array([*(centre + share * (other - centre)), 1.0])
+        case Rack():
+            turn = state.links[joint.b].pose[2] + joint.direction
+            foot = joint.radius * np.array([math.sin(turn), -math.cos(turn)])
+            return np.array([*(link.place(joint.point_a) + foot), 1.0])
         case CamContact():
             return None
         case _:
@@ -134,9 +144,16 @@ def _primary(mechanism: Mechanism) -> dict[frozenset[str], CentreKind]:
     """The pairs whose centre a joint alone gives."""
     kinds: dict[frozenset[str], CentreKind] = {}
     for joint in mechanism.joints:
-        # Of a contact the centre lies on the common normal, but where on it the rest of the linkage decides.
-        if not isinstance(joint, CamContact):
-            kinds[frozenset((joint.a, joint.b))] = "fixed" if GROUND in (joint.a, joint.b) else "permanent"
+        pair = frozenset((joint.a, joint.b))
+        match joint:
+            case Revolute() | Prismatic():
+                kinds[pair] = "fixed" if GROUND in pair else "permanent"
+            case Rolling() | Rack():
+                kinds.setdefault(pair, "contact")
+            case CamContact():
+                pass  # the centre lies on the common normal, but where on it the rest of the linkage decides
+            case _:
+                assert_never(joint)
     return kinds
 
 

@@ -76,8 +76,8 @@ class _Work:
             self.steps.append((pair, ()))
         elif isinstance(joint, CamContact):
             roller = self._state.links[joint.b].place(joint.roller_centre)
-            ends = (self._point(np.array([*place, 1.0])) for place in (self._arc_centre(joint), roller))
-            self._lines[pair] = _unit(np.cross(*ends))
+            arc, wheel = (self._point(np.array([*place, 1.0])) for place in (self._arc_centre(joint), roller))
+            self._lines[pair] = _unit(np.cross(arc, wheel))
 
     def _arc_centre(self, joint: CamContact) -> Array:
         bodies = pose_jets(self._state.mechanism, [self._state.derivatives[0]])

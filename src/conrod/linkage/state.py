@@ -41,7 +41,7 @@ class LinkState:
 
     def velocity_at(self, point: Point) -> Array:
         """Velocity of a point of the link, V + omega x r; (2,) [m/s]."""
-        return np.array(self.velocity) + self.angular_velocity * left_of(self.arm(point))
+        return np.asarray(np.array(self.velocity) + self.angular_velocity * left_of(self.arm(point)))
 
     def acceleration_at(self, point: Point) -> Array:
         """Acceleration of a point of the link, A + alpha x r - omega^2 r; (2,) [m/s^2]."""
