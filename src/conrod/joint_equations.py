@@ -124,7 +124,7 @@ def joint_jacobian(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             nx, ny = a.arm((-np.sin(joint.direction), np.cos(joint.direction)))
             px, py = b.x + bx - a.x, b.y + by - a.y
             # The line turns about the origin of `a` with its anchor, so the arm is the whole way to point_b.
-            offset = ((-nx, -ny, ny * px - nx * py), (nx, ny, ny * bx - nx * by))
+            offset = ((-nx, -ny, nx * py - ny * px), (nx, ny, ny * bx - nx * by))
             return [offset, ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))]
         case CamContact():
             bx, by = b.arm(joint.roller_centre)
