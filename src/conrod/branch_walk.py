@@ -1,4 +1,4 @@
-"""The walk along an assembly branch from the start pose, around the turn or over a span, step by step as motion asks."""
+"""The walk along an assembly branch from the start pose, around the turn or over a span, in steps that it allows."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from conrod.equations import Equations
 from conrod.errors import InvalidInput
+from conrod.mesh_geometry import check_meshes
 from conrod.motion import Array
 from conrod.pose_table import PoseTable
 
@@ -109,6 +110,7 @@ class BranchWalk:
         forth, back = self._passed(last), self._passed(first)
         places = [*reversed(back[1:]), *forth]
         stacked = np.concatenate([place.poses for place in places])
+        check_meshes(self.equations.mechanism, stacked)
         angles = np.array([place.angle for place in places])
         return self._refined(PoseTable(angles, stacked, self.equations.slope(stacked), None))
 

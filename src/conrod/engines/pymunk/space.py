@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import assert_never
 
 import numpy as np
 import pymunk
@@ -14,8 +15,12 @@ from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import DistanceJoint, model_form
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dressing import dress
+from conrod.engines.pymunk.gears import RACK_REFUSAL, gear_joint
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
+from conrod.motion import Array
+from conrod.rolling import Rack, Rolling
 
 ROUNDING = 0.9
 WEDGE_FACETS = 240
@@ -41,7 +46,7 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     made.place(start, np.zeros_like(start))
     for joint in mechanism.joints:
         if joint.name != mechanism.driver.joint:
-            _add_joint(made, joint, settings)
+            _add_joint(made, joint, start, settings)
     for distance in form.distances:
         _add(made, distance.link, _rod(made, distance), settings)
     dress(made, settings)
@@ -60,7 +65,7 @@ def _slides_on_ground(mechanism: Mechanism, name: str) -> bool:
     return any(isinstance(j, Prismatic) and {j.a, j.b} == {GROUND, name} for j in mechanism.joints)
 
 
-def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:
+def _add_joint(made: Build, joint: Joint, start: Array, settings: PymunkSettings) -> None:
     match joint:
         case Revolute():
             pins = [made.local(b, p) for b, p in ((joint.a, joint.point_a), (joint.b, joint.point_b))]
@@ -72,6 +77,12 @@ def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:
         case CamContact():
             _add_shapes(made, joint, settings)
             constraints = []
+        case Rolling():
+            constraints = [gear_joint(made, joint, start)]
+        case Rack():
+            raise InvalidInput(f"{made.mechanism.name}: {RACK_REFUSAL}")
+        case _:
+            assert_never(joint)
     for constraint in constraints:
         _add(made, joint.name, constraint, settings)
 
@@ -98,7 +109,7 @@ def _slide(made: Build, joint: Prismatic) -> list[pymunk.Constraint]:
     ends = [(anchor[0] + k * along[0], anchor[1] + k * along[1]) for k in (-1.0, 1.0)]
     point = made.local(joint.b, joint.point_b)
     constraints: list[pymunk.Constraint] = [pymunk.GrooveJoint(a, b, ends[0], ends[1], point)]
-    if joint.a != GROUND:
+    if GROUND not in (joint.a, joint.b):  # a body on a slide of the ground has no moment to turn by
         constraints.append(pymunk.GearJoint(a, b, joint.angle, 1.0))
     return constraints
 
