@@ -41,7 +41,7 @@ def _lift(base: float) -> Callable[[Item], Case]:
 
 
 def _smallest_base(item: Item) -> Case:
-    lift = Neighbour("the largest lift, 73 mm, C + R1 - R (lines 237 and 295), and R = 36 mm of line 223", 36.0, 0.0)
+    lift = Neighbour("the largest lift, 73 mm, C + R1 - R (lines 237 and 295), and R = 36 mm of line 223", 80.0 + 29.0 - 73.0, 0.0)
     return Case(item, 36.0, "R = 36 mm throughout the results", neighbours=(lift,))
 
 

@@ -14,18 +14,19 @@ from conrod.audit.verdict import Kind
 
 def arguments() -> dict[str, Any]:
     """Cams of many proportions at many angles: arrays (60,) to compare formulas on."""
-    t = np.linspace(0.1, 6.2, 60)
+    s = np.linspace(0.1, 6.2, 60)
     return {
-        "t": t,
-        "b": 1.0 + 0.3 * np.sin(3.0 * t),
-        "R": 0.05 + 0.01 * np.cos(5.0 * t),
-        "rho": 0.11 + 0.02 * np.sin(7.0 * t),
-        "R1": 0.029 + 0.004 * np.cos(11.0 * t),
-        "C": 0.08 + 0.01 * np.sin(13.0 * t),
-        "r": 0.009 + 0.001 * np.cos(2.0 * t),
-        "w": 1.0 + t,
-        "h": 0.03 + 0.01 * np.sin(t),
-        "phi": t,
+        # About the tip: far from it the roller does not reach the nose.
+        "t": np.linspace(np.pi - 0.35, np.pi + 0.35, 60),
+        "b": 1.0 + 0.3 * np.sin(3.0 * s),
+        "R": 0.05 + 0.01 * np.cos(5.0 * s),
+        "rho": 0.11 + 0.02 * np.sin(7.0 * s),
+        "R1": 0.029 + 0.004 * np.cos(11.0 * s),
+        "C": 0.08 + 0.01 * np.sin(13.0 * s),
+        "r": 0.009 + 0.001 * np.cos(2.0 * s),
+        "w": 1.0 + s,
+        "h": 0.03 + 0.01 * np.sin(s),
+        "phi": s,
     }
 
 
@@ -64,6 +65,17 @@ def _nose(**k: Any) -> Any:
 
 RISE, FALL = exact_lift(_flank, "rho", -1), exact_lift(_flank, "rho", 1)
 TIP = exact_lift(_nose, "R1", 0)
+
+
+def _pressure_angle(**k: Any) -> Any:
+    """Between the follower's axis and the line of centres of flank and roller: sin = (rho-R) sin(t-b)/(rho+r)."""
+    return np.arcsin(_flank(**k) * np.sin(k["t"] - k["b"]) / (k["rho"] + k["r"]))
+
+
+def _pressure_angle_from(axis: Callable[..., Any]) -> Formula:
+    """Equation (6), tan = (ds/dt) / distance of the pitch curve from the shaft, with the exact lift as s."""
+    slope = derivative(RISE, "t")
+    return lambda **k: np.arctan(slope(**k) / (axis(**k) + RISE(**k)))
 
 
 def _lift(number: int, line: int, text: str, function: Formula, exact: Formula) -> Published:
@@ -108,7 +120,7 @@ def _nose_rate(
         in_time(of),
         f"the derivative of ({name}) by time",
         mended,
-        f"R1 + r in place of R1 - R, as in ({number + 1}),",
+        f"R1 + r in place of R1 - R, as in ({number + 1})",
     )
 
 
@@ -117,6 +129,10 @@ FORMULAS = (
               lambda **k: cam.eq_2(h=k["h"], phi=np.pi * k["t"] / k["b"]), "(2) with phi = pi t/b"),
     _rate(4, 90, "harmonic velocity", "pi h w/(2b) sin(pi t/b)", cam.eq_4, cam.eq_3, "3"),
     _rate(5, 94, "harmonic acceleration", "pi^2 h w^2/(2b^2) cos(pi t/b)", cam.eq_5, cam.eq_4, "4"),
+    Published("004", "(6), (7)", 114, "pressure angle", "tan phi = ds/(r dtheta), r = R_b + s, R_b the base circle",
+              _pressure_angle_from(lambda **k: k["R"]), _pressure_angle, "the line of centres of flank and roller",
+              _pressure_angle_from(lambda **k: k["R"] + k["r"]), "base circle + roller radius in place of base circle",
+              Kind.WRONG_STEP),
     _lift(8, 159, "(rho-R) - (rho-R)^2/(2(rho+r)) sin^2(t-b) - (rho-R) cos(t-b)", cam.eq_8, RISE),
     _lift(9, 163, "(R1-R) - C^2 sin^2 t/(2(R1+r)) - C cos t", cam.eq_9, TIP),
     _lift(10, 167, "(R1+r) - C^2 sin^2 t/(2(R1+r)) - C cos t - (R+r)", cam.eq_10, TIP),
