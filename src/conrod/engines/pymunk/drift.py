@@ -20,6 +20,7 @@ from conrod.engines.engine import Machine, Softness
 from conrod.engines.left_out_rod import model_form
 from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.shaft_centred import shaft_centred
 from conrod.engines.self_consistent import self_consistent
 from conrod.mechanism import Mechanism, Point
 from conrod.motion import Array
@@ -43,7 +44,7 @@ class _Drifting(OpenJoints):
     """
 
     def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
-        form = model_form(machine.kinematics.mechanism, settings.rod)
+        form = shaft_centred(model_form(machine.kinematics.mechanism, settings.rod))
         super().__init__(machine, form, min(settings.steps_per_revolution, SAMPLES))
         self._h, self._steps = settings.timestep, settings.steps_per_revolution
         self._left = settings.error_bias**self._h if settings.error_bias > 0.0 else 0.0

@@ -17,6 +17,7 @@ from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dressing import dress
 from conrod.engines.pymunk.gears import RACK_REFUSAL, gear_joint
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.shaft_centred import shaft_centred
 from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
 from conrod.motion import Array
@@ -32,7 +33,7 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     A link on a slide from the ground cannot turn, so it gets an infinite moment and a groove at its centre of
     gravity. A driven crank is a kinematic body: its speed has no ripple.
     """
-    form = model_form(machine.kinematics.mechanism, settings.rod)
+    form = shaft_centred(model_form(machine.kinematics.mechanism, settings.rod))
     mechanism = form.mechanism
     space = pymunk.Space()
     space.iterations = settings.iterations
