@@ -168,7 +168,7 @@ def contact_acceleration(state: LinkageState, joint: Mesh) -> Array:
     """Acceleration of the point of `b` in contact against that of `a`; (2,) [m/s^2].
 
     The two have one velocity, and accelerations that differ along the common normal alone. With `a` fixed its length
-    is omega^2 r R / (R + r) for a wheel r on a convex track R, R - r under the line on a concave one, and omega^2 r on a
+    is omega^2 r R / (R + r) for a wheel r on a convex track R, R - r under the line on a concave one, omega^2 r on a
     flat one (document 001, figures 6.12 to 6.14).
     """
     centre = joint_centre(state, joint)

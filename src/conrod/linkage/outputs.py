@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import assert_never
 
 import numpy as np
@@ -131,8 +132,7 @@ def _signs(rates: Array) -> Array:
 def _turns(signs: Array, count: int) -> list[tuple[int, int]]:
     """Places of the last sample before and the first after each change of sign, of those that begin before `count`."""
     moving = np.flatnonzero(signs)
-    pairs = zip(moving[:-1], moving[1:], strict=True)
-    return [(int(i), int(j)) for i, j in pairs if signs[i] != signs[j] and i < count]
+    return [(int(i), int(j)) for i, j in pairwise(moving) if signs[i] != signs[j] and i < count]
 
 
 def _dead_centre(

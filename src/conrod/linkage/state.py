@@ -51,7 +51,7 @@ class LinkState:
 
     def arm(self, point: Point) -> Array:
         """From the frame's origin to a point of the link, in the document's directions; (2,) [m]."""
-        return self.place(point) - np.array(self.pose[:2])
+        return np.asarray(self.place(point) - np.array(self.pose[:2]))
 
     def own(self, place: Array) -> Point:
         """The link's own coordinates [m] of a place (2,) in the document's frame."""
