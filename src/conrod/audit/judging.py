@@ -15,10 +15,14 @@ from conrod.audit.verdict import Kind, Verdict
 
 @dataclass(frozen=True)
 class Explanation:
-    """Another way to a value: in words, and the value that it gives in the printed unit."""
+    """Another way to a value: in words, and the value that it gives in the printed unit.
+
+    `within` is what reading from a drawing may add to it.
+    """
 
     text: str
     value: float
+    within: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ def _first(case: Case, ways: tuple[Explanation, ...], kind: Kind, keeps: bool) -
     """The first explanation that reproduces the print, if one does; a systematic cause has to do so without a cut."""
     number = case.item.number
     for way in ways:
-        rounded = number.is_rounding_of(way.value)
+        rounded = number.is_rounding_of(way.value) or abs(number.value - way.value) <= way.within
         if rounded or (kind is not Kind.EXPLAINED and number.is_cut_of(way.value)):
             how = "" if rounded else ", cut off"
             reason = f"{way.text} gives {_number(way.value)}{how}; {case.why}"
