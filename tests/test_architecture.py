@@ -39,6 +39,9 @@ FORBIDDEN = [
     ("conrod.tables", "conrod.report", "tables are judged without a report"),
     ("conrod.tables", "conrod.engines.mujoco", "a table is of any tool"),
     ("conrod.tables", "conrod.engines.pymunk", "a table is of any tool"),
+    ("conrod.audit", "conrod.engines", "print is held against the exact motion, with no engine"),
+    ("conrod.audit", "conrod.studies", "print is held against the exact motion, with no study"),
+    ("conrod.audit", "conrod.report", "print is judged without a report"),
     ("conrod.studies", "conrod.execution", "a study says what is to be run, not where"),
     ("conrod.execution", "conrod.report", "execution knows nothing of what is made of its results"),
     ("conrod.studies", "conrod.engines.mujoco", "adding an engine touches its package and the table alone"),
@@ -47,7 +50,7 @@ FORBIDDEN = [
     ("conrod.engines.pymunk.variations", "pymunk", "variations are of plain values"),
     *(
         (f"conrod.{low}", f"conrod.{high}", "what does the work knows nothing of who asked for it")
-        for low in ("studies", "report", "execution", "tables", "pack")
+        for low in ("studies", "report", "execution", "tables", "pack", "audit")
         for high in ("commands", "cli")
     ),
     *(

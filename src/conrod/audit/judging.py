@@ -52,6 +52,7 @@ class Case:
         neighbours: printed quantities that fix this one.
         wrong_steps: formulas or substitutions in error.
         reading: half a division of the drawing that the number was measured from, in the printed unit.
+        certain: whether the exact value is what ought to be printed; not where it leans on a fitted pose.
     """
 
     item: Item
@@ -62,6 +63,7 @@ class Case:
     neighbours: tuple[Neighbour, ...] = ()
     wrong_steps: tuple[Explanation, ...] = ()
     reading: float = 0.0
+    certain: bool = True
 
 
 def judge(case: Case) -> Verdict:
@@ -69,8 +71,8 @@ def judge(case: Case) -> Verdict:
     return (
         _agreement(case)
         or _first(case, case.causes, Kind.EXPLAINED, keeps=False)
-        or _cut(case)
         or _first(case, case.roundings, Kind.AFTER_ROUNDING, keeps=True)
+        or _cut(case)
         or _contradiction(case)
         or _first(case, case.wrong_steps, Kind.WRONG_STEP, keeps=False)
         or _read(case)
@@ -123,7 +125,7 @@ def _read(case: Case) -> Verdict | None:
 
 
 def _correct(case: Case) -> str | None:
-    return None if case.exact is None else case.item.number.like(case.exact)
+    return case.item.number.like(case.exact) if case.exact is not None and case.certain else None
 
 
 def _verdict(case: Case, kind: Kind, reason: str, should_be: str | None = None) -> Verdict:

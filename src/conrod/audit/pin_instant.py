@@ -43,14 +43,15 @@ class PinInstant:
         rows: list[Array] = []
         rest: list[float] = []
         for (a, b), value in zip(self.bars, wanted, strict=True):
+            known = 0.0
             row, apart = np.zeros(2 * len(free)), self.places[a] - self.places[b]
             for name, sign in ((a, 1.0), (b, -1.0)):
                 if name in column:
                     row[column[name] : column[name] + 2] += sign * apart
                 else:
-                    value -= sign * float(apart @ driven[name])
+                    known += sign * float(apart @ driven[name])
             rows.append(row)
-            rest.append(value)
+            rest.append(value - known)
         for name, across in self.guides.items():
             row = np.zeros(2 * len(free))
             row[column[name] : column[name] + 2] = across

@@ -13,7 +13,7 @@ from importlib.resources import files
 from conrod.errors import InvalidInput
 
 # Digits with a decimal point or comma, as documents of either habit print them.
-DIGITS = re.compile(r"[+-]?(\d+)([.,]\d+)?")
+DIGITS = re.compile(r"[+-]?([0-9]+)([.,][0-9]+)?")
 # An exact value this close to the middle between two prints may be rounded to either.
 TIE = 1e-7
 COLUMNS = ("key", "place", "line", "quantity", "condition", "printed", "unit", "mechanism")
@@ -31,7 +31,9 @@ class Number:
 
     def __post_init__(self) -> None:
         if not DIGITS.fullmatch(self.text):
-            raise InvalidInput(f"printed value {self.text!r} is not a decimal number: give its digits, like 14.66 or 14,66")
+            raise InvalidInput(
+                f"printed value {self.text!r} is not a decimal number: give its digits, like 14.66 or 14,66"
+            )
 
     @cached_property
     def value(self) -> float:
@@ -102,7 +104,7 @@ def items_of(document: str, text: str) -> Iterator[Item]:
     if missing:
         raise InvalidInput(f"printed values of {document}: no column {missing[0]!r}; wanted are {', '.join(COLUMNS)}")
     for count, row in enumerate(reader, start=2):
-        if any(row[name] is None for name in COLUMNS) or not row["line"].isdecimal():
+        if any(row[name] is None for name in COLUMNS) or not re.fullmatch("[0-9]{1,9}", row["line"]):
             raise InvalidInput(f"printed values of {document}, row {count}: give {', '.join(COLUMNS)}, line a number")
         yield Item(
             document,

@@ -25,7 +25,7 @@ class Verdict:
         document, place, line: where it stands; the line counts in the document's text file.
         quantity, condition, unit: what it is, when, and in what the print gives it.
         printed: the digits as they stand there, or the formula.
-        exact: the value that the mechanism determines, in the printed unit; None where the print does not determine one.
+        exact: the value that the mechanism determines, in the printed unit; None where the print determines none.
         difference: printed - exact, in units of the last printed digit.
         kind: the verdict.
         reason: the computation that shows it, in one sentence.

@@ -41,7 +41,9 @@ def _lift(base: float) -> Callable[[Item], Case]:
 
 
 def _smallest_base(item: Item) -> Case:
-    lift = Neighbour("the largest lift, 73 mm, C + R1 - R (lines 237 and 295), and R = 36 mm of line 223", 80.0 + 29.0 - 73.0, 0.0)
+    lift = Neighbour(
+        "the largest lift, 73 mm, C + R1 - R (lines 237 and 295), and R = 36 mm of line 223", 80.0 + 29.0 - 73.0, 0.0
+    )
     return Case(item, 36.0, "R = 36 mm throughout the results", neighbours=(lift,))
 
 
@@ -100,7 +102,8 @@ def _speed_76_angle(item: Item) -> Case:
 
 def _on_grid(quantity: int) -> tuple[float, float]:
     """Angle and value of the series' largest entry on the flank in a table of ten degrees."""
-    angles = GRID[(GRID >= WIDEST.joint_b) & (GRID <= WIDEST.joint_c)]
+    first, last = np.searchsorted(GRID, [WIDEST.joint_b, WIDEST.joint_c])
+    angles = GRID[first:last]
     values = WIDEST.series(angles, "flank")[quantity]
     k = int(np.argmax(values))
     return float(angles[k]), float(values[k])

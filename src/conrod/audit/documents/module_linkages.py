@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,7 +22,7 @@ class SixBar:
     directions of O12-A and O15-C are lost: they were fitted to the printed velocities.
     """
 
-    places: Vectors = {
+    places: ClassVar[Vectors] = {
         "O12": np.array([0.1321876681663548, -0.5962326718926764]),
         "O15": np.array([-0.3337894419168863, 0.19285692639131724]),
         "A": np.array([0.273047619047619, -0.45425213013526566]),
@@ -71,6 +72,37 @@ class SixBar:
         """Size of the part of the relative acceleration across the line from centre to point [m/s^2]."""
         arm = self._instant.places[point] - self._instant.places[centre]
         return abs(float((self.accelerations[point] - self.accelerations[centre]) @ turned(arm))) / size(arm)
+
+
+# The velocities of Example 6.15's polygon [m/s]: of a point, or of a pair against each other; without V_X4/B, which the
+# others contradict.
+SIX_BAR_POLYGON = {"C": 7.4, "D": 6.4, "B": 12.2, "X": 25.6, "BA": 4.0, "XC": 25.4, "XD": 18.8, "DC": 9.4}
+SCAN = np.radians(np.arange(0.0, 360.0, 0.5))
+
+
+def least_misfit() -> float:
+    """The largest deviation [m/s] that is left in the polygon by the pose that suits it best.
+
+    All poses of the printed lengths are tried, in steps of half a degree: the directions of O12-A and of O15-C. X4
+    moves along the slide, and as fast along AB as A does; link 4 turns so that C moves across O15-C.
+    """
+    bar = SixBar()
+    place = {**bar.places, "X": bar.auxiliary}
+    crank, rocker = np.meshgrid(SCAN, SCAN[: len(SCAN) // 2], indexing="ij")
+    velocity = {"A": 0.2 * -SIX_BAR_SPEED * np.array([np.sin(crank), -np.cos(crank)])}
+    along = (place["A"] - place["B"]) / size(place["A"] - place["B"])
+    pace = np.tensordot(along, velocity["A"], 1) / (bar.slide @ along)
+    velocity["X"] = bar.slide[:, None, None] * pace
+    arm = np.array([np.cos(rocker), np.sin(rocker)])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = -np.sum(velocity["X"] * arm, 0) / np.tensordot(turned(place["C"] - place["X"]), arm, 1)
+        for name in "BCD":
+            velocity[name] = velocity["X"] + turn * turned(place[name] - place["X"])[:, None, None]
+        off = [
+            np.abs(np.hypot(*(velocity[pair[0]] - (velocity[pair[1]] if len(pair) == 2 else 0.0))) - printed)
+            for pair, printed in SIX_BAR_POLYGON.items()
+        ]
+    return float(np.nanmin(np.max(off, axis=0)))
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,11 @@ def chained(exact: float, why: str, printed: str, value: float) -> CaseOf:
     return lambda item: Case(item, exact, why, roundings=(Explanation(printed, value),))
 
 
+def caused(exact: float, why: str, cause: str, value: float) -> CaseOf:
+    """A number that a systematic cause moves."""
+    return lambda item: Case(item, exact, why, causes=(Explanation(cause, value),))
+
+
 def slipped(exact: float, why: str, slip: str, value: float, within: float = 0.0, reading: float = 0.0) -> CaseOf:
     """A number that a wrong step gives."""
     return lambda item: Case(item, exact, why, wrong_steps=(Explanation(slip, value, within),), reading=reading)

@@ -6,6 +6,7 @@ The exact values are those of `ShearPress`. One set of constants, cut short, rep
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator
 from importlib.resources import files
 
@@ -152,5 +153,5 @@ def _neighbours(name: str, row: dict[str, str]) -> Iterator[Neighbour]:
                 within = half * (whole_value + abs(other_value)) / abs(side)
                 yield Neighbour(f"{whole} = {row[whole]} beside {other} = {row[other]}", side, within)
         elif name == whole:
-            value = float(np.hypot(*(float(row[part]) for part in parts)))
+            value = math.hypot(*(float(row[part]) for part in parts))
             yield Neighbour(f"{parts[0]} = {row[parts[0]]} with {parts[1]} = {row[parts[1]]}", value, 0.1)

@@ -146,7 +146,8 @@ def _formula(
 FORMULAS = (
     _formula("(1.2)", 169, "degrees of freedom", "3(n-1) - 2j - h", eq_1_2,
              lambda n, j, h, **_: 3 * n - 3 - (j * 2 + h), "three a moving link, less what the pairs take"),
-    _formula("(2.8)", 282, "omega", "2 pi/60 n", eq_2_8, lambda rpm, **_: math.tau * rpm / 60.0, "a turn in rad, a minute"),
+    _formula("(2.8)", 282, "omega", "2 pi/60 n", eq_2_8, lambda rpm, **_: math.tau * rpm / 60.0,
+             "a turn in rad, a minute"),
     _formula("(2.21)", 365, "normal acceleration", "V^2/R", eq_2_21,
              lambda v, r, **_: _second(_circle)(w=v / r, r=r), "the second derivative of motion on a circle"),
     _formula("(3.1)", 488, "number of instant centres", "n(n-1)/2", eq_3_1,

@@ -34,16 +34,12 @@ def rod_speed(*, t2: Any, t3: Any, r2: Any, r3: Any, w2: Any, **_: Any) -> Any:
     return -w2 * r2 * np.cos(t2) / (r3 * np.cos(t3))
 
 
-def slider_acceleration(
-    *, t2: Any, t3: Any, r2: Any, r3: Any, w2: Any, w3: Any, a2: Any, a3: Any, **_: Any
-) -> Any:
+def slider_acceleration(*, t2: Any, t3: Any, r2: Any, r3: Any, w2: Any, w3: Any, a2: Any, a3: Any, **_: Any) -> Any:
     """Document 002, line 128: r_C'' = -r2(w2^2 cos t2 + a2 sin t2) - r3(w3^2 cos t3 + a3 sin t3)."""
     return -r2 * (w2**2 * np.cos(t2) + a2 * np.sin(t2)) - r3 * (w3**2 * np.cos(t3) + a3 * np.sin(t3))
 
 
-def rod_acceleration_as_printed(
-    *, t2: Any, t3: Any, r2: Any, r3: Any, w2: Any, w3: Any, a2: Any, **_: Any
-) -> Any:
+def rod_acceleration_as_printed(*, t2: Any, t3: Any, r2: Any, r3: Any, w2: Any, w3: Any, a2: Any, **_: Any) -> Any:
     """Document 002, line 130: a3 = r2(w2^2 sin t2 + a2 cos t2)/(r3 cos t3) + w3^2 sin t3/cos t3."""
     return r2 * (w2**2 * np.sin(t2) + a2 * np.cos(t2)) / (r3 * np.cos(t3)) + w3**2 * np.sin(t3) / np.cos(t3)
 
@@ -59,7 +55,7 @@ def rotating_velocity(*, r: Any, v: Any, w2: Any, **_: Any) -> Any:
 
 
 def rotating_acceleration_as_printed(*, r: Any, v: Any, a: Any, w2: Any, a2: Any, **_: Any) -> Any:
-    """Document 002, line 56, dots restored, along the vector and across it: r'' - w^2 and 2 r' w r a (a plus is lost)."""
+    """Document 002, line 56, dots restored, along the vector and across it: r'' - w^2 and 2 r' w r a."""
     return np.concatenate([a - w2**2, 2.0 * v * w2 * r * a2])
 
 
@@ -79,9 +75,9 @@ def in_time(what: str) -> Formula:
         sine, cosine = sine_cosine(Jet((t2, w2, 0.5 * a2)))
         rod_sine = (e - r2 * sine) * (1.0 / r3)
         rod_cosine = -square_root(1.0 - rod_sine * rod_sine)
-        _, v, half_a = (r2 * cosine + r3 * rod_cosine).coefficients
+        v, half_a = (r2 * cosine + r3 * rod_cosine).coefficients[1:]
         # With s = sin t3 and c = cos t3: s' = c t3', and s'' = c' t3' + c t3''.
-        (_, s1, half_s2), (c, c1, _) = rod_sine.coefficients, rod_cosine.coefficients
+        (s1, half_s2), (c, c1) = rod_sine.coefficients[1:], rod_cosine.coefficients[:2]
         speed = s1 / c
         rates = {"slider velocity": v, "slider acceleration": 2.0 * half_a, "rod speed": speed}
         rates["rod acceleration"] = (2.0 * half_s2 - c1 * speed) / c
