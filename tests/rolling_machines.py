@@ -88,7 +88,8 @@ def planetary_gear(sun: str = "ground") -> Mechanism:
             Revolute("sun-bearing", "ground", "sun", (0.0, 0.0), (0.0, 0.0)),
             Revolute("lay-bearing", "ground", "lay", (0.05, 0.0), (0.0, 0.0)),
             Rolling("first", "arm", "lay", (0.0, 0.0), (0.0, 0.0), 0.02, 0.03),
-            Rolling("second", "lay", "sun", (0.0, 0.0), (0.0, 0.0), 0.02, 0.03),
+            # The line from the lay shaft to the sun points backwards: half a turn of it in the offset.
+            Rolling("second", "lay", "sun", (0.0, 0.0), (0.0, 0.0), 0.02, 0.03, offset=-math.pi * 0.05),
         ]
         poses |= {"sun": (0.0, 0.0, 0.0), "lay": (0.05, 0.0, 0.0)}
     return Mechanism(
@@ -203,3 +204,17 @@ def poses_of(machine: GenericReference, body: str, angle: Array) -> Array:
     """Exact poses (T, 3) of a body."""
     i = 3 * machine.described.body_index[body]
     return np.asarray(machine.kinematics.poses(angle)[:, i : i + 3])
+
+
+PASS = (-0.4, 0.3)  # [rad], of the crank
+MACHINES = {
+    "inverted slider-crank": inverted_slider_crank(),
+    "gears": gear_pair(),
+    "ring gear": gear_pair(TOOTH, -WHEEL),
+    "planetary gear": planetary_gear(),
+    "planetary gear, all turn": planetary_gear("sun"),
+    "rack and wheel": rack_and_wheel(),
+    "wheel on a track": wheel_on_a_track(),
+    "four-bar, one pass": swinging_four_bar(PASS),
+    "rack and wheel, one pass": rack_and_wheel((-0.5, 0.7)),
+}

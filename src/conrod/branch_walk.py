@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -40,7 +41,7 @@ class BranchWalk:
     """Poses on the branch of the start poses.
 
     Raises:
-        InvalidInput: the mechanism cannot be assembled at crank angle 0.
+        InvalidInput: the mechanism cannot be assembled at crank angle 0, or wheels that roll do not touch there.
     """
 
     def __init__(self, equations: Equations) -> None:
@@ -50,7 +51,9 @@ class BranchWalk:
     @cached_property
     def start(self) -> Array:
         """Exact poses at crank angle 0; (1, 3 n)."""
-        return self.equations.newton(self.equations.approximate, np.zeros(1))
+        start = self.equations.newton(self.equations.approximate, np.zeros(1))
+        check_meshes(self.equations.mechanism, start)
+        return start
 
     @cached_property
     def branch(self) -> float:
@@ -85,13 +88,15 @@ class BranchWalk:
             InvalidInput: the linkage does not reach all of the span.
         """
         span = self.equations.mechanism.driver.span
-        if span is not None:
-            return self._stretch(*span)
+        _ = self.start  # what is wrong there is told, and not taken for a limit of the turn
         try:
-            turn = self._stretch(0.0, 2.0 * np.pi)
+            table = self._stretch(*(span or (0.0, 2.0 * np.pi)))
         except InvalidInput:
+            if span is not None:
+                raise
             return None
-        return replace(turn, gain=self._gain(turn))
+        check_meshes(self.equations.mechanism, table.poses)
+        return table if span is not None else replace(table, gain=self._gain(table))
 
     def _reaching(self, angle: Array) -> PoseTable | None:
         """The table, with the turns added that the angles ask for where poses do not repeat after a turn."""
@@ -110,7 +115,6 @@ class BranchWalk:
         forth, back = self._passed(last), self._passed(first)
         places = [*reversed(back[1:]), *forth]
         stacked = np.concatenate([place.poses for place in places])
-        check_meshes(self.equations.mechanism, stacked)
         angles = np.array([place.angle for place in places])
         return self._refined(PoseTable(angles, stacked, self.equations.slope(stacked), None))
 
@@ -144,6 +148,14 @@ class BranchWalk:
 
     def _place(self, angle: float, poses: Array) -> _Place:
         return _Place(angle, poses, self.equations.slope(poses))
+
+    def reach(self, goal: float) -> float:
+        """The crank angle [rad] where the way from the start to a goal ends; the goal, if nothing ends it before."""
+        here = self._place(0.0, self.start)
+        with suppress(InvalidInput):
+            for passed in self._steps(here, goal):
+                here = passed
+        return here.angle
 
     def _steps(self, here: _Place, goal: float) -> Iterator[_Place]:
         """Places on the way to a goal.
