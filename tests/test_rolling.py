@@ -12,8 +12,7 @@ from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
 from conrod.generic_reference import GenericReference
 from conrod.joint_equations import joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism import GROUND, Body, Driver, Joint, Mechanism, Pose, Prismatic
-from conrod.mesh_geometry import offset_in
+from conrod.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic
 from conrod.motion import Array
 from conrod.outcome import joint_gaps
 from conrod.rolling import Rack, Rolling
@@ -164,21 +163,6 @@ def test_wrong_radius_is_refused_because_the_wheels_do_not_touch() -> None:
         replace(j, point_b=(0.0, 0.002)) if isinstance(j, Rack) else j for j in rack_and_wheel().joints))  # fmt: skip
     with pytest.raises(InvalidInput, match=r"0.078 m left of the line, the radius asks for 0.08 m"):
         _ = driven(lifted).lengths
-
-
-def _pose(values: Array) -> Pose:
-    return float(values[0]), float(values[1]), float(values[2])
-
-
-def test_offset_of_a_pair_is_told_from_poses_that_it_fits() -> None:
-    for name in ("planetary gear, all turn", "rack and wheel", "wheel on a track"):
-        machine = driven(MACHINES[name])
-        poses = dict(
-            zip(machine.described.body_index, map(_pose, machine.kinematics.start.reshape(-1, 3)), strict=True)
-        )
-        for mesh in machine.described.meshes:
-            assert abs(offset_in(mesh, poses)) == pytest.approx(abs(mesh.offset), abs=1e-12)
-            assert offset_in(mesh, {**poses, mesh.a: (*poses.get(mesh.a, (0.0, 0.0, 0.0))[:2], 0.5)}) != mesh.offset
 
 
 @pytest.mark.parametrize("radii", [(0.1, -0.1), (0.1, -0.05), (-0.1, -0.2), (0.0, 0.1), (math.nan, 0.1)])

@@ -146,6 +146,7 @@ def test_wrong_ratio_and_wrong_sense_are_seen_in_both_modes(engine: str, other: 
     place = solved.points["mark"][0] - poses_of(wrong, "wheel", np.zeros(1))[:, :2]
     assert np.abs(place - exact).max() > 1e6 * KINEMATIC * PIN
     run = _run(wrong, engine, "tuned", 200)
+    assert run.bodies is not None
     gap = joint_gaps(right.described, [run.bodies.position.poses])["mesh"]
     assert np.abs(gap).max() > 1e-4
 
@@ -153,6 +154,7 @@ def test_wrong_ratio_and_wrong_sense_are_seen_in_both_modes(engine: str, other: 
 def test_slipping_gear_is_told_by_its_joint_and_predicted_from_it() -> None:
     machine = driven(gear_pair())
     run = _run(machine, "mujoco", "tuned", 200)
+    assert run.bodies is not None
     poses = run.bodies.position.poses.copy()
     poses[:, 5] += 1e-4
     slipped = replace(run.bodies, position=replace(run.bodies.position, poses=poses))

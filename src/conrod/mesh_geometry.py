@@ -1,29 +1,17 @@
-"""Whether the wheels of rolling pairs are held where they touch, and how their turns belong together."""
+"""Whether the wheels of rolling pairs are held where they touch."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.joint_equations import joint_residual, pose_jets
-from conrod.mechanism import GROUND, Body, Driver, Mechanism, Pose
+from conrod.joint_equations import pose_jets
+from conrod.mechanism import Mechanism
 from conrod.motion import Array
 from conrod.rolling import Mesh, Rack, Rolling
 
 # Of the distance; lengths are given in six digits or more.
 OFF = 1e-6
-
-
-def offset_in(mesh: Mesh, poses: Mapping[str, Pose]) -> float:
-    """The offset [m] with which a rolling pair fits given poses, as told where two wheels' marks stand at the start."""
-    bodies = tuple(Body(name, 1.0, 1.0) for name in dict.fromkeys((mesh.a, mesh.b)) if name != GROUND)
-    pair = Mechanism(mesh.name, bodies, (), Driver(""), {}, ())
-    stacked = np.array([poses[body.name] for body in bodies], dtype=float).reshape(1, -1)
-    left = joint_residual(replace(mesh, offset=0.0), pose_jets(pair, [stacked]))[0].coefficients[0]
-    return float(np.ravel(left)[0])
 
 
 def check_meshes(mechanism: Mechanism, poses: Array) -> None:
