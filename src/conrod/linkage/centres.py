@@ -10,17 +10,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal, assert_never
+from typing import Literal, TypeAlias, assert_never
 
 import numpy as np
 
 from conrod.linkage.state import LinkageState, left_of, link_numbers
-from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
+from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
 from conrod.motion import Array
 from conrod.rolling import Rack, Rolling
 
 CentreKind = Literal["fixed", "permanent", "contact", "secondary"]
 
+Pair: TypeAlias = frozenset[str]
+
+SECONDARY: tuple[CentreKind, None] = ("secondary", None)
+SAME = 1e-12  # [m]: two places on a link that are one
 # A centre so many sizes of the mechanism away is the rounding of one at infinity.
 FARTHEST = 1e10
 
@@ -67,16 +71,16 @@ def centre_count(mechanism: Mechanism) -> int:
 def instant_centres(state: LinkageState) -> tuple[InstantCentre, ...]:
     """The centre of every pair of links, in the order of their numbers."""
     numbers = link_numbers(state.mechanism)
-    kinds, joints = _primary(state.mechanism), {frozenset((j.a, j.b)): j for j in state.mechanism.joints}
+    primary = primary_joints(state.mechanism)
     found = []
     for first, second in combinations(sorted(numbers, key=numbers.__getitem__), 2):
         twist = state.links[second].twist - state.links[first].twist
         place, direction = _pole(twist, state.size, _fastest(state))
         name = centre_name(numbers[first], numbers[second])
-        kind: CentreKind = kinds.get(frozenset((first, second)), "secondary")
-        if place is None and direction is None and kind != "secondary":
+        kind, joint = primary.get(frozenset((first, second)), SECONDARY)
+        if place is None and direction is None and joint is not None:
             # Two links at rest to each other, as at a dead centre: their joint is still the centre.
-            point = joint_centre(state, joints[frozenset((first, second))])
+            point = joint_centre(state, joint)
             assert point is not None
             place, direction = _as_place(point)
         found.append(InstantCentre((first, second), name, kind, place, direction))
@@ -140,21 +144,34 @@ def _fastest(state: LinkageState) -> float:
     )
 
 
-def _primary(mechanism: Mechanism) -> dict[frozenset[str], CentreKind]:
-    """The pairs whose centre a joint alone gives."""
-    kinds: dict[frozenset[str], CentreKind] = {}
+def primary_joints(mechanism: Mechanism) -> dict[Pair, tuple[CentreKind, Joint]]:
+    """The pairs of links whose centre a joint alone gives, with its kind and that joint.
+
+    Where one pin holds three links, every two of them have their centre there, whichever joints were declared.
+    """
+    found: dict[Pair, tuple[CentreKind, Joint]] = {}
     for joint in mechanism.joints:
         pair = frozenset((joint.a, joint.b))
         match joint:
             case Revolute() | Prismatic():
-                kinds[pair] = "fixed" if GROUND in pair else "permanent"
+                found[pair] = ("fixed" if GROUND in pair else "permanent", joint)
             case Rolling() | Rack():
-                kinds.setdefault(pair, "contact")
+                found.setdefault(pair, ("contact", joint))
             case CamContact():
                 pass  # the centre lies on the common normal, but where on it the rest of the linkage decides
             case _:
                 assert_never(joint)
-    return kinds
+    pins = [(j, *end) for j in mechanism.joints if isinstance(j, Revolute) for end in _ends(j)]
+    for (first, link, point, one), (_, shared, other_point, other) in combinations(pins, 2):
+        if link == shared and math.dist(point, other_point) <= SAME and one != other:
+            fixed = GROUND in {link, one, other}
+            found.setdefault(frozenset((one, other)), ("fixed" if fixed else "permanent", first))
+    return found
+
+
+def _ends(pin: Revolute) -> tuple[tuple[str, Point, str], tuple[str, Point, str]]:
+    """Each link of a pin with its place on it, and the other link."""
+    return (pin.a, pin.point_a, pin.b), (pin.b, pin.point_b, pin.a)
 
 
 @dataclass(frozen=True)

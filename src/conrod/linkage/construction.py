@@ -14,15 +14,13 @@ from itertools import combinations
 import numpy as np
 
 from conrod.joint_equations import active_arcs, pose_jets
-from conrod.linkage.centres import joint_centre
+from conrod.linkage.centres import Pair, joint_centre, primary_joints
 from conrod.linkage.state import LinkageState, link_numbers
-from conrod.mechanism import CamContact, Joint
+from conrod.mechanism import CamContact
 from conrod.motion import Array
 
 # The sine under which two lines count as one: beyond, their crossing would be rounding.
 PARALLEL = 1e-6
-
-Pair = frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -64,20 +62,15 @@ class _Work:
         self.points: dict[Pair, Array] = {}
         self._lines: dict[Pair, Array] = {}
         self.steps: list[tuple[Pair, tuple[str, ...]]] = []
-        for joint in sorted(state.mechanism.joints, key=lambda joint: joint.name):
-            pair = frozenset((joint.a, joint.b))
-            if pair not in self.points:
-                self._take(pair, joint)
-
-    def _take(self, pair: Pair, joint: Joint) -> None:
-        centre = joint_centre(self._state, joint)
-        if centre is not None:
+        for pair, (_, joint) in sorted(primary_joints(state.mechanism).items(), key=lambda item: sorted(item[0])):
+            centre = joint_centre(state, joint)
+            assert centre is not None
             self.points[pair] = self._point(centre)
             self.steps.append((pair, ()))
-        elif isinstance(joint, CamContact):
-            roller = self._state.links[joint.b].place(joint.roller_centre)
-            arc, wheel = (self._point(np.array([*place, 1.0])) for place in (self._arc_centre(joint), roller))
-            self._lines[pair] = _unit(np.cross(arc, wheel))
+        for contact in state.mechanism.cam_contacts:
+            roller = state.links[contact.b].place(contact.roller_centre)
+            arc, wheel = (self._point(np.array([*place, 1.0])) for place in (self._arc_centre(contact), roller))
+            self._lines[frozenset((contact.a, contact.b))] = _unit(np.cross(arc, wheel))
 
     def _arc_centre(self, joint: CamContact) -> Array:
         bodies = pose_jets(self._state.mechanism, [self._state.derivatives[0]])

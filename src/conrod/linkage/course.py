@@ -20,9 +20,11 @@ from conrod.motion import Array
 
 TURN = 2.0 * math.pi
 SAMPLES = 720  # of a full turn
-STEP, LEAST_STEP = 0.02, 1e-9  # of arc length, lengths in units of the mechanism's size, angles in radians
+STEP, LEAST_STEP = 0.05, 1e-9  # of arc length, lengths in units of the mechanism's size, angles in radians
+SMOOTH = 0.98  # the least cosine between the tangents at both ends of a step
+SHORT = 1e-7
 LONGEST = 200.0
-NEWTON_STEPS, NEWTON_DONE = 12, 1e-10
+NEWTON_STEPS, NEWTON_DONE = 12, 1e-8  # it converges quadratically: the square is left
 HALVINGS = 60
 
 End = Literal["limit", "change point", "none"]
@@ -156,33 +158,38 @@ def _trace(kinematics: Kinematics, start: Array, tangent: Array, sense: float) -
     """Places (arc length, poses, tangent) from a start to the end of the crank's range, and what ends it."""
     places: list[Place] = []
     length, poses, along, step = 0.0, start, tangent, STEP
+    scale, branch = _scale(kinematics), _branch(kinematics, start[None])
 
     def reached(step: float) -> tuple[Array, Array]:
         there = _corrected(kinematics, (poses + sense * step * along)[None], along[None])
         return there[0], _tangents(kinematics, there, along[None])[0]
 
-    def end_at(step: float) -> End:
+    def end_at(step: float) -> End | None:
         try:
             there, slope = reached(step)
         except InvalidInput:
-            return "change point"  # where two curves of poses cross, Newton's iteration has no one way to go
+            return None
+        if float(along / scale @ (slope / scale)) < SMOOTH:
+            return None
         if _crank_rate(kinematics, slope[None])[0] <= 0.0:
             return "limit"
-        return "none" if kinematics.branch(there[None])[0] == kinematics.assembled_branch else "change point"
+        return "none" if _branch(kinematics, there[None]) == branch else "change point"
 
     while abs(length) < LONGEST:
         end = end_at(step)
-        if end == "change point" and step > LEAST_STEP:
-            step *= 0.5  # the step may have been too long
+        if end is None and step > LEAST_STEP:
+            step *= 0.5  # the step was too long
             continue
-        if end == "change point":
-            return places, end
-        if end == "limit":
+        if end is None:
+            return places, "change point"
+        if end != "none":
             step = bisect(0.0, step, lambda step: end_at(step) == "none")
+            # Where two curves of poses cross, Newton's iteration has no one way to go: stop short of it.
+            step = max(0.0, step - SHORT) if end == "change point" else step
         poses, along = reached(step)
         length += sense * step
         places.append((length, poses, along))
-        if end == "limit":
+        if end != "none":
             return places, end
         step = min(STEP, 2.0 * step)
     raise InvalidInput(f"{kinematics.mechanism.name}: the limits of its crank angle were not found")
@@ -207,6 +214,11 @@ def _tangents(kinematics: Kinematics, poses: Array, towards: Array | None) -> Ar
     if towards is not None:
         tangents = tangents * np.where(np.sum(tangents * towards / scale, axis=1) < 0.0, -1.0, 1.0)[:, None]
     return np.asarray(tangents * scale)
+
+
+def _branch(kinematics: Kinematics, poses: Array) -> float:
+    """Sign of the determinant of all equations; it changes where two branches meet, and at a limit of the crank."""
+    return float(np.sign(np.linalg.det(kinematics.jacobian(poses) * _scale(kinematics)))[0])
 
 
 def _crank_rate(kinematics: Kinematics, tangents: Array) -> Array:

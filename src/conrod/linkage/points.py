@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 import string
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 from conrod.linkage.accelerations import coincident_point
+from conrod.linkage.centres import SAME
 from conrod.linkage.state import link_numbers
 from conrod.mechanism import GROUND, Joint, Mechanism, Point, Prismatic, Revolute
 
 POLE = "O"  # of a polygon
-SAME = 1e-12  # [m]: two places on a link that are one
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def linkage_points(mechanism: Mechanism) -> LinkagePoints:
     naming = _Naming(mechanism)
     for joint in naming.joints:
         if isinstance(joint, Revolute) and GROUND not in (joint.a, joint.b):
-            naming.add(_short(joint), [Carrier(joint.a, joint.point_a), Carrier(joint.b, joint.point_b)])
+            naming.pin(joint)
     pairs = []
     for joint in naming.joints:
         sliding = None if GROUND in (joint.a, joint.b) else coincident_point(mechanism, joint)
@@ -131,14 +131,29 @@ class _Naming:
                     return point
         return None
 
+    def pin(self, joint: Revolute) -> None:
+        """Name a pin, or add its other link to the one that it shares a place with."""
+        carriers = [Carrier(joint.a, joint.point_a), Carrier(joint.b, joint.point_b)]
+        here = next((point for carrier in carriers if (point := self.at(carrier))), None)
+        if here is None:
+            self.add(_short(joint), carriers)
+        else:
+            new = [carrier for carrier in carriers if carrier not in here.carriers]
+            self.points[self.points.index(here)] = replace(here, carriers=self._ordered([*here.carriers, *new]))
+
     def add(self, name: str | None, carriers: list[Carrier], joined: bool = True) -> NamedPoint:
         """Name a point; without a name it gets that of an observed point, or a letter."""
         name = name or self._observed(carriers) or next(letter for letter in _letters() if letter not in self._taken)
         self._taken.add(name)
-        carriers.sort(key=lambda carrier: (not _guided(self._mechanism, carrier.link), self._numbers[carrier.link]))
-        point = NamedPoint(name, tuple(carriers), joined)
+        point = NamedPoint(name, self._ordered(carriers), joined)
         self.points.append(point)
         return point
+
+    def _ordered(self, carriers: list[Carrier]) -> tuple[Carrier, ...]:
+        def order(carrier: Carrier) -> tuple[bool, int]:
+            return not _guided(self._mechanism, carrier.link), self._numbers[carrier.link]
+
+        return tuple(sorted(carriers, key=order))
 
     def _observed(self, carriers: list[Carrier]) -> str | None:
         for observed in self._mechanism.observed:
