@@ -11,6 +11,7 @@ import pytest
 from conrod.closure_prediction import predicted_errors
 from conrod.comparison import compare
 from conrod.engines import engine_named
+from conrod.engines.engine import run_of
 from conrod.engines.mesh_rows import mesh_row
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
@@ -29,6 +30,7 @@ from rolling_machines import (
     gear_pair,
     planetary_gear,
     poses_of,
+    swinging_four_bar,
 )
 
 # What pymunk refuses, and a word of its reason.
@@ -69,8 +71,8 @@ def test_runs_stay_within_what_the_engines_laws_allow(name: str, engine: str) ->
 
 
 def _run(machine: GenericReference, engine: str, preset: str, steps: int) -> Trajectory:
-    of, (first, last) = engine_named(engine), machine.kinematics.span
-    trajectory = of.run(machine, of.presets[preset](machine, steps), (last - first) / (2.0 * math.pi), first)
+    of, (start, revolutions) = engine_named(engine), run_of(machine, steps, 1.0)
+    trajectory = of.run(machine, of.presets[preset](machine, steps), revolutions, start)
     assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
     return trajectory
 
@@ -93,6 +95,19 @@ def test_gears_leave_nothing_to_an_engine_but_rounding() -> None:
     machine = driven(gear_pair())
     for engine in ("mujoco", "pymunk"):
         assert compare(_run(machine, engine, "tuned", 500), machine).worst("position") < 1e-13
+
+
+def test_pass_takes_whole_steps_within_the_span_from_the_end_that_the_sense_tells() -> None:
+    forth, back = driven(swinging_four_bar((-0.4, 0.3))), GenericReference(swinging_four_bar((-0.4, 0.3)), -SPEED)
+    for machine, start, stop in ((forth, -0.4, 0.3), (back, 0.3, -0.4)):
+        run = _run(machine, "mujoco", "tuned", 300)
+        step = 2.0 * math.pi / 300
+        angle = run.points["joint"].position.instants.angle
+        assert angle[0] == pytest.approx(start, abs=1e-12)
+        assert abs(stop - angle[-1]) < step
+        assert angle.min() + 1e-12 >= -0.4
+        assert angle.max() - 1e-12 <= 0.3
+        assert compare(run, machine).worst("position") < 1e-3
 
 
 @pytest.mark.parametrize("name", REFUSED)

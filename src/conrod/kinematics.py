@@ -78,6 +78,10 @@ class Kinematics:
         """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom."""
         return np.asarray(np.linalg.svd(self._equations.scaled_jacobian(poses), compute_uv=False)[:, -1])
 
+    def reach(self, goal: float) -> float:
+        """The crank angle [rad] where the way from angle 0 to a goal ends; the goal, if nothing ends it before."""
+        return self._walk.reach(goal)
+
     @property
     def start(self) -> Array:
         """Exact poses at crank angle 0; (1, 3 n)."""
