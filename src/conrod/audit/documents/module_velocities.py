@@ -70,7 +70,7 @@ CASES: dict[str, CaseOf] = {
     "4.10-w2": plain(FAST, "1000 x 2 pi/60"),
     "4.10-vb-first": slipped(
         V_B,
-        "B is no point of link 2: omega 3 x O13B, 12,69 m/s as the example itself has it (line 755)",
+        "B is no point of link 2: omega 3 x O13B, 12,69 m/s as the example itself has it (line 754)",
         "omega 2 times 0,67 m, which is O13A,",
         FAST * O13_A,
     ),

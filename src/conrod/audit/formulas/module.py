@@ -28,7 +28,7 @@ def eq_2_8(*, rpm: Any, **_: Any) -> Any:
 
 
 def eq_2_21(*, v: Any, r: Any, **_: Any) -> Any:
-    """Document 001, line 361, (2.21): A^n = V^2/R."""
+    """Document 001, line 371, (2.21): A^n = V^2/R."""
     return v**2 / r
 
 
@@ -45,6 +45,36 @@ def eq_4_3_as_printed(*, w: Any, o12: Any, **_: Any) -> Any:
 def eq_4_3(*, w: Any, o12: Any, o13: Any, **_: Any) -> Any:
     """The same mended: w3 = w2 O12O23/O13O23."""
     return w * o12 / o13
+
+
+def eq_4_2_as_printed(*, w3: Any, o12: Any, **_: Any) -> Any:
+    """Document 001, (4.2): V_O23 = w3 O12O23."""
+    return w3 * o12
+
+
+def eq_4_2(*, w3: Any, o13: Any, **_: Any) -> Any:
+    """The same mended: V_O23 = w3 O13O23."""
+    return w3 * o13
+
+
+def turn_of_3_as_printed(*, v: Any, o12_o13: Any, **_: Any) -> Any:
+    """Document 001, line 666: w (printed with the index 2) = V_A/O12O13."""
+    return v / o12_o13
+
+
+def turn_of_3(*, v: Any, o13: Any, **_: Any) -> Any:
+    """The same mended, as Example 4.10 has it (line 744): w3 = V_A/O13O23."""
+    return v / o13
+
+
+def speed_of_34_as_printed(*, w3: Any, o12_o34: Any, **_: Any) -> Any:
+    """Document 001, line 670: V_B = w3 O12O34."""
+    return w3 * o12_o34
+
+
+def speed_of_34(*, w3: Any, o13_o34: Any, **_: Any) -> Any:
+    """The same mended, as Example 4.10 has it (line 754): V_B = w3 O13O34."""
+    return w3 * o13_o34
 
 
 def arm_of_b_as_printed(*, w: Any, o24: Any, **_: Any) -> Any:
@@ -128,13 +158,34 @@ def _sliding(time: Jet, **k: Any) -> Any:
     return along * c, along * s
 
 
+def _turning(arm: str) -> Formula:
+    """Speed of a point on a link that turns at w3 about its instant centre, as the derivative of its place."""
+
+    def speed(**k: Any) -> Any:
+        time = Jet((0.0 * k[arm], 1.0, 0.0))
+        s, c = sine_cosine(time * k["w3"])
+        return np.hypot((k[arm] * c).coefficients[1], (k[arm] * s).coefficients[1])
+
+    return speed
+
+
 def arguments() -> dict[str, Any]:
     """Many speeds and radii: arrays (40,); counts of links as whole numbers."""
     s = np.linspace(0.1, 6.2, 40)
     radii = {"R": 0.5 + 0.2 * np.cos(s), "r": 0.1 + 0.05 * np.sin(3.0 * s)}
     arms = {"o12": 0.2 + 0.1 * np.sin(s), "o13": 0.5 + 0.1 * np.cos(2.0 * s), "o24": 0.4 + 0.1 * np.sin(5.0 * s)}
+    arms |= {"o12_o13": 0.7 + 0.1 * np.cos(s), "o12_o34": 0.6 + 0.1 * np.sin(s), "o13_o34": 0.3 + 0.1 * np.cos(3.0 * s)}
     counts = {"n": np.arange(4, 44), "j": np.arange(4, 44) + 1, "h": np.arange(40) % 3}
-    return {"w": 3.0 + s, "v": 1.0 + s, "rpm": 100.0 * s, "o34": 0.3 + 0.1 * np.cos(7.0 * s), **radii, **arms, **counts}
+    return {
+        "w": 3.0 + s,
+        "w3": 2.0 + s,
+        "v": 1.0 + s,
+        "rpm": 100.0 * s,
+        "o34": 0.3 + 0.1 * np.cos(7.0 * s),
+        **radii,
+        **arms,
+        **counts,
+    }
 
 
 def _formula(
@@ -146,15 +197,22 @@ def _formula(
 FORMULAS = (
     _formula("(1.2)", 169, "degrees of freedom", "3(n-1) - 2j - h", eq_1_2,
              lambda n, j, h, **_: 3 * n - 3 - (j * 2 + h), "three a moving link, less what the pairs take"),
-    _formula("(2.8)", 282, "omega", "2 pi/60 n", eq_2_8, lambda rpm, **_: math.tau * rpm / 60.0,
+    _formula("(2.8)", 283, "omega", "2 pi/60 n", eq_2_8, lambda rpm, **_: math.tau * rpm / 60.0,
              "a turn in rad, a minute"),
-    _formula("(2.21)", 365, "normal acceleration", "V^2/R", eq_2_21,
+    _formula("(2.21)", 371, "normal acceleration", "V^2/R", eq_2_21,
              lambda v, r, **_: _second(_circle)(w=v / r, r=r), "the second derivative of motion on a circle"),
     _formula("(3.1)", 488, "number of instant centres", "n(n-1)/2", eq_3_1,
              lambda n, **_: np.array([math.comb(int(k), 2) for k in n]), "pairs of n links, counted"),
     _formula("(4.3)", 605, "omega 3", "(O12O23/O12O23) omega 3 = omega 2", eq_4_3_as_printed,
              lambda w, o12, o13, **_: (w * o12) / o13, "one velocity of O23 in both links", mended=eq_4_3,
              change="omega 3 = omega 2 O12O23/O13O23"),
+    _formula("(4.2)", 601, "V_O23", "omega 3 x O12O23", eq_4_2_as_printed, _turning("o13"), "link 3 turning about O13",
+             mended=eq_4_2, change="O13O23 in place of O12O23"),
+    _formula("section 4.3", 666, "omega 3", "V_A/O12O13 (printed omega 2)", turn_of_3_as_printed,
+             lambda v, o13, **_: v / _turning("o13")(w3=1.0, o13=o13), "link 3 turning about O13", mended=turn_of_3,
+             change="omega 3 = V_A/O13O23"),
+    _formula("section 4.3", 670, "V_B", "omega 3 x O12O34", speed_of_34_as_printed, _turning("o13_o34"),
+             "link 3 turning about O13", mended=speed_of_34, change="O13O34 in place of O12O34"),
     _formula("section 4.3", 702, "V_B", "omega 4 x O24O14", arm_of_b_as_printed, lambda w, o34, **_: w * o34,
              "link 4 turning about O14, B being O34", mended=arm_of_b, change="O34O14 in place of O24O14"),
     _formula("Example 5.6", 907, "V_A", "omega^2 x O12A", speed_of_pin_as_printed, lambda w, r, **_: w * r,
