@@ -138,6 +138,17 @@ def test_what_the_cam_paper_calls_its_extreme_was_computed_for_another_flank() -
     assert [Number("217,314").is_rounding_of(value) for value in values] == [False, False, True, False]
 
 
+def test_the_flank_jerk_of_the_cam_paper_is_that_of_one_other_row_of_its_tables_and_of_no_third() -> None:
+    angles = (160.0, 162.228, 162.244, 162.728, 163.323)
+    found = [
+        (rho, angle)
+        for rho in (72.5, 88.0, 98.0, 108.0, 118.0)
+        for angle in angles
+        if Number("-89,616").is_rounding_of(float(ArcCam(36.0, rho).series(angle, "flank")[3, 0]))
+    ]
+    assert found == [(88.0, 162.228)]
+
+
 def test_the_arcs_of_a_cam_meet_in_lift_and_velocity_exactly_and_its_series_do_not() -> None:
     cam = ArcCam(36.0, 118.0)
     left, right = cam.exact(cam.joint_c, "left")[:, 0], cam.exact(cam.joint_c, "right")[:, 0]

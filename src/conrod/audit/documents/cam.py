@@ -97,7 +97,7 @@ def _speed_76_angle(item: Item) -> Case:
     sweep = np.linspace(0.0, 180.0, 18001)
     peak = float(sweep[int(np.argmax(ArcCam(76.0, 92.5).exact(sweep)[VELOCITY]))])
     joints = ", ".join(f"{ArcCam(76.0, rho).joint_c:.3f} deg for {rho:g} mm" for rho in (98.0, 108.0, 118.0))
-    return Case(item, peak, f"rho = 92.5 mm has its peak there and no joint; the joint C stands at {joints}")
+    return Case(item, peak, f"the peak of rho = 92.5 mm, which has no joint; the joint C stands at {joints}")
 
 
 def _on_grid(quantity: int) -> tuple[float, float]:
@@ -125,6 +125,14 @@ def _tip(item: Item) -> Case:
     angle, value = _exact_extreme(ACCELERATION, magnitude=True)
     why = f"exact geometry at the tip (not the extreme, which is {value:.3f} at {angle:.3f} deg)"
     return Case(item, float(WIDEST.exact(180.0)[ACCELERATION, 0]), why)
+
+
+def _tip_angle(item: Item) -> Case:
+    angle, value = _exact_extreme(ACCELERATION, magnitude=True)
+    nose = WIDEST.nose_angles
+    series = float(nose[int(np.argmin(WIDEST.series(nose, "nose")[ACCELERATION]))])
+    cut = Explanation("the series (18), whose acceleration falls all the way to the tip,", series)
+    return Case(item, angle, f"exact geometry: {value:.3f} just after the joint C", causes=(cut,))
 
 
 def _extreme_on_nose(quantity: int) -> Callable[[Item], Case]:
@@ -185,6 +193,7 @@ CASES: dict[str, Callable[[Item], Case]] = {
     "flank-acceleration": _flank_peak(ACCELERATION, 1),
     "flank-acceleration-angle": _flank_peak(ACCELERATION, 0),
     "tip-acceleration": _tip,
+    "tip-angle": _tip_angle,
     "acceleration-max": _extreme_on_nose(ACCELERATION),
     "acceleration-max-angle": _joint_angle(mirrored=False),
     "acceleration-max-mirror": _joint_angle(mirrored=True),
