@@ -13,6 +13,7 @@ from conrod.comparison import compare
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
 from conrod.engines.mesh_rows import mesh_row
+from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
 from conrod.generic_reference import GenericReference
@@ -35,8 +36,6 @@ from rolling_machines import (
 
 # What pymunk refuses, and a word of its reason.
 REFUSED = {
-    "planetary gear": "ring and planet and arm",
-    "planetary gear, all turn": "sun and planet and arm",
     "rack and wheel": "rack",
     "wheel on a track": "rack",
     "rack and wheel, one pass": "rack",
@@ -118,6 +117,15 @@ def test_pymunk_says_which_rolling_pairs_it_cannot_have_and_why(name: str) -> No
     assert REFUSED[name] in reason
     with pytest.raises(InvalidInput, match="pymunk"):
         engine.solve_kinematics(machine, np.zeros(1))
+
+
+def test_pymunk_solves_gears_of_three_turns_for_pairs_or_says_that_they_are_none() -> None:
+    assert gears_refusal(planetary_gear("sun")) is None
+    two_inputs = planetary_gear("sun")
+    two_inputs = replace(two_inputs, joints=tuple(j for j in two_inputs.joints if j.name not in ("first", "second")))
+    assert gears_refusal(two_inputs) == (
+        "pymunk's gear joint ties the turns of two bodies; here planet and sun and arm hang together"
+    )
 
 
 def test_planet_on_an_arm_round_a_fixed_sun_is_a_gear_joint_with_the_arm() -> None:

@@ -201,8 +201,10 @@ def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any, pl
 
 def _refine(scene: Scene, engine: Engine[Any], preset: str, plan: Plan, steps: int) -> tuple[RefinementPoint, ...]:
     points = []
-    for n in refinement_path(scene, steps):
-        start, revolutions = run_of(scene, n, plan.revolutions)
+    path = refinement_path(scene, steps)
+    # Of one pass all take the part that the longest steps have room for.
+    start, revolutions = run_of(scene, min(path), plan.revolutions)
+    for n in path:
         trajectory = engine.run(scene, engine.presets[preset](scene, n), revolutions, start)
         found = compare(trajectory, scene) if trajectory.outcome is Outcome.COMPLETED else None
         sizes = {q: found.worst(q) if found else None for q in QUANTITIES}

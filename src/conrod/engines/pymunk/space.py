@@ -15,12 +15,10 @@ from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import DistanceJoint, model_form
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dressing import dress
-from conrod.engines.pymunk.gears import RACK_REFUSAL, gear_joint
+from conrod.engines.pymunk.gears import gear_joints
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.shaft_centred import shaft_centred
-from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
-from conrod.motion import Array
 from conrod.rolling import Rack, Rolling
 
 ROUNDING = 0.9
@@ -47,7 +45,9 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     made.place(start, np.zeros_like(start))
     for joint in mechanism.joints:
         if joint.name != mechanism.driver.joint:
-            _add_joint(made, joint, start, settings)
+            _add_joint(made, joint, settings)
+    for name, gear in gear_joints(made, start).items():
+        _add(made, name, gear, settings)
     for distance in form.distances:
         _add(made, distance.link, _rod(made, distance), settings)
     dress(made, settings)
@@ -66,7 +66,7 @@ def _slides_on_ground(mechanism: Mechanism, name: str) -> bool:
     return any(isinstance(j, Prismatic) and {j.a, j.b} == {GROUND, name} for j in mechanism.joints)
 
 
-def _add_joint(made: Build, joint: Joint, start: Array, settings: PymunkSettings) -> None:
+def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:
     match joint:
         case Revolute():
             pins = [made.local(b, p) for b, p in ((joint.a, joint.point_a), (joint.b, joint.point_b))]
@@ -78,10 +78,8 @@ def _add_joint(made: Build, joint: Joint, start: Array, settings: PymunkSettings
         case CamContact():
             _add_shapes(made, joint, settings)
             constraints = []
-        case Rolling():
-            constraints = [gear_joint(made, joint, start)]
-        case Rack():
-            raise InvalidInput(f"{made.mechanism.name}: {RACK_REFUSAL}")
+        case Rolling() | Rack():  # all together, see `gear_joints`
+            constraints = []
         case _:
             assert_never(joint)
     for constraint in constraints:
