@@ -17,7 +17,7 @@ import csv
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -37,7 +37,7 @@ SHORT_PI = {"3.14": 3.14, "3.142": 3.142, "3.1416": 3.1416, "3.14159": 3.14159, 
 # A cause is systematic where it reproduces this share of a quantity's printed values, and more of them than the exact
 # motion does. One value is reproduced by something or other too easily.
 SYSTEMATIC, FEWEST = 0.9, 3
-LARGEST_TABLE = 100_000  # rows
+LARGEST_TABLE = 10_000  # rows
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Row:
         vector = getattr(self.scene.motion([angle], self.scene.speed).point(self.point), self.derivative)[0]
         return float(math.hypot(*vector) if self.axis == "size" else vector[AXES.index(self.axis)]) * self.factor
 
-    @property
+    @cached_property
     def exact(self) -> float:
         """The exact value at the row's own angle."""
         return self.value(math.radians(self.degrees))
@@ -124,7 +124,9 @@ SLIPS: dict[str, Way] = {
 def _systematic(rows: list[Row], ways: Mapping[str, Way]) -> dict[str, Way]:
     """Those ways that reproduce a quantity's values as a whole."""
     met = sum(row.item.number.is_rounding_of(row.exact) for row in rows)
-    found = {}
+    found: dict[str, Way] = {}
+    if met == len(rows):
+        return found
     for text, way in ways.items():
         so_many = sum(row.item.number.is_rounding_of(way(row)) for row in rows)
         if so_many >= max(FEWEST, SYSTEMATIC * len(rows)) and so_many > met:
