@@ -66,7 +66,9 @@ def _ties(mechanism: Mechanism) -> dict[str, Weights]:
 
 def _solved(mechanism: Mechanism, rows: list[Weights]) -> list[Weights]:
     """The equations in reduced row echelon form: each turn by those that none tells, the crank's last."""
-    bodies = sorted({body for row in rows for body in row}, key=lambda body: body == mechanism.crank)
+    turning = {body for row in rows for body in row}
+    bodies = [body for body in mechanism.body_index if body in turning - {mechanism.crank}]
+    bodies += [mechanism.crank] if mechanism.crank in turning else []
     matrix = np.array([[row.get(body, 0.0) for body in bodies] for row in rows])
     least = ROUNDING * np.abs(matrix).max(initial=0.0)
     done = 0
@@ -98,8 +100,8 @@ def _carrier(mechanism: Mechanism, mesh: Rolling) -> str:
     carrier = carrier_of(mechanism, mesh)
     if carrier is None:
         raise InvalidInput(
-            f"{mesh.name}: no one body carries the pins of both {mesh.a} and {mesh.b}, so that no turns tell what rolls "
-            "off"
+            f"{mesh.name}: no one body carries the pins of both {mesh.a} and {mesh.b}, so that turns do not tell "
+            "what rolls off"
         )
     return carrier
 
