@@ -119,7 +119,7 @@ CASES: dict[str, CaseOf] = {
     "6.15-vb": _speed("B"),
     "6.15-ve": plain(
         image(12.5, 12.2, 4.0)[1],
-        "velocity image on the printed V_A, V_B and V_B/A, with E on the one side of AB; on the other it is 10,8 m/s, and "
+        "velocity image on the printed V_A, V_B, V_B/A, E on one side of AB; on the other it is 10,8 m/s, and "
         "which side the lost drawing had is not known",
     ),
     "6.15-vxc": _speed("X", "C"),
