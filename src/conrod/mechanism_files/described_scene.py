@@ -16,9 +16,9 @@ from conrod.errors import InvalidInput
 from conrod.generic_reference import GenericReference
 from conrod.mechanism import Mechanism, Pose
 from conrod.mechanism_files.description import Description, read_description
-from conrod.mechanism_files.meshing import check_touching
 from conrod.mechanism_files.reach import check_reach
 from conrod.mechanism_files.toml_file import read_tables
+from conrod.mesh_geometry import check_meshes
 from conrod.motion import Array, PointDerivatives, Side, diameter
 from conrod.scenes.parameters import Parameter
 from conrod.scenes.scene import CANONICAL, SAMPLES_PER_TURN, Scene
@@ -148,7 +148,7 @@ class DescribedScene(Scene):
                 f"{self.kind}: at crank angle 0 the crank does not determine the other bodies: a dead centre or a "
                 "change point, or a part that moves by itself while another one is locked"
             )
-        check_touching(self.mechanism(), poses)
+        check_meshes(self.mechanism(), start)
         for body, hint in self.described.hints.items():
             off = 0.0 if hint.turn is None else math.remainder(poses[body][2] - hint.turn, 2.0 * math.pi)
             if hint.turn is not None and abs(off) > STRAYED:

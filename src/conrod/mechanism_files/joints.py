@@ -11,7 +11,7 @@ from conrod.mechanism import CamContact, Joint, Point, Prismatic, Revolute
 from conrod.mechanism_files.cam_profiles import read_profile
 from conrod.mechanism_files.fields import Fields
 from conrod.mechanism_files.numbers import ANGLE, COORDINATE, LENGTH, SHOWN, shown
-from conrod.mechanism_files.places import Place, Places, check_apart
+from conrod.mechanism_files.places import ORIGIN, Place, Places, check_apart
 from conrod.rolling import Rack, Rolling
 
 MOST_JOINTS = 1000
@@ -146,7 +146,7 @@ def _rack(fields: Fields, name: str, places: Places) -> Rack:
 def _cam(fields: Fields, name: str, places: Places) -> CamContact:
     cam, roller = places.field(fields, "cam"), places.field(fields, "roller")
     check_apart(fields.place, cam, roller)
-    if cam.name:
+    if cam.name != ORIGIN:
         raise InvalidInput(f"{fields.at('cam')}: name the body alone; the profile is given in its frame")
     radius = fields.number("roller_radius", LENGTH, f"radius of the roller on {roller.body}")
     return CamContact(name, cam.body, roller.body, read_profile(fields.table("profile")), roller.point, radius)

@@ -10,6 +10,7 @@ from conrod.mechanism import GROUND, Point
 from conrod.mechanism_files.fields import Fields, one_line
 from conrod.mechanism_files.numbers import COORDINATE, SHOWN, shown
 
+ORIGIN = "origin"  # what the point (0, 0) of every body is called
 TURN = "turn"  # of a body at the start, beside the places of its points
 PAIR = 2
 
@@ -19,7 +20,7 @@ class Place:
     """A point of a body."""
 
     body: str
-    name: str  # empty for the origin
+    name: str
     point: Point  # [m], in the frame of the body
 
 
@@ -39,9 +40,9 @@ class Places:
         body, dot, name = text.partition(".")
         if body not in self.of_body:
             raise unknown_choice(f"body in {place}", body[:SHOWN], self.of_body)
-        points = self.of_body[body]
+        points = {ORIGIN: (0.0, 0.0)} | dict(self.of_body[body])
         if not dot:
-            return Place(body, "", (0.0, 0.0))
+            return Place(body, ORIGIN, (0.0, 0.0))
         if name not in points:
             raise unknown_choice(f"point of {body} in {place}", name[:SHOWN], points)
         return Place(body, name, points[name])
@@ -84,6 +85,8 @@ def read_points(fields: Fields, body: str) -> dict[str, Point]:
     points = {name: table.pair(name, COORDINATE, f"place of {name} on {body}") for name in table.names()}
     if TURN in points:
         raise InvalidInput(f"{table.at(TURN)}: {TURN!r} cannot be a point's name: [start] uses it for a body's turn")
+    if ORIGIN in points:
+        raise InvalidInput(f"{table.at(ORIGIN)}: {ORIGIN!r} is the point [0, 0] of every body; leave it out")
     return points
 
 

@@ -15,7 +15,7 @@ from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, Driver, Joint, Point, Pose, Prismatic, Revolute, to_world
 from conrod.mechanism_files.fields import Fields
 from conrod.mechanism_files.numbers import ANGLE, COORDINATE
-from conrod.mechanism_files.places import TURN, Places
+from conrod.mechanism_files.places import ORIGIN, TURN, Places
 from conrod.mechanism_files.structure import Structure
 from conrod.rolling import Rack, Rolling
 
@@ -76,9 +76,10 @@ def placed(structure: Structure, driver: Driver, hints: Mapping[str, Hint]) -> d
     # What is told exactly goes before what has to be supposed.
     while open_ones := [name for name in names if name not in search.poses]:
         if not any(attempt(name) for attempt in (search.place, search.suppose) for name in open_ones):
+            first = f"start.{open_ones[0]}"
             raise InvalidInput(
-                f"start.{open_ones[0]}: where it is at crank angle 0 does not follow from the bodies before it: give "
-                f"start.{open_ones[0]}.{TURN}, or about where a point of it is"
+                f"{first}: where it is at crank angle 0 does not follow from the other bodies: give {first}.{TURN}, "
+                f"or where about its points are, as in {first}.{ORIGIN} = [0, 0]"
             )
     return {name: search.poses[name] for name in names}
 
@@ -105,13 +106,15 @@ class _Search:
         return True
 
     def suppose(self, body: str) -> bool:
-        """Place a body that rolls with its turn 0, or one that slides at its guide's own point."""
+        """Place a body that rolls with its turn 0, or one that only slides at its guide's own point."""
         known = [*self._hints.get(body, Hint()).places, *self._pins(body)]
         if known and any(isinstance(joint, Rolling | Rack) and body in (joint.a, joint.b) for joint in self._joints):
             self.turns[body] = 0.0
             return self.place(body)
-        turn = self._turn(body)
-        for joint in self._slides(body):
+        turn, slides = self._turn(body), self._slides(body)
+        if len(slides) < sum(body in (joint.a, joint.b) for joint in self._joints):
+            return False  # what else joins it has a say in where it stands, and may have two places for it
+        for joint in slides:
             other = joint.a if joint.b == body else joint.b
             if turn is not None and other in self.poses:
                 there, local = (joint.point_a, joint.point_b) if joint.b == body else (joint.point_b, joint.point_a)
