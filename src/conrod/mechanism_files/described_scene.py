@@ -27,6 +27,7 @@ from conrod.scenes.scene import CANONICAL, SAMPLES_PER_TURN, Scene
 STRAYED = math.radians(60.0)
 # Smallest singular value of the scaled equations: below it, something moves though the crank is held.
 SINGULAR = 1e-9
+POSE_DIGITS = 9  # of a start pose [m, rad]
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,9 @@ class DescribedScene(Scene):
         """The mechanism and its speed, whatever a file calls things or in which order; not what is only told of it."""
         mechanism = self.mechanism()
         kinds = [type(joint).__name__ for joint in mechanism.joints]
-        return {"mechanism": asdict(mechanism), "kinds": kinds, "speed": self.speed}
+        # Start poses pick the assembly, and are worked out: their last digit may differ between machines.
+        poses = {body: [round(value, POSE_DIGITS) for value in pose] for body, pose in mechanism.poses.items()}
+        return {"mechanism": asdict(mechanism) | {"poses": poses}, "kinds": kinds, "speed": self.speed}
 
     @cached_property
     def parameters_text(self) -> str:
