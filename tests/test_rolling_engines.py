@@ -20,6 +20,7 @@ from conrod.generic_reference import GenericReference
 from conrod.joint_equations import joint_residual, pose_jets
 from conrod.mechanism import Mechanism
 from conrod.outcome import joint_gaps
+from conrod.running import run
 from conrod.trajectory import Outcome, Trajectory
 from rolling_machines import (
     MACHINES,
@@ -69,8 +70,8 @@ def test_runs_stay_within_what_the_engines_laws_allow(name: str, engine: str) ->
         assert found.worst(quantity) <= bound
 
 
-def _run(machine: GenericReference, engine: str, preset: str, steps: int) -> Trajectory:
-    of, (start, revolutions) = engine_named(engine), run_of(machine, steps, 1.0)
+def _run(machine: GenericReference, engine: str, preset: str, steps: int, turns: float = 1.0) -> Trajectory:
+    of, (start, revolutions) = engine_named(engine), run_of(machine, steps, turns)
     trajectory = of.run(machine, of.presets[preset](machine, steps), revolutions, start)
     assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
     return trajectory
@@ -94,6 +95,36 @@ def test_gears_leave_nothing_to_an_engine_but_rounding() -> None:
     machine = driven(gear_pair())
     for engine in ("mujoco", "pymunk"):
         assert compare(_run(machine, engine, "tuned", 500), machine).worst("position") < 1e-13
+
+
+def test_run_that_leaves_the_span_is_refused_with_the_pass_that_fits() -> None:
+    machine = driven(swinging_four_bar((-0.4, 0.3)))
+    settings = engine_named("mujoco").presets["tuned"](machine, 300)
+    start, revolutions = run_of(machine, 300, 2.0)
+    assert run(machine, settings, revolutions, start).outcome is Outcome.COMPLETED
+    for asked in ((2.0, 0.0), (revolutions, start - 0.1), (revolutions, start + 0.1)):
+        with pytest.raises(InvalidInput, match=r"starts at -0.4 rad and takes 0.111408\d* revolutions"):
+            run(machine, settings, *asked)
+
+
+@pytest.mark.parametrize(("name", "engine"), IN_ENGINES)
+def test_compiled_models_have_one_freedom_with_no_row_to_spare(name: str, engine: str) -> None:
+    machine, of = driven(MACHINES[name]), engine_named(engine)
+    count = of.mobility(machine, of.presets["tuned"](machine, 500), machine.kinematics.angles(5))
+    assert count.freedom == 1
+    assert not count.redundant
+
+
+@pytest.mark.parametrize(
+    ("name", "engine"),
+    [("rack and wheel", "mujoco"), ("inverted slider-crank", "pymunk"), ("planetary gear", "pymunk")],
+)
+def test_softness_of_closures_and_gears_is_what_a_run_shows(name: str, engine: str) -> None:
+    machine, of = driven(MACHINES[name]), engine_named(engine)
+    softness = of.predicted_softness(machine, of.presets["tuned"](machine, 1000))
+    assert softness is not None
+    run_error = compare(_run(machine, engine, "tuned", 1000, 2.0), machine).worst("position")
+    assert run_error == pytest.approx(softness.whole_run, rel=0.02)
 
 
 def test_pass_takes_whole_steps_within_the_span_from_the_end_that_the_sense_tells() -> None:

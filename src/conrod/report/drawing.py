@@ -56,6 +56,8 @@ def mechanism_svg(scene: Scene) -> str:
 def mechanism_figure(scene: Scene) -> Figure:
     """The mechanism at a telling crank angle, with the paths of the observed points over a turn."""
     angle = math.radians(TELLING_ANGLES.get(scene.kind, OTHERWISE))
+    if scene.kinematics.mechanism.driver.span is not None:
+        angle = float(np.mean(scene.kinematics.span))
     view = _view(scene, angle)
     _paths(view)
     _joints(view)

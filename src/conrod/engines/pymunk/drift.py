@@ -29,8 +29,13 @@ LAW = "drift of the joints: bias^h of it is left at each step, and h^2/2 of the 
 
 
 def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness | None:
-    """Position error at these settings' step; None for contact and dressed models, and where the drift has no end."""
-    if machine.kinematics.mechanism.cam_contacts or settings.dressing:
+    """Position error at these settings' step.
+
+    Returns:
+        None for contact, dressed models and one pass, and where the drift has no end.
+    """
+    mechanism = machine.kinematics.mechanism
+    if mechanism.cam_contacts or settings.dressing or mechanism.driver.span is not None:
         return None
     joints = _Drifting(machine, settings)
     errors = self_consistent(joints.drifted, joints.none())
@@ -40,7 +45,7 @@ def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness |
 class _Drifting(OpenJoints):
     """Joints in which a share of their error is left, sampled at the steps, or at fewer instants where they are many.
 
-    Their errors are stacked, (T, k): two of a pin or a slide, one of a distance joint; the driven pin has none.
+    Their errors are stacked, (T, k): two of a pin or a slide, one of gears or a distance joint; the driven pin none.
     """
 
     def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
@@ -55,7 +60,7 @@ class _Drifting(OpenJoints):
             self.rows[joint.name] + k
             for joint in form.whole.joints
             if joint.name not in told_by_length and joint.name != driven
-            for k in (0, 1)
+            for k in range(self.kinematics.equations_of(joint))
         ]
 
     def none(self) -> Array:
