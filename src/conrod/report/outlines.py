@@ -7,12 +7,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from conrod.mechanism import CamContact, Mechanism, Point, Pose, Revolute, to_world
+from conrod.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Revolute, to_world
 from conrod.motion import Array
 from conrod.rolling import Mesh, Rolling
 
 SAMPLES = 721
-RACK_REACH = 1.5 * math.pi  # radii of its wheel that a rack is drawn to, on either side of it
+RACK_REACH = 2.0  # radii of its wheel that a rack is drawn to, on either side of it
 
 
 def outline(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
@@ -33,8 +33,8 @@ def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
     """The two lines that roll on each other, each with a radius that shows its turn; (N, 2) [m]."""
     if isinstance(mesh, Rolling):
         return (
-            _circle(poses[mesh.a], mesh.point_a, abs(mesh.radius_a), spoke=mesh.radius_a > 0.0),
-            _circle(poses[mesh.b], mesh.point_b, abs(mesh.radius_b), spoke=mesh.radius_b > 0.0),
+            _circle(poses[mesh.a], mesh.point_a, abs(mesh.radius_a), spoke=mesh.radius_a > 0.0 and mesh.a != GROUND),
+            _circle(poses[mesh.b], mesh.point_b, abs(mesh.radius_b), spoke=mesh.radius_b > 0.0 and mesh.b != GROUND),
         )
     centre = np.array(to_world(poses[mesh.a], mesh.point_a))
     turn = poses[mesh.b][2] + mesh.direction
