@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -38,6 +38,8 @@ class DescribedScene(Scene):
         document: the file's tables as canonical JSON.
         given_anew: numbers of the file that have another value, SI, sorted by name.
     """
+
+    closed_form: ClassVar[bool] = False
 
     document: str = field(repr=False)
     given_anew: tuple[tuple[str, float], ...] = ()

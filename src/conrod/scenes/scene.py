@@ -6,7 +6,7 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +30,8 @@ class Scene(ABC):
     Attributes:
         speed: crank speed [rad/s]; the crank angle is speed x time.
     """
+
+    closed_form: ClassVar[bool] = True  # whether its motion is known without the generic solver
 
     speed: float
 
