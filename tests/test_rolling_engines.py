@@ -218,3 +218,15 @@ def test_slipping_gear_is_told_by_its_joint_and_predicted_from_it() -> None:
     moved = replace(tracks, position=replace(tracks.position, values=tracks.position.values + off))
     predicted = predicted_errors(machine.kinematics, {"mark": moved}, slipped)["mark"].position
     np.testing.assert_allclose(predicted, off, atol=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_errors_of_one_pass_are_predicted_from_the_joints_alone(engine: str) -> None:
+    machine = driven(swinging_four_bar((-0.4, 0.3)))
+    run_here = _run(machine, engine, "tuned", 500)
+    assert run_here.bodies is not None
+    predicted = predicted_errors(machine.kinematics, run_here.points, run_here.bodies)["joint"].position
+    at = run_here.points["joint"].position
+    measured = at.values - machine.motion(at.instants.angle, SPEED).point("joint").position
+    assert np.abs(measured).max() > 1e-7
+    np.testing.assert_allclose(predicted, measured, atol=1e-3 * np.abs(measured).max())
