@@ -23,7 +23,7 @@ from conrod.report.canvas import drawing_style, svg_text
 from conrod.report.linkage.sheet import Sheet, mathematical
 from conrod.report.outlines import outline, pitch_lines, profile
 
-SYMBOL = 8.0  # [pt]
+SYMBOL, RAIL = 8.0, 20.0  # of a joint, and half of a slide [pt]
 COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}
 # How much of the mechanism's extent is shown on every side of it, for the centres that lie there.
 ROOM = 0.6
@@ -45,21 +45,23 @@ def centres_figure(state: LinkageState) -> Figure:
     """The mechanism in the pose of a state, its instant centres, and a list of them all."""
     centres, drawn = instant_centres(state), construct(state)
     poses = {name: link.pose for name, link in state.links.items()}
-    own = outline(state.mechanism, poses)
+    own = np.concatenate([outline(state.mechanism, poses), _rollers(state)])
     low, high = own.min(axis=0), own.max(axis=0)
     room = ROOM * float((high - low).max())
     places = [np.array(c.place) for c in centres if c.place is not None]
     shown = [p for p in places if np.all(p >= low - room) and np.all(p <= high + room)]
-    sheet = Sheet(np.array([*own, *shown]), len(centres) + 2)
+    links = [(str(number), name) for name, number in link_numbers(state.mechanism).items()]
+    sheet = Sheet(np.array([*own, *shown]), len(centres) + len(links) + 3)
     sheet.scale_bar("mm", MM)
     _mechanism(sheet, state)
     _lines(sheet, state, drawn)
+    _normals(sheet, state, drawn)
     _centres(sheet, centres)
-    for name, number in link_numbers(state.mechanism).items():
+    for number, name in links:
         if name != GROUND:
-            sheet.label(_middle(sheet, state, name), str(number), "#555555")
+            sheet.label(_middle(sheet, state, name), number, "#555555")
     rows = [(mathematical(centre.name), _told(sheet, centre)) for centre in centres]
-    sheet.column(f"{len(centres)} instant centres [mm]", rows)
+    sheet.column(f"{len(centres)} instant centres [mm]", [*rows, ("", ""), *links])
     return sheet.finished()
 
 
@@ -112,12 +114,21 @@ def _slide(sheet: Sheet, state: LinkageState, joint: Prismatic) -> None:
     block = sheet.at(state.links[moving].place(point))
     direction = state.links[joint.a].pose[2] + joint.direction
     if guide == GROUND:
-        parts.guide(sheet.axes, block, (-3.0 * SYMBOL, 3.0 * SYMBOL), direction, SYMBOL)
+        for contact in state.mechanism.cam_contacts:
+            if contact.b == moving:
+                # Above its roller, where it does not hide the cam.
+                foot, way = block, contact.roller_radius * sheet.scale + 2.5 * SYMBOL
+                block = block + way * parts.unit(direction)
+                sheet.axes.plot(*np.round([foot, block], 2).T, color=parts.LINK, linewidth=4.0, zorder=4)
+        parts.guide(sheet.axes, block, (-RAIL, RAIL), direction, SYMBOL)
+        ends = block + np.outer([-RAIL, RAIL], parts.unit(direction))
+        for aside in (-1.6, -1.15, 1.15, 1.6):
+            sheet.keep_clear(*(ends + aside * SYMBOL * parts.unit(direction + 0.5 * math.pi)))
     else:
         # As far as the block, and as far beyond it as the link's nearest pin is before it.
         along = parts.unit(direction)
         ways = [float((pin - block) @ along) for pin in _pins(sheet, state, guide)] or [0.0]
-        ends = np.array([min(*ways, -3.0 * SYMBOL), max(*ways, 3.0 * SYMBOL)])
+        ends = np.array([min(*ways, -RAIL), max(*ways, RAIL)])
         bar = block + np.outer(ends, along)
         sheet.axes.plot(*np.round(bar, 2).T, color=parts.LINK, linewidth=4.0, alpha=0.6, zorder=3)
         sheet.keep_clear(*bar)
@@ -141,6 +152,13 @@ def _middle(sheet: Sheet, state: LinkageState, name: str) -> Array:
     return np.asarray(place)
 
 
+def _rollers(state: LinkageState) -> Array:
+    """Corners around the rollers on cams; (N, 2) [m]."""
+    corners = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
+    boxes = [state.links[c.b].place(c.roller_centre) + c.roller_radius * corners for c in state.mechanism.cam_contacts]
+    return np.concatenate([np.empty((0, 2)), *boxes])
+
+
 def _lines(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
     """For each centre that two lines find, these lines, where they are on the sheet."""
     for pair, thirds in drawn.steps:
@@ -149,6 +167,17 @@ def _lines(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
             line = _clipped(sheet, [*points, drawn.centres[pair]])
             if line is not None:
                 sheet.axes.plot(*np.round(line, 2).T, color="#aaaaaa", linewidth=0.7, dashes=(5, 3), zorder=1)
+
+
+def _normals(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
+    """The common normal of a cam and its roller, as far as their centre."""
+    for contact in state.mechanism.cam_contacts:
+        centre = drawn.centres.get(frozenset((contact.a, contact.b)))
+        if centre is not None:
+            roller = np.array([*state.links[contact.b].place(contact.roller_centre), 1.0])
+            line = _clipped(sheet, [roller, centre])
+            if line is not None:
+                sheet.axes.plot(*np.round(line, 2).T, color="#aaaaaa", linewidth=0.7, dashes=(5, 3), zorder=6)
 
 
 def _clipped(sheet: Sheet, points: list[Array]) -> Array | None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from conrod.motion import Array
 from conrod.report import machine_parts as parts
 
-MARGIN, COLUMN = 46.0, 178.0  # around the drawing, and for the text beside it [pt]
+MARGIN, COLUMN = 46.0, 224.0  # around the drawing, and for the text beside it [pt]
 LARGEST, LEAST = 400.0, 190.0  # of the drawing's sides [pt]
 FONT, LINE = 8.5, 14.0  # [pt]
 LETTER = 0.66  # widest usual letter against the font's size
@@ -93,10 +93,11 @@ class Sheet:
         """Lines of text on the right: a name and what it is."""
         x, y = self.width + 4.0, self.height - 18.0
         self.axes.text(x, y, title, fontsize=FONT, fontweight="bold", va="center")
+        aside = max(_extent(name)[0] for name, _ in rows)
         for k, (name, text) in enumerate(rows):
             line = y - LINE * (k + 1.2)
             self.axes.text(x, line, name, fontsize=FONT, va="center")
-            self.axes.text(x + 46.0, line, text, fontsize=FONT - 0.5, va="center", color="#333333")
+            self.axes.text(x + aside, line, text, fontsize=FONT - 0.5, va="center", color="#333333")
 
     def finished(self) -> Figure:
         """The figure, with its labels."""
@@ -135,7 +136,14 @@ class Sheet:
         return cost + sum(ON_LINE * _inside(segment, box) for segment in self._segments)
 
 
-TEXT: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": FONT, "zorder": 30}
+# The white ground parts a label from thin lines under it.
+TEXT: dict[str, Any] = {
+    "ha": "center",
+    "va": "center",
+    "fontsize": FONT,
+    "zorder": 30,
+    "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.85},
+}
 
 
 def mathematical(name: str) -> str:
