@@ -20,6 +20,8 @@ from conrod.mechanism_files.structure import ordered
 from conrod.scenes.parameters import Parameter
 
 FRAME = "the ground's frame in the file: x to the right, y up; the crank angle counts from the start poses, {sense}"
+# Names that models in engines have uses of their own for.
+WORLD, CRANK = "world", "crank"
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,25 @@ def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, H
         fields.pair("gravity", FREE_FALL, "acceleration of free fall", (0.0, 0.0)),
         _forces(fields, tuple(body.name for body in structure.bodies)),
     )
+    _check_names(mechanism)
     return mechanism, speed, hints
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    """Refuse names that a model in an engine has two uses for.
+
+    Raises:
+        InvalidInput: names the one that has to be another.
+    """
+    bodies = set(mechanism.body_index)
+    if WORLD in bodies:
+        raise InvalidInput(f"bodies.{WORLD}: MuJoCo has this name for the ground; give it another one")
+    for joint in mechanism.joints:
+        if joint.name == CRANK and joint.name != mechanism.driver.joint:
+            raise InvalidInput(f"joints.{CRANK}: models have this name for the driven joint; give it another one")
+    for observed in mechanism.observed:
+        if observed.name in bodies:
+            raise InvalidInput(f"observed.{observed.name}: a body has this name; give the point another one")
 
 
 def _observed(fields: Fields, places: Places) -> tuple[ObservedPoint, ...]:
