@@ -36,6 +36,10 @@ FORBIDDEN = [
     ("conrod.engines.pymunk", "mujoco", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
     ("conrod.studies", "conrod.report", "studies <- report"),
+    *(
+        ("conrod.linkage", f"conrod.{high}", "what a linkage is like depends on no scene, no engine and no report")
+        for high in ("scenes", "engines", "studies", "report", "commands")
+    ),
     ("conrod.tables", "conrod.report", "tables are judged without a report"),
     ("conrod.tables", "conrod.engines.mujoco", "a table is of any tool"),
     ("conrod.tables", "conrod.engines.pymunk", "a table is of any tool"),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from conrod.motion import Array
 from conrod.report import machine_parts as parts
@@ -107,33 +107,32 @@ class Sheet:
         return self.figure
 
     def _free_place(self, points: Array, text: str, towards: Array | None) -> Array:
-        width, height = _extent(text)
-        best, cheapest = points[0], math.inf
-        for k, ring, direction in itertools.product(range(len(points)), range(RINGS), range(DIRECTIONS)):
-            away, reach = parts.unit(direction * 2.0 * math.pi / DIRECTIONS), NEAR + STEP * ring
-            centre = points[k] + away * reach + 0.5 * away * np.array([width, height])
-            cost = AWAY * reach + self._cost(_box(centre, width, height)) + self._beyond(points[k], centre) + ASIDE * k
-            if towards is not None:
-                cost += ASIDE * (1.0 - float(away @ towards))
-            if cost < cheapest:
-                best, cheapest = centre, cost
-        self._boxes.append(_box(best, width, height))
-        return np.asarray(np.round(best, 2))
+        """The centre of the cheapest of all places around a label's points."""
+        extent = np.array(_extent(text))
+        turns = np.arange(DIRECTIONS) * 2.0 * math.pi / DIRECTIONS
+        k, ring, turn = (grid.ravel() for grid in np.meshgrid(range(len(points)), range(RINGS), turns, indexing="ij"))
+        away, reach = np.column_stack([np.cos(turn), np.sin(turn)]), NEAR + STEP * ring
+        starts = points[k] + 0.5 * NEAR * away
+        centres = points[k] + away * reach[:, None] + 0.5 * away * extent
+        cost = AWAY * reach + ASIDE * k + self._cost(centres - 0.5 * extent, centres + 0.5 * extent)
+        # What parts a label from its point, which may lie on a line itself.
+        cost += BEYOND_LINE * sum(_crossed(segment, starts, centres) for segment in self._segments)
+        if towards is not None:
+            cost += ASIDE * (1.0 - away @ towards)
+        # Rounded, so that the last bit of a cost does not choose between two places.
+        best = np.round(centres[int(np.round(cost, 6).argmin())], 2)
+        self._boxes.append((*(best - 0.5 * extent), *(best + 0.5 * extent)))
+        return np.asarray(best)
 
-    def _beyond(self, point: Array, centre: Array) -> float:
-        """Cost of the lines that part a label from its point, which may lie on a line itself."""
-        way = centre - point
-        start = point + 0.5 * NEAR * way / np.linalg.norm(way)
-        return BEYOND_LINE * sum(_cross(segment, np.array([start, centre])) for segment in self._segments)
-
-    def _cost(self, box: tuple[float, float, float, float]) -> float:
-        cost = 0.0
-        if box[0] < 2.0 or box[1] < 2.0 or box[2] > self.width or box[3] > self.height - 2.0:
-            cost += ON_LABEL
-        for other in self._boxes:
-            if box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]:
-                cost += ON_LABEL
-        return cost + sum(ON_LINE * _inside(segment, box) for segment in self._segments)
+    def _cost(self, low: Array, high: Array) -> Array:
+        """Of boxes with corners (C, 2) on other labels, on lines and off the paper; (C,)."""
+        paper = np.array([self.width, self.height]) - 2.0
+        cost = ON_LABEL * np.any((low < 2.0) | (high > paper), axis=1)
+        for x0, y0, x1, y1 in self._boxes:
+            cost = cost + ON_LABEL * np.all((low < (x1, y1)) & (high > (x0, y0)), axis=1)
+        for segment in self._segments:
+            cost = cost + ON_LINE * _inside(segment, low, high)
+        return np.asarray(cost, dtype=float)
 
 
 # The white ground parts a label from thin lines under it.
@@ -163,31 +162,25 @@ def _extent(text: str) -> tuple[float, float]:
     return LETTER * FONT * letters + 3.0, 1.25 * FONT + (3.0 if "$" in text else 0.0)
 
 
-def _box(centre: Array, width: float, height: float) -> tuple[float, float, float, float]:
-    x, y = centre
-    return (x - 0.5 * width, y - 0.5 * height, x + 0.5 * width, y + 0.5 * height)
-
-
-def _inside(segment: Array, box: tuple[float, float, float, float]) -> float:
-    """Length [pt] of a segment inside a box (Liang and Barsky's clipping)."""
-    (x, y), (dx, dy) = segment[0], segment[1] - segment[0]
-    enter, leave = 0.0, 1.0
-    for rate, room in ((-dx, x - box[0]), (dx, box[2] - x), (-dy, y - box[1]), (dy, box[3] - y)):
-        if rate == 0.0:
-            if room < 0.0:
-                return 0.0
-        elif rate < 0.0:
-            enter = max(enter, room / rate)
+def _inside(segment: Array, low: Array, high: Array) -> Array:
+    """Lengths (C,) [pt] of a segment inside boxes with corners (C, 2), by clipping it at their sides."""
+    way = segment[1] - segment[0]
+    enter, leave = np.zeros(len(low)), np.ones(len(low))
+    for k in range(2):
+        if abs(way[k]) < 1e-9:
+            leave = np.where((segment[0, k] < low[:, k]) | (segment[0, k] > high[:, k]), 0.0, leave)
         else:
-            leave = min(leave, room / rate)
-    return max(0.0, leave - enter) * math.hypot(dx, dy)
+            ends = (np.stack([low[:, k], high[:, k]]) - segment[0, k]) / way[k]
+            enter, leave = np.maximum(enter, ends.min(axis=0)), np.minimum(leave, ends.max(axis=0))
+    return np.asarray(np.maximum(0.0, leave - enter) * np.linalg.norm(way))
 
 
-def _cross(first: Array, second: Array) -> bool:
-    """Whether two segments cross."""
+def _crossed(segment: Array, starts: Array, stops: Array) -> NDArray[np.bool_]:
+    """Whether ways from starts to stops, (C, 2) each, cross a segment; (C,)."""
+    way, ways = segment[1] - segment[0], stops - starts
 
-    def side(segment: Array, point: Array) -> float:
-        (x, y), (dx, dy) = point - segment[0], segment[1] - segment[0]
-        return float(dx * y - dy * x)
+    def side(along: Array, arm: Array) -> Array:
+        return np.asarray(along[..., 0] * arm[..., 1] - along[..., 1] * arm[..., 0])
 
-    return all(side(one, other[0]) * side(one, other[1]) < 0.0 for one, other in ((first, second), (second, first)))
+    apart = side(way, starts - segment[0]) * side(way, stops - segment[0]) < 0.0
+    return np.asarray(apart & (side(ways, segment[0] - starts) * side(ways, segment[1] - starts) < 0.0))
