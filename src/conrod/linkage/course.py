@@ -113,8 +113,8 @@ def course_of(kinematics: Kinematics) -> Course:
         angles = np.linspace(*(span or (0.0, TURN)), SAMPLES + 1)
         stacked = kinematics.poses(angles)
         return Course(kinematics, span is None, True, angles, stacked, _slopes(kinematics, stacked))
-    lengths, poses, tangents = zip(*_whole(kinematics)[1], strict=True)
-    return Course(kinematics, False, False, np.array(lengths), np.array(poses), np.array(tangents))
+    columns = (np.array(column) for column in zip(*_whole(kinematics)[1], strict=True))
+    return Course(kinematics, False, False, *columns)
 
 
 def crank_range(kinematics: Kinematics) -> CrankRange:
@@ -245,8 +245,6 @@ def _corrected(kinematics: Kinematics, guess: Array, along: Array) -> Array:
         except np.linalg.LinAlgError:
             break
         poses = poses - step * scale
-        if not np.all(np.isfinite(poses)):
-            break
         if np.abs(step).max() <= NEWTON_DONE:
             return poses
     raise InvalidInput(f"{kinematics.mechanism.name}: its poses cannot be followed")
