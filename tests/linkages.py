@@ -80,6 +80,36 @@ def inverted_slider_crank(crank: float, ground: float, offset: float = 0.0, turn
     )
 
 
+def crank_shaper() -> Mechanism:
+    """A block on the crank pin swings a slotted lever about O14, which drives a ram by a rod; O12 is .25 m above O14."""
+    shaft, turn, reach, rod, height = (0.0, 0.25), 0.4, 0.45, 0.2, 0.47
+    a = (shaft[0] + 0.1 * math.cos(turn), shaft[1] + 0.1 * math.sin(turn))
+    lever = math.atan2(a[1], a[0])
+    b = (reach * math.cos(lever), reach * math.sin(lever))
+    c = (b[0] + math.sqrt(rod**2 - (height - b[1]) ** 2), height)
+    return assembled(
+        "crank shaper",
+        {
+            "crank": (shaft, a),
+            "block": (a, (a[0] + math.cos(lever), a[1] + math.sin(lever))),
+            "lever": ((0.0, 0.0), b),
+            "rod": (b, c),
+            "ram": (c, (c[0] + 1.0, c[1])),
+        },
+        [
+            ("O12", GROUND, "crank", shaft),
+            ("A", "crank", "block", a),
+            ("O14", GROUND, "lever", (0.0, 0.0)),
+            ("B", "lever", "rod", b),
+            ("C", "rod", "ram", c),
+        ],
+        [
+            Prismatic("slot", "lever", "block", (0.0, 0.0), (0.0, 0.0), 0.0),
+            Prismatic("guide", GROUND, "ram", (0.0, height), (0.0, 0.0), 0.0),
+        ],
+    )
+
+
 def example_5_6() -> Mechanism:
     """Four-bar linkage of example 5.6: O12A .11, AB .21, O14B .145 m; ground and crank angle recovered, uncrossed."""
     return four_bar(0.11, 0.21, 0.145, 0.3397241528063615, 1.0540538523344571)
@@ -137,6 +167,14 @@ def example_6_15() -> Mechanism:
         [Prismatic("slide", GROUND, "six", d, (0.0, 0.0), slide)],
     )
     return mechanism
+
+
+def example_6_18() -> Mechanism:
+    """Four-bar of example 6.18, O14B .3, BC .25, O12C .13 m, driven at O14; ground and input angle recovered.
+
+    The rack and wheel that turn the input at 20 rad/s are left out: B is called A here, C is B.
+    """
+    return four_bar(0.3, 0.25, 0.13, 0.475, -0.7843461981647769)
 
 
 def assembled(

@@ -15,6 +15,7 @@ from conrod.linkage.construction import construct, same_centre
 from conrod.linkage.state import LinkageState, link_numbers, linkage_state
 from conrod.mechanism import GROUND, Mechanism
 from linkages import (
+    crank_shaper,
     example_4_10,
     example_5_6,
     example_6_15,
@@ -35,6 +36,7 @@ LINKAGES = [
     example_5_6(),
     example_6_15(),
     planetary_wheel(0.3, 0.1),
+    crank_shaper(),
 ]
 NAMES = [f"{mechanism.name} {k}" for k, mechanism in enumerate(LINKAGES)]
 

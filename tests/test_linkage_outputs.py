@@ -13,10 +13,19 @@ from catalogue import SCENES
 from conrod.kinematics import Kinematics
 from conrod.linkage.course import Course, CrankRange, course_of, crank_range
 from conrod.linkage.outputs import Output, outputs
+from conrod.linkage.quantities import instant_quantities, turn_quantities
 from conrod.linkage.transmission_angles import TransmissionAngle, transmission_angles
 from conrod.mechanism import Mechanism
 from conrod.transmission import least_transmission_angle
-from linkages import example_5_6, example_6_15, four_bar, inverted_slider_crank, slider_crank
+from linkages import (
+    crank_shaper,
+    example_5_6,
+    example_6_15,
+    example_6_18,
+    four_bar,
+    inverted_slider_crank,
+    slider_crank,
+)
 
 TURN = 2.0 * math.pi
 CRANK_ROCKER = (0.1, 0.3, 0.25, 0.3)
@@ -58,7 +67,7 @@ def swinging(name: str) -> tuple[CrankRange, float]:
     """The crank's range, and its turn [rad] at crank angle 0."""
     if name == "example 5.6":
         return crank_range(Kinematics(example_5_6())), 1.0540538523344571
-    return crank_range(Kinematics(four_bar(0.3, 0.25, 0.13, 0.475, -0.7843461981647769))), -0.7843461981647769
+    return crank_range(Kinematics(example_6_18())), -0.7843461981647769
 
 
 @pytest.mark.parametrize(
@@ -220,6 +229,17 @@ def test_a_block_pushes_a_slotted_link_at_right_angles_to_its_slot() -> None:
     assert beside.greatest_pressure_angle.value == pytest.approx(math.asin(0.03 / 0.15), rel=1e-12)
 
 
+def test_a_shapers_ram_is_driven_by_its_lever_and_not_the_other_way_round() -> None:
+    shaper = course(crank_shaper())
+    assert [(a.driven, a.through) for a in transmission_angles(shaper)] == [("lever", "block"), ("ram", "rod")]
+    lever, ram = outputs(shaper)
+    swing = 2.0 * math.asin(0.1 / 0.25)
+    assert lever.stroke == pytest.approx(swing, rel=1e-12)
+    # The lever swings to the same angle on both sides, so the ram goes twice as far as its pin's greatest sine.
+    assert ram.stroke == pytest.approx(2.0 * 0.45 * 0.1 / 0.25, rel=1e-12)
+    assert ram.time_ratio == pytest.approx((math.pi + swing) / (math.pi - swing), rel=1e-11)
+
+
 def test_at_the_limits_of_an_input_the_transmission_angle_is_lost() -> None:
     (found,) = transmission_angles(swing())
     assert found.worst.value <= 1e-7
@@ -232,3 +252,20 @@ def test_the_worst_angle_is_no_better_than_the_least_of_samples(name: str) -> No
     sampled = least_transmission_angle(kinematics)
     assert sampled is not None
     assert sampled - 1e-6 <= found.worst.value <= sampled + 1e-14
+
+
+# -- together -------------------------------------------------------------------------------------------------------
+
+
+def test_all_quantities_of_a_linkage_come_together() -> None:
+    kinematics = Kinematics(four_bar(*CRANK_ROCKER))
+    turn = turn_quantities(kinematics)
+    assert (turn.mobility, turn.crank_range.full) == (1, True)
+    assert turn.numbers == {"ground": 1, "crank": 2, "coupler": 3, "rocker": 4}
+    assert turn.outputs == (output("crank-rocker"),)
+    assert [angle.driven for angle in turn.transmission] == ["rocker"]
+    here = instant_quantities(kinematics, 0.3, 5.0, 2.0)
+    assert (len(here.centres), len(here.lines)) == (6, 4)
+    assert here.state.angular_velocities["crank"] == pytest.approx(5.0)
+    assert here.state.angular_accelerations["crank"] == pytest.approx(2.0)
+    assert max(here.velocities.gap, here.accelerations.gap) <= 1e-12

@@ -19,9 +19,11 @@ from conrod.motion import Array
 from conrod.rolling import Rolling
 from linkages import (
     RPM,
+    crank_shaper,
     example_4_10,
     example_5_6,
     example_6_15,
+    example_6_18,
     four_bar,
     inverted_slider_crank,
     planetary_wheel,
@@ -36,6 +38,7 @@ LINKAGES = [
     example_4_10(),
     example_5_6(),
     example_6_15(),
+    crank_shaper(),
 ]
 NAMES = [f"{mechanism.name} {k}" for k, mechanism in enumerate(LINKAGES)]
 
@@ -73,8 +76,8 @@ def test_polygons_of_every_scene_close(name: str) -> None:
 @pytest.mark.parametrize("mechanism", LINKAGES, ids=NAMES)
 def test_a_wrong_angular_velocity_or_acceleration_leaves_a_polygon_open(mechanism: Mechanism) -> None:
     state = at(mechanism, 0.1)
-    # A floating link; of an inverted slider-crank the link that carries the slide.
-    name = "slotted" if "slotted" in state.links else list(state.links)[2]
+    # A floating link, or the link that carries a slide.
+    name = next((link for link in ("slotted", "lever") if link in state.links), list(state.links)[2])
     good = state.links[name]
     velocity = replace(good, angular_velocity=good.angular_velocity * (1.0 + 1e-6))
     assert velocity_polygon(replace(state, links={**state.links, name: velocity})).gap > 1e-9
@@ -243,6 +246,19 @@ def test_example_6_15_accelerations_of_the_recovered_geometry() -> None:
     assert length(polygon.vector("A^n_A").value) == pytest.approx((600.0 * RPM) ** 2 * 0.2, rel=1e-12)
     assert length(polygon.vector("A^n_C").value) == pytest.approx(111.75, rel=0.07)
     assert length(polygon.vector("A^t_B/A").value) == pytest.approx(727.5, rel=0.03)
+
+
+def test_example_6_18_velocities_and_the_accelerations_that_follow_from_them() -> None:
+    state = at(example_6_18(), 0.0, 20.0)
+    velocities, accelerations = both(state)
+    assert length(velocities.vector("V_B").value) == pytest.approx(6.9, rel=1e-12)
+    assert length(velocities.vector("V_B/A").value) == pytest.approx(5.0, rel=1e-12)
+    assert state.angular_velocities["coupler"] == pytest.approx(20.0, rel=1e-12)
+    # Printed 366.23 and 100.
+    assert length(accelerations.vector("A^n_B").value) == pytest.approx(6.9**2 / 0.13, rel=1e-12)
+    assert length(accelerations.vector("A^n_B/A").value) == pytest.approx(100.0, rel=1e-12)
+    # Printed 320, read from a drawing to a scale of 5 m/s^2 or so.
+    assert length(accelerations.vector("A^t_B").value) == pytest.approx(320.0, abs=5.0)
 
 
 def test_parts_of_a_link_point_to_the_other_point_and_across() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,29 +82,49 @@ def _cam_pushes(kinematics: Kinematics, poses: Array) -> Iterator[Push]:
 
 
 def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
+    away = _joints_from_crank(mechanism)
     for rod in mechanism.bodies:
-        for driven, point, own, other in _rod_ends(mechanism, rod.name):
+        ends = _rod_ends(mechanism, rod.name)
+        # Of two rockers on a rod, the one farther from the crank is driven.
+        farthest = max((away[driven] for driven, *_ in ends), default=0)
+        for driven, point, own, other in ends:
+            if away[driven] < farthest:
+                continue
             path = _path(mechanism, poses, driven, point)
             if path is not None:
                 line = _place(mechanism, poses, rod.name, own) - _place(mechanism, poses, rod.name, other)
                 yield Push(driven, rod.name, line, path)
-        yield from _block_pushes(mechanism, poses, rod.name)
+        yield from _block_pushes(mechanism, poses, rod.name, away)
 
 
-def _block_pushes(mechanism: Mechanism, poses: Array, block: str) -> Iterator[Push]:
+def _block_pushes(mechanism: Mechanism, poses: Array, block: str, away: Mapping[str, int]) -> Iterator[Push]:
     """A block on a pin of one link that slides in another: it pushes at right angles to the slide, through its pin."""
     joints = [j for j in mechanism.joints if block in (j.a, j.b)]
     slides = [j for j in joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)]
-    pins = [j for j in joints if isinstance(j, Revolute)]
+    pins = [j for j in joints if isinstance(j, Revolute) and GROUND not in (j.a, j.b)]
     if len(joints) != 2 or len(slides) != 1 or len(pins) != 1:
         return
     slide, pin = slides[0], pins[0]
-    driven = slide.b if slide.a == block else slide.a
+    links = (slide.b if slide.a == block else slide.a, pin.b if pin.a == block else pin.a)
+    driven = max(links, key=away.__getitem__)
     place = _place(mechanism, poses, block, pin.point_a if pin.a == block else pin.point_b)
     path = None if driven == mechanism.crank else _path_at(mechanism, poses, driven, place)
     if path is not None:
-        turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + slide.direction
-        yield Push(driven, block, np.column_stack([-np.sin(turn), np.cos(turn)]), path)
+        across = slide.direction + 0.5 * math.pi
+        turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + across
+        yield Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
+
+
+def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
+    """How many joints each link is from the crank, by way of moving links."""
+    away, front = {mechanism.crank: 0}, [mechanism.crank]
+    for link in front:
+        for joint in mechanism.joints:
+            other = joint.b if joint.a == link else joint.a if joint.b == link else GROUND
+            if other != GROUND and other not in away:
+                away[other] = away[link] + 1
+                front.append(other)
+    return {body.name: away.get(body.name, len(mechanism.bodies)) for body in mechanism.bodies}
 
 
 def _rod_ends(mechanism: Mechanism, name: str) -> list[tuple[str, Point, Point, Point]]:
