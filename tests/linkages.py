@@ -81,7 +81,7 @@ def inverted_slider_crank(crank: float, ground: float, offset: float = 0.0, turn
 
 
 def crank_shaper() -> Mechanism:
-    """A block on the crank pin swings a slotted lever about O14, which drives a ram by a rod; O12 is .25 m above O14."""
+    """A block on the crank pin swings a slotted lever about O14, which drives a ram by a rod; O12 .25 m above O14."""
     shaft, turn, reach, rod, height = (0.0, 0.25), 0.4, 0.45, 0.2, 0.47
     a = (shaft[0] + 0.1 * math.cos(turn), shaft[1] + 0.1 * math.sin(turn))
     lever = math.atan2(a[1], a[0])

@@ -17,13 +17,13 @@ SAMPLES = 3600
 
 
 def least_transmission_angle(kinematics: Kinematics) -> float | None:
-    """Least transmission angle [rad] over a turn; None where no link is driven through a rod or a cam.
+    """Least transmission angle [rad] over a turn or the driver's span; None where no link is driven through a rod or a cam.
 
     The angle between the line along which a driven link is pushed (through both pins of a connecting rod, or normal
     to a cam) and the normal to the path of the point that is pushed (Alt's definition; for a cam it is 90 degrees
     minus the pressure angle). At zero the mechanism is locked.
     """
-    poses = kinematics.poses(np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False))
+    poses = kinematics.poses(kinematics.angles(SAMPLES))
     sines = [float(push.share.min()) for push in pushes(kinematics, poses)]
     return math.asin(min([1.0, *sines])) if sines else None
 
