@@ -17,9 +17,9 @@ SAMPLES = 3600
 
 
 def least_transmission_angle(kinematics: Kinematics) -> float | None:
-    """Least transmission angle [rad] over a turn or the driver's span; None where no link is driven through a rod or a cam.
+    """Least transmission angle [rad] over a turn or the driver's span; None where nothing pushes a link.
 
-    The angle between the line along which a driven link is pushed (through both pins of a connecting rod, or normal
+    The angle between the line along which a driven link is pushed (through both pins of a rod, across a slot, or normal
     to a cam) and the normal to the path of the point that is pushed (Alt's definition; for a cam it is 90 degrees
     minus the pressure angle). At zero the mechanism is locked.
     """
