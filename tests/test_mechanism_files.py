@@ -274,11 +274,12 @@ def test_two_parts_of_which_one_is_locked_and_one_loose_are_refused() -> None:
         (b"a = " + b"[" * 5000, "too deep"),
         (b"a = " + b"[" * 60 + b"]" * 60, "too deep"),
         (b"a" + b".a" * 50000 + b" = 1", "a name of more than"),
+        (b"x = {a" + b' . "a"' * 30000 + b" = 1}", "line 1: a name of more than"),
         (b"a = " + b"9" * 5000, "it is no TOML"),
         (b"#" * 300_000, "too large"),
         (b"name = 1979-05-27", "name = datetime.date(1979, 5, 27): a text is wanted"),
     ],
-    ids=["empty", "broken", "twice", "bytes", "deep", "nested", "dotted", "digits", "large", "date"],
+    ids=["empty", "broken", "twice", "bytes", "deep", "nested", "dotted", "quoted", "digits", "large", "date"],
 )
 def test_an_error_names_the_file(tmp_path: Path, content: bytes, expected: str) -> None:
     path = tmp_path / "machine.toml"

@@ -11,7 +11,7 @@ from conrod.mechanism_files.fields import Fields
 from conrod.mechanism_files.numbers import COORDINATE, INERTIA, LENGTH, MASS, SHOWN, shown
 from conrod.mechanism_files.places import read_points
 
-MOST_BODIES = 500
+MOST_BODIES = 100
 ENDS = 2
 OWN_INERTIA = ("inertia", "centre_of_gravity")
 

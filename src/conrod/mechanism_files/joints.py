@@ -14,7 +14,7 @@ from conrod.mechanism_files.numbers import ANGLE, COORDINATE, LENGTH, SHOWN, sho
 from conrod.mechanism_files.places import ORIGIN, Place, Places, check_apart
 from conrod.rolling import Rack, Rolling
 
-MOST_JOINTS = 1000
+MOST_JOINTS = 200
 # Freedoms that the joints of space leave, for the mobility that is told where one of them stands in a file.
 SPATIAL = {"spherical": 3, "ball": 3, "cylindrical": 2, "universal": 2, "helical": 1, "screw": 1, "planar": 3}
 FREEDOMS = {"revolute": 1, "prismatic": 1, "gear": 5, "rack": 5, "rolling": 5, "cam": 5}
