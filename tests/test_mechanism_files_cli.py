@@ -77,3 +77,9 @@ def test_a_file_that_cannot_be_read_is_told_in_one_line(tmp_path: Path) -> None:
         done = conrod(*command, str(tmp_path / "none.toml"))
         assert (done.returncode, done.stderr.count("\n")) == (2, 1)
         assert "none.toml: it cannot be read" in done.stderr
+
+
+def test_a_pack_of_a_file_is_refused(tmp_path: Path) -> None:
+    done = conrod("export", str(SLIDER_CRANK), "--format", "pack", "-o", str(tmp_path / "pack.zip"))
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "a pack is of a scene in closed form" in done.stderr

@@ -44,6 +44,8 @@ def export(
 
     name, chosen = select_scene(scene, assignments)
     if kind == "pack":
+        if not chosen.closed_form:
+            raise InvalidInput(f"{scene}: a pack is of a scene in closed form; give mjcf, csv or npz as --format")
         _export_pack(name, chosen, output, steps_per_rev, revolutions)
         return
     turns = 1 if revolutions is None else revolutions
