@@ -36,9 +36,16 @@ FORBIDDEN = [
     ("conrod.engines.pymunk", "mujoco", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
     ("conrod.studies", "conrod.report", "studies <- report"),
+    *(
+        ("conrod.linkage", f"conrod.{high}", "what a linkage is like depends on no scene, no engine and no report")
+        for high in ("scenes", "engines", "studies", "report", "commands")
+    ),
     ("conrod.tables", "conrod.report", "tables are judged without a report"),
     ("conrod.tables", "conrod.engines.mujoco", "a table is of any tool"),
     ("conrod.tables", "conrod.engines.pymunk", "a table is of any tool"),
+    ("conrod.audit", "conrod.engines", "print is held against the exact motion, with no engine"),
+    ("conrod.audit", "conrod.studies", "print is held against the exact motion, with no study"),
+    ("conrod.audit", "conrod.report", "print is judged without a report"),
     ("conrod.studies", "conrod.execution", "a study says what is to be run, not where"),
     ("conrod.execution", "conrod.report", "execution knows nothing of what is made of its results"),
     ("conrod.studies", "conrod.engines.mujoco", "adding an engine touches its package and the table alone"),
@@ -47,7 +54,7 @@ FORBIDDEN = [
     ("conrod.engines.pymunk.variations", "pymunk", "variations are of plain values"),
     *(
         (f"conrod.{low}", f"conrod.{high}", "what does the work knows nothing of who asked for it")
-        for low in ("studies", "report", "execution", "tables", "pack")
+        for low in ("studies", "report", "execution", "tables", "pack", "audit")
         for high in ("commands", "cli")
     ),
     *(

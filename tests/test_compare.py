@@ -74,7 +74,7 @@ def test_the_exact_motion_has_no_errors_whenever_it_is_sampled(name: str, stamps
 @pytest.mark.parametrize("name", SCENES)
 def test_masses_and_gravity_do_not_change_the_exact_motion(name: str) -> None:
     scene = SCENES[name]
-    facts = type(scene).parameter_facts()
+    facts = scene.parameter_facts()
     heavy = {n: 7.0 * getattr(scene, n) for n, fact in facts.items() if fact.unit in ("kg", "kg*m^2", "m/s^2")}
     assert heavy
     other = replace(scene, **heavy)

@@ -150,7 +150,8 @@ def show_scene(name: str, scene: Scene) -> None:
         out.print(f"acceleration jumps at: {math.degrees(angle):.4f} deg")
     points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
     out.print(f"observed points: {points}")
-    out.print("references: closed form from the parameters; generic Newton solver on the joint equations")
+    generic = "generic Newton solver on the joint equations"
+    out.print(f"references: {f'closed form from the parameters; {generic}' if scene.closed_form else generic}")
 
 
 # -- export ----------------------------------------------------------------------------------------------------------

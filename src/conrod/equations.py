@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from conrod.elimination import Elimination, Entry, Pivots
 from conrod.errors import InvalidInput
 from conrod.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism import GROUND, CamContact, Joint, Mechanism
+from conrod.mechanism import GROUND, HigherPair, Joint, Mechanism
 from conrod.motion import BREAK_WIDTH, Array, Side
 
 NEWTON_STEPS = 30
@@ -78,7 +78,7 @@ class Equations:
     @staticmethod
     def count(joint: Joint) -> int:
         """Number of equations of a joint: two for a lower pair, one for a higher one."""
-        return 1 if isinstance(joint, CamContact) else 2
+        return 1 if isinstance(joint, HigherPair) else 2
 
     def residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Entry]:
         """What Taylor coefficients by the crank angle leave of all equations: the coefficient of their order.

@@ -13,23 +13,37 @@ from conrod.scenes import Scene
 # Column suffix, attribute of the motion, SI unit.
 QUANTITIES = (("", "position", "m"), ("v", "velocity", "m/s"), ("a", "acceleration", "m/s^2"), ("j", "jerk", "m/s^3"))
 
+ROUNDING = 1e-12  # of a pass, by which its last sample may seem to lie beyond its end
+
 
 def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, tuple[str, Array]]:
     """Columns of the exact trajectory: name -> (unit, values (T,)).
 
     Args:
         samples: instants in a revolution, equally spaced; the last instant of the run is included.
-        revolutions: turns of the crank from angle 0.
+        revolutions: turns of the crank from angle 0; an input that makes one pass makes that, from its start.
     """
-    times = np.asarray(np.arange(round(samples * revolutions) + 1) * (scene.period / samples), dtype=float)
-    motion = scene.reference(times)
-    columns: dict[str, tuple[str, Array]] = {"time": ("s", times), "crank_angle": ("rad", scene.speed * times)}
+    times, angle = _instants(scene, samples, revolutions)
+    makes_a_pass = scene.mechanism().driver.span is not None
+    motion = scene.motion(angle, scene.speed) if makes_a_pass else scene.reference(times)
+    columns: dict[str, tuple[str, Array]] = {"time": ("s", times), "crank_angle": ("rad", angle)}
     for name, point in motion.points.items():
         for prefix, quantity, unit in QUANTITIES:
             values: Array = getattr(point, quantity)
             for k, axis in enumerate("xy"):
                 columns[f"{name}.{prefix}{axis}"] = (unit, values[:, k])
     return columns
+
+
+def _instants(scene: Scene, samples: int, revolutions: float) -> tuple[Array, Array]:
+    """Times [s] and crank angles [rad], each (T,)."""
+    step, span = scene.period / samples, scene.mechanism().driver.span
+    if span is None:
+        times = np.asarray(np.arange(round(samples * revolutions) + 1) * step, dtype=float)
+        return times, scene.speed * times
+    duration = (span[1] - span[0]) / abs(scene.speed)
+    times = np.asarray(np.arange(int(duration / step * (1.0 + ROUNDING)) + 1) * step, dtype=float)
+    return times, np.clip((span[0] if scene.speed > 0.0 else span[1]) + scene.speed * times, *span)
 
 
 def as_csv(columns: dict[str, tuple[str, Array]]) -> str:

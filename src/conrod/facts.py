@@ -31,9 +31,11 @@ def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
 
     A dwell is no dead centre: the follower of a cam rests there, and turns back at the nose alone.
     """
+    span = scene.mechanism().driver.span
     step = 2.0 * np.pi / SAMPLES
     # Off by a third of a step, so that no sample falls on a dead centre itself.
-    angles = np.asarray((np.arange(SAMPLES + 1) - 1.0 / 3.0) * step, dtype=float)
+    turn = np.asarray((np.arange(SAMPLES + 1) - 1.0 / 3.0) * step, dtype=float)
+    angles = turn if span is None else np.linspace(*span, SAMPLES)
     along = _direction(scene)
     speeds = _speed(scene, angles, along)
     found = np.flatnonzero(speeds[:-1] * speeds[1:] < 0.0)
@@ -44,7 +46,8 @@ def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     places = scene.motion(low, scene.speed).point(scene.output).position
     centres = [
-        DeadCentre(_once_around(float(angle)), (float(x), float(y))) for angle, (x, y) in zip(low, places, strict=True)
+        DeadCentre(_once_around(float(angle)) if span is None else float(angle), (float(x), float(y)))
+        for angle, (x, y) in zip(low, places, strict=True)
     ]
     return tuple(sorted(centres, key=lambda centre: centre.angle))
 
@@ -56,7 +59,8 @@ def _once_around(angle: float) -> float:
 
 
 def _direction(scene: Scene) -> Array:
-    turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+    span = scene.mechanism().driver.span
+    turn = np.linspace(*(span or (0.0, 2.0 * np.pi)), SAMPLES, endpoint=span is not None)
     place = scene.motion(turn, scene.speed).point(scene.output).position
     way = place[np.argmax(np.linalg.norm(place - place[0], axis=1))] - place[0]
     return np.asarray(way / np.linalg.norm(way))

@@ -59,7 +59,7 @@ class GenericReference:
     def break_angles(self) -> tuple[float, ...]:
         """Angles [rad] in [0, 2 pi) where a roller passes from one arc of its cam to the next, by bisection."""
         found: list[float] = []
-        angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
+        angles = np.linspace(*self.kinematics.span, SAMPLES + 1)
         for k in range(len(self.described.cam_contacts)):
             arcs = self._arcs(angles, k)
             for left in np.flatnonzero(arcs[:-1] != arcs[1:]):

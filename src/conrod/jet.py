@@ -83,3 +83,20 @@ def square_root(square: Jet) -> Jet:
     for k in range(1, len(a)):
         root.append((a[k] - _convolve(root, root, k, 1, k - 1)) / (2.0 * root[0]))
     return Jet(root)
+
+
+def direction(x: Jet, y: Jet) -> Jet:
+    """Direction [rad] of a vector (x, y), within half a turn of +x, from (x^2 + y^2) f' = x y' - y x' term by term."""
+    a, b = x.coefficients, y.coefficients
+    square = (x * x + y * y).coefficients
+    angle: list[Scalar] = [np.arctan2(b[0], a[0])]
+    for k in range(1, len(a)):
+        # k-th coefficients of both sides, each derivative's (j + 1) f_(j+1) at place j.
+        turned: Scalar = 0.0
+        for j in range(1, k + 1):
+            turned = turned + j * (a[k - j] * b[j] - b[k - j] * a[j])
+        known: Scalar = 0.0
+        for j in range(1, k):
+            known = known + j * angle[j] * square[k - j]
+        angle.append((turned - known) / (k * square[0]))
+    return Jet(angle)

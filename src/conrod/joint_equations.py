@@ -12,8 +12,9 @@ from typing import assert_never
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.jet import Array, Jet, sine_cosine, square_root
+from conrod.jet import Array, Jet, direction, sine_cosine, square_root
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
+from conrod.rolling import Rack, Rolling
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,26 @@ def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             dx = x - (a.cosine * cx - a.sine * cy)
             dy = y - (a.sine * cx + a.cosine * cy)
             return [square_root(dx * dx + dy * dy) - (radius + joint.roller_radius)]
+        case Rolling():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            line = direction(bx - ax, by - ay)
+            rolled = (a.phi - line) * joint.radius_a + (b.phi - line) * joint.radius_b - joint.offset
+            return [_nearest_turn(rolled, 2.0 * np.pi * joint.distance)]
+        case Rack():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            ux, uy = np.cos(joint.direction), np.sin(joint.direction)
+            way = (ax - bx) * (b.cosine * ux - b.sine * uy) + (ay - by) * (b.sine * ux + b.cosine * uy)
+            return [way + (a.phi - b.phi) * joint.radius - joint.offset]
         case _:
             assert_never(joint)
+
+
+def _nearest_turn(rolled: Jet, turn: float) -> Jet:
+    """What is left of a rolling pair's equation where the line of centres is known up to whole turns."""
+    first = rolled.coefficients[0]
+    return rolled - turn * np.rint(first / turn)
 
 
 def _from_cam(joint: CamContact, poses: dict[str, PoseJet]) -> tuple[Jet, Jet]:
@@ -115,6 +134,19 @@ def joint_jacobian(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             distance = np.hypot(dx, dy)
             ux, uy = dx / distance, dy / distance
             return [((-ux, -uy, ux * ay - uy * ax), (ux, uy, uy * bx - ux * by))]
+        case Rolling():
+            (ax, ay), (bx, by) = a.arm(joint.point_a), b.arm(joint.point_b)
+            dx, dy = b.x + bx - a.x - ax, b.y + by - a.y - ay
+            # The line of centres turns by (ux, uy) of the way of its end; both turns count against it.
+            over = (joint.radius_a + joint.radius_b) / (dx * dx + dy * dy)
+            ux, uy = over * dy, -over * dx
+            return [((-ux, -uy, joint.radius_a + ux * ay - uy * ax), (ux, uy, joint.radius_b + uy * bx - ux * by))]
+        case Rack():
+            (ax, ay), (bx, by) = a.arm(joint.point_a), b.arm(joint.point_b)
+            ux, uy = b.arm((np.cos(joint.direction), np.sin(joint.direction)))
+            # The line turns about the origin of `b`, so the arm is the whole way to the wheel's centre.
+            px, py = a.x + ax - b.x, a.y + ay - b.y
+            return [((ux, uy, uy * ax - ux * ay + joint.radius), (-ux, -uy, ux * py - uy * px - joint.radius))]
         case _:
             assert_never(joint)
 

@@ -78,6 +78,10 @@ class Kinematics:
         """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom."""
         return np.asarray(np.linalg.svd(self._equations.scaled_jacobian(poses), compute_uv=False)[:, -1])
 
+    def reach(self, goal: float) -> float:
+        """The crank angle [rad] where the way from angle 0 to a goal ends; the goal, if nothing ends it before."""
+        return self._walk.reach(goal)
+
     @property
     def start(self) -> Array:
         """Exact poses at crank angle 0; (1, 3 n)."""
@@ -93,6 +97,24 @@ class Kinematics:
         if table is None:
             return {observed.name: self.size for observed in self.mechanism.observed}
         return {name: diameter(p[0]) for name, p in self.point_derivatives([table.poses]).items()}
+
+    @property
+    def turns_fully(self) -> bool:
+        """Whether the crank turns all the way round on the assembly branch."""
+        return self.mechanism.driver.span is None and self._walk.table is not None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The crank angles [rad] between which the machine is looked at: one turn, or the driver's span."""
+        return self.mechanism.driver.span or (0.0, 2.0 * math.pi)
+
+    def angles(self, count: int) -> Array:
+        """So many crank angles [rad], evenly over the turn without its end, or over the driver's span with both ends.
+
+        Raises:
+            InvalidInput: names a span that the linkage does not reach.
+        """
+        return np.linspace(*self.span, count, endpoint=self.mechanism.driver.span is not None)
 
     @property
     def travel(self) -> float:

@@ -13,11 +13,14 @@ from functools import cached_property
 from typing import TypeAlias
 
 from conrod.cam import CamProfile
+from conrod.errors import InvalidInput
 from conrod.ranges import check_number
+from conrod.rolling import Mesh
 
 GROUND = "ground"
 MASSES = (1e-9, 1e12)  # [kg]
 INERTIAS = (1e-18, 1e24)  # [kg m^2]
+LARGEST_SPAN = 1e3  # [rad]
 
 Point: TypeAlias = tuple[float, float]  # [m], in the frame of a body
 Pose: TypeAlias = tuple[float, float, float]  # x [m], y [m], phi [rad]
@@ -74,16 +77,34 @@ class CamContact:
     roller_radius: float  # [m]
 
 
-Joint: TypeAlias = Revolute | Prismatic | CamContact
+HigherPair: TypeAlias = CamContact | Mesh
+Joint: TypeAlias = Revolute | Prismatic | HigherPair
 
 
 @dataclass(frozen=True)
 class Driver:
-    """Prescribes phi_b - phi_a of a revolute joint as start + sense x crank angle."""
+    """Prescribes phi_b - phi_a of a revolute joint as start + sense x crank angle.
+
+    Attributes:
+        span: the crank angles [rad] from which and to which an input that cannot turn fully makes one pass; None for
+            one that turns.
+    """
 
     joint: str
     sense: int = 1  # +1: the crank angle counts counter-clockwise, -1: clockwise
     start: float = 0.0  # [rad]
+    span: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.span is None:
+            return
+        for angle in self.span:
+            check_number(f"span of the driver {self.joint}", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
+        if not self.span[0] <= 0.0 <= self.span[1] or self.span[0] == self.span[1]:
+            raise InvalidInput(
+                f"span of the driver {self.joint}: from {self.span[0]:g} to {self.span[1]:g} rad; it must grow, and "
+                "hold the crank angle 0, at which the bodies' poses are given"
+            )
 
 
 @dataclass(frozen=True)
@@ -153,9 +174,17 @@ class Mechanism:
         return tuple(joint for joint in self.joints if isinstance(joint, CamContact))
 
     @property
+    def meshes(self) -> tuple[Mesh, ...]:
+        """The joints that roll."""
+        return tuple(joint for joint in self.joints if isinstance(joint, Mesh))
+
+    @property
     def mobility(self) -> int:
-        """Degrees of freedom by Gruebler's count, M = 3 (n - 1) - 2 f1 - f2 (document 004, equation (1))."""
-        higher_pairs = len(self.cam_contacts)
+        """Degrees of freedom by Gruebler's count, M = 3 (n - 1) - 2 f1 - f2 (document 004, equation (1)).
+
+        A pair that rolls counts as a higher one: its centres are kept apart by other joints.
+        """
+        higher_pairs = sum(isinstance(joint, HigherPair) for joint in self.joints)
         lower_pairs = len(self.joints) - higher_pairs
         return 3 * len(self.bodies) - 2 * lower_pairs - higher_pairs
 

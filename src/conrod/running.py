@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine, step_length
 from conrod.errors import InvalidInput
@@ -10,6 +12,7 @@ from conrod.trajectory import Settings, Trajectory
 
 # Settings made for another speed or step would put every sample at a wrong angle.
 SAME_STEP = 1e-9
+SAME_ANGLE = 1e-9  # [rad], rounding of what a run takes
 
 
 def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_angle: float = 0.0) -> Trajectory:
@@ -39,9 +42,24 @@ def check_run(machine: Machine, settings: Settings, revolutions: float, start_an
     """
     check_number("revolutions", revolutions, 1e-3, 1e6)
     check_number("start_angle", start_angle, -1e6, 1e6, "rad")
+    _check_span(machine, revolutions, start_angle)
     step = step_length(machine, settings.steps_per_revolution)
     if abs(settings.timestep / step - 1.0) > SAME_STEP:
         raise InvalidInput(
             f"timestep = {settings.timestep:g} s does not fit: {settings.steps_per_revolution} steps a revolution at "
             f"{machine.speed:g} rad/s are {step:g} s each"
+        )
+
+
+def _check_span(machine: Machine, revolutions: float, start_angle: float) -> None:
+    """Refuse a run that leaves the span of an input which cannot turn fully."""
+    span = machine.kinematics.mechanism.driver.span
+    if span is None:
+        return
+    stop_angle = start_angle + math.copysign(2.0 * math.pi * revolutions, machine.speed)
+    if not all(span[0] - SAME_ANGLE <= angle <= span[1] + SAME_ANGLE for angle in (start_angle, stop_angle)):
+        start, turns = span[0] if machine.speed > 0.0 else span[1], (span[1] - span[0]) / (2.0 * math.pi)
+        raise InvalidInput(
+            f"start_angle = {start_angle:.9g} rad, revolutions = {revolutions:.9g}: the run leaves the one pass that "
+            f"the input makes; it starts at {start:.9g} rad and takes {turns:.9g} revolutions"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from conrod.engines import ENGINES, Engine, engine_named
@@ -12,6 +13,7 @@ from conrod.scenes import SCENES, Scene, scene_named
 from conrod.studies.validate import Plan
 from conrod.units import parse_quantity
 
+MECHANISM_FILE = ".toml"
 STEPS = (2, 10_000_000)
 REVOLUTIONS = (1, 1_000_000)
 # A run is kept whole, at about 3 kB a sample (measured: 670 MB for 200 001 samples), so this is 1.5 GB.
@@ -21,20 +23,45 @@ LARGEST_TOLERANCE = 1e6
 
 
 def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:
-    """Scenes by name (all, where none is named), with parameters overridden by assignments `name=value`.
+    """Scenes by name or from files, all that ship where none is named; parameters may have other values.
 
-    An assignment applies to every selected scene that has the parameter.
+    An assignment `name=value` applies to every selected scene that has the parameter.
 
     Raises:
         InvalidInput: unknown scene, parameter or unit, or a value out of range.
     """
-    scenes = {name: scene_named(name) for name in (names or SCENES)}
+    scenes = _named(names or list(SCENES))
     values = _split_all(assignments, "--set")
     known = {name for scene in scenes.values() for name in scene.parameter_facts()}
     for name in values:
         if name not in known:
             raise unknown_choice("parameter", name, known)
     return {name: _with_values(scene, values) for name, scene in scenes.items()}
+
+
+def select_scene(name: str, assignments: Sequence[str]) -> tuple[str, Scene]:
+    """One scene, as `select_scenes` does, with the name that it goes by."""
+    ((known_as, scene),) = select_scenes([name], assignments).items()
+    return known_as, scene
+
+
+def _named(names: Sequence[str]) -> dict[str, Scene]:
+    """Scenes by name; one from a file goes by the name that stands in it, which can be a file's name anywhere."""
+    scenes: dict[str, Scene] = {}
+    for given in names:
+        from_file = given.lower().endswith(MECHANISM_FILE)
+        scene = _from_file(given) if from_file else scene_named(given)
+        name = scene.kind if from_file else given
+        if from_file and (name in SCENES or name in scenes):
+            raise InvalidInput(f"{given}: name = {name!r} is taken by another scene; give it a name of its own")
+        scenes[name] = scene
+    return scenes
+
+
+def _from_file(name: str) -> Scene:
+    from conrod.mechanism_files import read_scene  # what reads units takes its time to load
+
+    return read_scene(Path(name))
 
 
 def _with_values(scene: Scene, values: Mapping[str, str]) -> Scene:

@@ -40,19 +40,21 @@ def export(
     """Write the MJCF model of SCENE, its exact trajectory as a table with units, or a pack for other tools to solve."""
     from conrod.console import CSV_SAMPLES, exported
     from conrod.files import file_to_write, naming, write_whole
-    from conrod.selection import check_model, check_table, select_scenes
+    from conrod.selection import check_model, check_table, select_scene
 
-    chosen = select_scenes([scene], assignments)
+    name, chosen = select_scene(scene, assignments)
     if kind == "pack":
-        _export_pack(scene, chosen[scene], output, steps_per_rev, revolutions)
+        if not chosen.closed_form:
+            raise InvalidInput(f"{scene}: a pack is of a scene in closed form; give mjcf, csv or npz as --format")
+        _export_pack(name, chosen, output, steps_per_rev, revolutions)
         return
     turns = 1 if revolutions is None else revolutions
     if kind == "mjcf":
         check_model(steps_per_rev, revolutions)
     else:
-        check_table(scene, CSV_SAMPLES if steps_per_rev is None else steps_per_rev, turns)
+        check_table(name, CSV_SAMPLES if steps_per_rev is None else steps_per_rev, turns)
     file = None if output is None else file_to_write(output, "-o")
-    content = exported(scene, chosen[scene], kind, steps_per_rev, turns)
+    content = exported(name, chosen, kind, steps_per_rev, turns)
     if file:
         write_whole(file, content)
     elif isinstance(content, bytes):

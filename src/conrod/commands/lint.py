@@ -89,13 +89,13 @@ def _folder(file: Path) -> Path:
 
 
 def _machine(name: str | None, assignments: tuple[str, ...]) -> Scene | None:
-    from conrod.selection import select_scenes
+    from conrod.selection import select_scene
 
     if name is None:
         if assignments:
             raise InvalidInput(f"--set {assignments[0]}: it is a parameter of what --scene names")
         return None
-    return select_scenes([name], assignments)[name]
+    return select_scene(name, assignments)[1]
 
 
 def _request(

@@ -46,14 +46,14 @@ def recommend(
     from conrod.engines.rule import grid_named
     from conrod.files import naming
     from conrod.recommend_console import print_recommendations
-    from conrod.selection import select_engines, select_scenes
+    from conrod.selection import select_engines, select_scene
     from conrod.studies.choice import check_tolerances, recommend_for
     from conrod.studies.recommendation import Recommendation
     from conrod.studies.sweep import plan_sweep
 
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
-    chosen = select_scenes([scene], assignments)[scene]
-    plan = plan_sweep(scene, chosen, select_engines(engine), grid_named(grid))
+    name, chosen = select_scene(scene, assignments)
+    plan = plan_sweep(name, chosen, select_engines(engine), grid_named(grid))
     with Runner.of(Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory, retime)) as runner:
         found = recommend_for(plan, allowed, runner)
     with naming("standard output"):

@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput
 def show(scene: str | None, assignments: tuple[str, ...], drawing: str | None) -> None:
     """What there is, one line each; or all about one SCENE."""
     from conrod.console import show_catalogue, show_scene
-    from conrod.selection import select_scenes
+    from conrod.selection import select_scene
 
     if scene is None:
         if drawing is not None or assignments:
@@ -25,8 +25,8 @@ def show(scene: str | None, assignments: tuple[str, ...], drawing: str | None) -
         show_catalogue()
         return
     file = None if drawing is None else _drawing_file(drawing)
-    chosen = select_scenes([scene], assignments)[scene]
-    show_scene(scene, chosen)
+    name, chosen = select_scene(scene, assignments)
+    show_scene(name, chosen)
     if file:
         from conrod.report.drawing import draw_mechanism
 

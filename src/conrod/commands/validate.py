@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from conrod.studies.results import SceneStudy
 
 DEFAULT_REVOLUTIONS = 2
+MECHANISMS = ".toml"
 MODELS = (".xml", ".mjcf", ".mjb")
 TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
 
@@ -43,14 +44,16 @@ def validate(
 ) -> None:
     """Compare engines with the exact motion: all SCENEs and both engines, or those named.
 
-    A FILE is judged instead, against the machine that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of
-    any tool as a table (.csv, .parquet, .npz).
+    A SCENE is one that ships, or a mechanism file of one's own (.toml). A FILE is judged instead, against the machine
+    that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of any tool as a table (.csv, .parquet, .npz).
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
     """
     files = [name for name in subjects if name.lower().endswith(MODELS + TABLES)]
     if not files:
         for name in subjects:
+            if name.lower().endswith(MECHANISMS):
+                continue
             if Path(name).is_file() or (scene is not None and Path(name).suffix):
                 raise InvalidInput(
                     f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"

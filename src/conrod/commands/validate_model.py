@@ -38,13 +38,13 @@ def validate_model(
     """Judge a file against the machine that a scene is."""
     from conrod.files import naming, write_together
     from conrod.report.user_model.document import outputs_of, results_file
-    from conrod.selection import parse_tolerance, select_scenes
+    from conrod.selection import parse_tolerance, select_scene
     from conrod.user_model_console import print_model_study
 
     for name, value in (("--engine", engine), ("--preset", preset), ("--steps-per-rev", steps_per_rev)):
         if value is not None:
             raise InvalidInput(f"{name} does not go with a model: it is judged as it is, in MuJoCo, at its own step")
-    machine = select_scenes([scene], assignments)[scene]
+    machine = select_scene(scene, assignments)[1]
     asked = None if tolerance is None else parse_tolerance(tolerance)
     folder, target = outputs_of(file, out, document)
     judged = judge_model(

@@ -33,7 +33,7 @@ def validate_table(
     """Judge a table against the machine that a scene is."""
     from conrod.confined import confined
     from conrod.files import naming, write_together
-    from conrod.selection import TOLERANCES, parse_tolerance, select_scenes
+    from conrod.selection import TOLERANCES, parse_tolerance, select_scene
     from conrod.table_console import print_table_study
     from conrod.tables.columns import request
     from conrod.tables.estimation import parse_estimate
@@ -43,7 +43,7 @@ def validate_table(
     _check_lone(
         {"--engine": engine, "--preset": preset, "--steps-per-rev": steps_per_rev, "--revolutions": revolutions}
     )
-    machine = select_scenes([scene], assignments)[scene]
+    machine = select_scene(scene, assignments)[1]
     allowed = None if tolerance is None else parse_tolerance(tolerance, (*TOLERANCES, "phase"))
     asked = () if options.estimate is None else parse_estimate(options.estimate)
     points = tuple(machine.lengths)

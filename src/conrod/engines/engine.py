@@ -40,6 +40,18 @@ def step_length(machine: Machine, steps_per_revolution: int) -> float:
     return 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
 
 
+def run_of(machine: Machine, steps_per_revolution: int, revolutions: float) -> tuple[float, float]:
+    """Start angle [rad] and revolutions of a run: those asked for, or the one pass of an input that cannot turn.
+
+    A pass takes whole steps, and ends where the last of them fits into the driver's span.
+    """
+    span = machine.kinematics.mechanism.driver.span
+    if span is None:
+        return 0.0, revolutions
+    steps = math.floor((span[1] - span[0]) / (2.0 * math.pi) * steps_per_revolution * (1.0 + 1e-12))
+    return span[0] if machine.speed > 0.0 else span[1], steps / steps_per_revolution
+
+
 def default_steps(machine: Machine) -> int:
     """Steps per revolution where nothing else is said: 1000 for linkages, ten thousand a radian for contact."""
     return CONTACT_STEPS if machine.kinematics.mechanism.cam_contacts else LINKAGE_STEPS

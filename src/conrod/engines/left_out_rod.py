@@ -182,6 +182,8 @@ def _as_distance(mechanism: Mechanism, link: str) -> DistanceJoint | None:
     ends = [_ends(joint, link) for joint in joints if isinstance(joint, Revolute)]
     if len(ends) != 2 or GROUND in (ends[0][0], ends[1][0]):
         return None
+    if any({mesh.a, mesh.b} <= {ends[0][0], ends[1][0]} for mesh in mechanism.meshes):
+        return None  # a rolling pair's turns count against it
     (a, point_a, pin_a), (b, point_b, pin_b) = ends
     names, pose = [joint.name for joint in joints], mechanism.poses[link]
     return DistanceJoint(link, a, b, point_a, point_b, pin_a, pin_b, names[0], names[1], pose[2])

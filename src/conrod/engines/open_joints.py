@@ -10,7 +10,6 @@ from conrod.engines.engine import Machine, Softness
 from conrod.engines.left_out_rod import DistanceJoint, ModelForm
 from conrod.jet import Jet, square_root
 from conrod.joint_equations import pose_jets
-from conrod.mechanism import CamContact
 from conrod.motion import Array, diameter
 
 TURNS = 2
@@ -40,7 +39,7 @@ class OpenJoints:
         row = 0
         for joint in form.whole.joints:
             self.rows[joint.name] = row
-            row += 1 if isinstance(joint, CamContact) else 2
+            row += machine.kinematics.equations_of(joint)
         self._turn = samples
 
     def poses(self, gaps: Array, near: Array) -> Array:

@@ -11,8 +11,7 @@ SAMPLES = 720
 
 def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:
     """Largest k-th derivative by the crank angle of any observed point, over its L; k = 0..order."""
-    angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
-    points = kinematics.point_derivatives(kinematics.derivatives(angles, order))
+    points = kinematics.point_derivatives(kinematics.derivatives(kinematics.angles(SAMPLES), order))
     sizes = [0.0] * (order + 1)
     for name, derivatives in points.items():
         length = kinematics.lengths[name]

@@ -15,7 +15,7 @@ import numpy as np
 from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import DistanceJoint, ModelForm
 from conrod.errors import InvalidInput
-from conrod.mechanism import GROUND, CamContact, Mechanism, Prismatic, Revolute
+from conrod.mechanism import GROUND, HigherPair, Mechanism, Prismatic, Revolute
 from conrod.motion import Array
 
 
@@ -153,7 +153,7 @@ def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
     """
     branches: list[Branch] = []
     cuts: list[Revolute] = []
-    waiting: list[Revolute | Prismatic] = [j for j in mechanism.joints if not isinstance(j, CamContact)]
+    waiting: list[Revolute | Prismatic] = [j for j in mechanism.joints if not isinstance(j, HigherPair)]
     # The driven pin is never cut, wherever it is declared: its coordinate is the crank's angle.
     waiting.sort(key=lambda joint: (isinstance(joint, Revolute), joint.name != mechanism.driver.joint))
     held = {GROUND}
@@ -164,7 +164,10 @@ def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
         waiting.remove(joint)
         if joint.a in held and joint.b in held:
             if isinstance(joint, Prismatic):
-                raise InvalidInput(f"{mechanism.name}: slide {joint.name!r} closes a loop of slides")
+                raise InvalidInput(
+                    f"{mechanism.name}: slide {joint.name!r} closes a loop of slides alone, which holds the turns of "
+                    "its links twice over; a loop needs a pin"
+                )
             cuts.append(joint)
             continue
         parent, child = (joint.a, joint.b) if joint.a in held else (joint.b, joint.a)

@@ -11,10 +11,11 @@ from importlib.metadata import version
 from typing import Any
 
 from conrod.export import as_csv, as_npz, exact_columns
-from conrod.mechanism import CamContact, Mechanism, Prismatic, Revolute
+from conrod.mechanism import CamContact, Joint, Mechanism, Prismatic, Revolute
 from conrod.pack.readme import readme
 from conrod.pack.tolerances import worth_meeting
 from conrod.report.drawing import mechanism_svg
+from conrod.rolling import Rack, Rolling
 from conrod.scenes import Scene
 
 SCHEMA = 1
@@ -97,8 +98,9 @@ def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
-def _kind(joint: Revolute | Prismatic | CamContact) -> str:
-    return {Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact"}[type(joint)]
+def _kind(joint: Joint) -> str:
+    kinds = {Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact", Rolling: "rolling", Rack: "rack"}
+    return kinds[type(joint)]
 
 
 def _json(document: dict[str, Any]) -> str:

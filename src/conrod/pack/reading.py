@@ -7,6 +7,7 @@ from pathlib import Path
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.scenes import SCENES, Scene
+from conrod.scenes.parameters import parameters_of
 
 
 def read_parameters(path: Path) -> Scene:
@@ -21,10 +22,10 @@ def read_parameters(path: Path) -> Scene:
         values = {name: float(entry["value"]) for name, entry in given.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise InvalidInput(f"{path}: it does not hold the parameters of a pack") from None
-    kinds = {type(scene).kind: type(scene) for scene in SCENES.values()}
+    kinds = {scene.kind: type(scene) for scene in SCENES.values()}
     if kind not in kinds:
         raise unknown_choice("kind of scene", str(kind), kinds)
-    known = kinds[kind].parameter_facts()
+    known = parameters_of(kinds[kind])
     for name in values:
         if name not in known:
             raise unknown_choice("parameter", name, known)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from typing import assert_never
 
 from conrod.mechanism import CamContact, Mechanism, Prismatic, Revolute
 from conrod.pack.tolerances import Tolerance
 from conrod.report import numbers
 from conrod.report.tables import paragraphs, table
+from conrod.rolling import Rack, Rolling
 from conrod.scenes import SCENES, Scene
 
 FILES = (
@@ -162,6 +164,20 @@ def _joints(mechanism: Mechanism) -> str:
                     f"{_place(joint.roller_centre)} on the profile of {joint.a}: arcs in `mechanism.json`, each from "
                     "`start` to `stop`, directions of its outward normal [rad] in the frame of that body"
                 )
+            case Rolling():
+                what = (
+                    f"rolling: a circle of radius {_mm(joint.radius_a)} mm about {_place(joint.point_a)} of {joint.a} "
+                    f"on one of {_mm(joint.radius_b)} mm about {_place(joint.point_b)} of {joint.b} (negative: the "
+                    f"other is inside); radii x turns against the line of centres sum up to {_mm(joint.offset)} mm"
+                )
+            case Rack():
+                what = (
+                    f"rolling: a wheel of radius {_mm(joint.radius)} mm about {_place(joint.point_a)} of {joint.a} on "
+                    f"the left of the line through {_place(joint.point_b)} of {joint.b} at "
+                    f"{numbers.quantity(joint.direction, 9)} rad; way + radius x turn = {_mm(joint.offset)} mm"
+                )
+            case _:
+                assert_never(joint)
         rows.append((joint.name, joint.a, joint.b, what))
     points = [f"{point.name} is {_place(point.point)} of {point.body}" for point in mechanism.observed]
     return table(("joint", "a", "b", "what [mm]"), rows) + f"\n\nObserved: {'; '.join(points)}."

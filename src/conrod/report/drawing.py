@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import assert_never
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +18,8 @@ from conrod.report import machine_parts as parts
 from conrod.report import numbers
 from conrod.report.canvas import drawing_style, svg_text
 from conrod.report.dimensions import Length, dimensions
+from conrod.report.outlines import outline, pitch_lines, profile
+from conrod.rolling import Rack, Rolling
 from conrod.scenes import Scene
 
 MM = 1e3
@@ -53,6 +56,8 @@ def mechanism_svg(scene: Scene) -> str:
 def mechanism_figure(scene: Scene) -> Figure:
     """The mechanism at a telling crank angle, with the paths of the observed points over a turn."""
     angle = math.radians(TELLING_ANGLES.get(scene.kind, OTHERWISE))
+    if scene.kinematics.mechanism.driver.span is not None:
+        angle = float(np.mean(scene.kinematics.span))
     view = _view(scene, angle)
     _paths(view)
     _joints(view)
@@ -76,24 +81,11 @@ def _view(scene: Scene, angle: float) -> View:
     rounded = np.round(stacked * [MM, MM, 1.0], 9)
     poses: dict[str, Pose] = {b.name: (p[0], p[1], p[2]) for b, p in zip(mechanism.bodies, rounded, strict=True)}
     poses[GROUND] = (0.0, 0.0, 0.0)
-    turn = scene.motion(np.linspace(0.0, 2.0 * np.pi, 181), scene.speed)
+    turn = scene.motion(np.linspace(*scene.kinematics.span, 181), scene.speed)
     paths = {name: MM * point.position for name, point in turn.points.items()}
-    reached = np.concatenate([*paths.values(), *([MM * _outline(mechanism, _in_metres(poses))])])
+    reached = np.concatenate([*paths.values(), *([MM * outline(mechanism, _in_metres(poses))])])
     extent = float(np.ptp(reached, axis=0).max())
     return View(Figure().subplots(), mechanism, poses, paths, 0.022 * extent, extent)
-
-
-def _outline(mechanism: Mechanism, poses: dict[str, Pose]) -> Array:
-    """Points [m] that the mechanism reaches: its pins, and its cams' outlines."""
-    points = [to_world(poses[j.b], j.point_b) for j in mechanism.joints if isinstance(j, Revolute)]
-    for contact in mechanism.cam_contacts:
-        points += _profile(contact, poses[contact.a])
-    return np.array(points)
-
-
-def _profile(contact: CamContact, pose: Pose) -> list[tuple[float, float]]:
-    normals = np.linspace(-np.pi, np.pi, 721)
-    return [to_world(pose, (float(x), float(y))) for x, y in contact.profile.points(normals)]
 
 
 def _in_metres(poses: dict[str, Pose]) -> dict[str, Pose]:
@@ -122,6 +114,11 @@ def _joints(view: View) -> None:
                 _slide(view, joint)
             case CamContact():
                 _cam(view, joint)
+            case Rolling() | Rack():
+                for line in pitch_lines(joint, _in_metres(view.poses)):
+                    view.axes.plot(*(MM * line).T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
+            case _:
+                assert_never(joint)
 
 
 def _slide(view: View, joint: Prismatic) -> None:
@@ -151,7 +148,7 @@ def _body_of(view: View, point: str) -> str:
 
 def _cam(view: View, contact: CamContact) -> None:
     pose = view.poses[contact.a]
-    outline = MM * np.array(_profile(contact, _in_metres(view.poses)[contact.a]))
+    outline = MM * np.array(profile(contact, _in_metres(view.poses)[contact.a]))
     view.axes.fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
     view.axes.plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
     for arc in contact.profile.arcs if len(contact.profile.arcs) > 1 else ():

@@ -63,15 +63,15 @@ def motion_figure(study: SceneStudy) -> Figure:
 
 
 def _angles(scene: Scene) -> Array:
-    """Crank angles [rad] of one turn, with both sides of every break."""
+    """Crank angles [rad] of one turn, or of the one pass, with both sides of every break."""
     breaks = np.array(scene.break_angles())
-    turn = np.linspace(0.0, 2.0 * np.pi, EXACT_SAMPLES)
+    turn = np.linspace(*scene.kinematics.span, EXACT_SAMPLES)
     return np.sort(np.concatenate([turn, breaks - BESIDE_BREAK, breaks + BESIDE_BREAK]))
 
 
 def moving_components(scene: Scene) -> list[tuple[str, int]]:
     """(point, 0 for x or 1 for y) of all observed coordinates that move in a turn."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    turn = np.linspace(*scene.kinematics.span, 361)
     points = scene.motion(turn, scene.speed).points
     spans = {(name, k): float(np.ptp(p.position[:, k])) for name, p in points.items() for k in (0, 1)}
     return [(name, k) for (name, k), span in spans.items() if span > FLAT * scene.lengths[name]]

@@ -73,7 +73,7 @@ def _sizes(result: Result, point: str, quantity: str) -> str:
 def _peaks(study: SceneStudy, point: str, length: float) -> str:
     """L and the exact peaks, in mm, beside what velocity and acceleration are divided by."""
     speed = abs(study.scene.speed)
-    turn = np.linspace(0.0, 2.0 * np.pi, 7201)
+    turn = np.linspace(*study.scene.kinematics.span, 7201)
     exact = study.scene.motion(turn, study.scene.speed).point(point)
     velocity, acceleration = (
         1e3 * float(np.linalg.norm(values, axis=1).max()) for values in (exact.velocity, exact.acceleration)

@@ -91,11 +91,19 @@ def check_ranges(scene: Any) -> None:
         InvalidInput: names the parameter, its value and its range.
     """
     for parameter in parameters_of(type(scene)).values():
-        value = getattr(scene, parameter.name)
-        lowest = -parameter.highest if parameter.magnitude else parameter.lowest
-        check_number(parameter.name, value, lowest, parameter.highest, parameter.unit)
-        if parameter.magnitude and abs(value) < parameter.lowest:
-            raise InvalidInput(
-                f"{parameter.name} = {value:g} {parameter.unit} is out of range: "
-                f"{parameter.lowest:g} <= |{parameter.name}| <= {parameter.highest:g} {parameter.unit}"
-            )
+        check_value(parameter, getattr(scene, parameter.name))
+
+
+def check_value(parameter: Parameter, value: float) -> None:
+    """Refuse a value that is not a finite number within the parameter's range.
+
+    Raises:
+        InvalidInput: names the parameter, its value and its range.
+    """
+    lowest = -parameter.highest if parameter.magnitude else parameter.lowest
+    check_number(parameter.name, value, lowest, parameter.highest, parameter.unit)
+    if parameter.magnitude and abs(value) < parameter.lowest:
+        raise InvalidInput(
+            f"{parameter.name} = {value:g} {parameter.unit} is out of range: "
+            f"{parameter.lowest:g} <= |{parameter.name}| <= {parameter.highest:g} {parameter.unit}"
+        )

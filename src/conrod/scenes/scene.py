@@ -6,7 +6,7 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,20 +25,47 @@ CANONICAL = json.JSONEncoder(sort_keys=True, allow_nan=False, separators=(",", "
 
 
 class Scene(ABC):
-    """A mechanism with parameters, masses and an exact motion in closed form; its subclasses are frozen dataclasses.
+    """A mechanism with parameters, masses and an exact motion; its subclasses are frozen dataclasses.
 
     Attributes:
         speed: crank speed [rad/s]; the crank angle is speed x time.
     """
 
-    kind: ClassVar[str]
-    title: ClassVar[str]
-    source: ClassVar[str]  # document and what was taken from it
-    output: ClassVar[str]  # the observed point that does the machine's work
-    description: ClassVar[str]  # for the report; {parameter} stands for a parameter's value with its unit
-    frame: ClassVar[str]  # origin, axes and the crank angle's sense, for the report
+    closed_form: ClassVar[bool] = True  # whether its motion is known without the generic solver
 
     speed: float
+
+    # What a class of scenes says of itself, as class variables; a scene that a file describes says it for itself.
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """Name of the kind of machine."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """Heading of a report."""
+
+    @property
+    @abstractmethod
+    def source(self) -> str:
+        """Document, and what was taken from it."""
+
+    @property
+    @abstractmethod
+    def output(self) -> str:
+        """The observed point that does the machine's work."""
+
+    @property
+    @abstractmethod
+    def description(self) -> str:
+        """For the report; {parameter} stands for a parameter's value with its unit."""
+
+    @property
+    @abstractmethod
+    def frame(self) -> str:
+        """Origin, axes and the crank angle's sense, for the report."""
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -58,7 +85,7 @@ class Scene(ABC):
 
     @abstractmethod
     def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
-        """Closed form: x and y of every observed point with their derivatives by the crank angle at angles (T,)."""
+        """x and y of every observed point with their derivatives by the crank angle at angles (T,), exact."""
 
     def break_angles(self) -> tuple[float, ...]:
         """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
@@ -103,19 +130,22 @@ class Scene(ABC):
         """Values of all parameters, SI."""
         return {name: getattr(self, name) for name in parameters_of(type(self))}
 
+    def identity(self) -> dict[str, Any]:
+        """All that tells a scene from others of its kind, as plain values."""
+        return dict(self.parameters)
+
     @cached_property
     def parameters_text(self) -> str:
         """The same in one canonical text, to tell scenes apart by in any process."""
-        return CANONICAL.encode(self.parameters)
+        return CANONICAL.encode(self.identity())
 
     def with_parameters(self, **values: float) -> Self:
         """The same scene with other parameter values, SI; raises InvalidInput as the constructor does."""
         return type(self)(**(self.parameters | values))
 
-    @classmethod
-    def parameter_facts(cls) -> dict[str, Parameter]:
+    def parameter_facts(self) -> dict[str, Parameter]:
         """Unit, meaning and range of all parameters."""
-        return parameters_of(cls)
+        return parameters_of(type(self))
 
     @cached_property
     def kinematics(self) -> Kinematics:

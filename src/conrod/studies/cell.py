@@ -37,15 +37,15 @@ class Cell:
 
     def identity(self) -> dict[str, Any]:
         """All that determines the result, as plain values; the preset's name does not."""
-        return self._identity(dict(self.scene.parameters))
+        return self._identity(self.scene.identity())
 
-    def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
+    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
         # Fields that settings gained later are not in it where they are as they always were: keys stay what they were.
         settings = self.settings.as_dict()
         del settings["preset"]
         return {
             "result_version": RESULT_VERSION,
-            "scene": type(self.scene).kind,
+            "scene": self.scene.kind,
             "parameters": parameters,
             "engine": self.settings.engine,
             "engine_version": engine_named(self.settings.engine).version,

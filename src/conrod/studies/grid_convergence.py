@@ -157,9 +157,8 @@ def grid_convergence_of(family: Family, measurements: Mapping[str, Measurement])
 
 def varying_components(scene: Scene) -> dict[str, tuple[bool, bool]]:
     """Of each observed point, whether its exact position changes along x and along y."""
-    turn = np.linspace(0.0, 2.0 * np.pi, ANGLES, endpoint=False)
     kept = {}
-    for name, point in scene.motion(turn, scene.speed).points.items():
+    for name, point in scene.motion(scene.kinematics.angles(ANGLES), scene.speed).points.items():
         ways = np.ptp(point.position, axis=0) / scene.lengths[name]
         kept[name] = (bool(ways[0] > VARIES), bool(ways[1] > VARIES))
     return kept

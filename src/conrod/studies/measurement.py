@@ -12,6 +12,7 @@ from conrod.closure_prediction import predicted_errors
 from conrod.comparison import QUANTITIES as COMPARED
 from conrod.comparison import compare, signed_error, size_of
 from conrod.engines import engine_named
+from conrod.engines.engine import run_of
 from conrod.motion import Array
 from conrod.running import run
 from conrod.scenes import Scene
@@ -84,7 +85,7 @@ def measure(cell: Cell) -> Measurement:
     refusal = engine.refusal(cell.scene, cell.settings)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    trajectory = run(cell.scene, cell.settings, cell.revolutions, cell.start_angle)
+    trajectory = run(cell.scene, cell.settings, *_length_and_start(cell))
     if trajectory.outcome is not Outcome.COMPLETED:
         return Measurement(trajectory.outcome.slug, trajectory.reason)
     found = compare(trajectory, cell.scene)
@@ -98,6 +99,14 @@ def measure(cell: Cell) -> Measurement:
         prediction=prediction_sizes(cell.scene, some),
         signed=signed_errors(cell, trajectory),
     )
+
+
+def _length_and_start(cell: Cell) -> tuple[float, float]:
+    """Revolutions and start angle [rad] of a cell's run: of an input that cannot turn, its one pass."""
+    if cell.scene.kinematics.mechanism.driver.span is None:
+        return cell.revolutions, cell.start_angle
+    start, revolutions = run_of(cell.scene, cell.settings.steps_per_revolution, cell.revolutions)
+    return revolutions, start
 
 
 def prediction_sizes(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str, float]]:
@@ -117,13 +126,18 @@ def prediction_sizes(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str
 
 
 def signed_errors(cell: Cell, trajectory: Trajectory) -> dict[str, dict[str, list[list[float]]]]:
-    """Normalised signed errors at fixed crank angles of the last turn.
+    """Normalised signed errors at fixed crank angles of the last turn, or of the one pass.
 
     Where an engine has no sample at an angle (pymunk's velocities lie between), the error is interpolated: that
     costs a share of the error itself that falls with the square of the step.
     """
     scene, first = cell.scene, cell.start_angle / cell.scene.speed
-    last_turn = first + scene.period * (cell.revolutions - 1.0 + np.arange(cell.signed_angles) / cell.signed_angles)
+    if scene.kinematics.mechanism.driver.span is None:
+        last_turn = first + scene.period * (cell.revolutions - 1.0 + np.arange(cell.signed_angles) / cell.signed_angles)
+    else:
+        start, stop = scene.kinematics.span
+        middles = (np.arange(cell.signed_angles) + 0.5) / cell.signed_angles
+        last_turn = np.sort((start + (stop - start) * middles) / scene.speed)
     return {
         name: {
             quantity: _at(last_turn, getattr(tracks, quantity), scene, name, quantity, k).tolist()

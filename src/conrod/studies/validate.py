@@ -13,7 +13,7 @@ from conrod.comparison import QUANTITIES as COMPARED
 from conrod.comparison import Comparison, ErrorSeries, compare, size_of
 from conrod.convergence import observed_order
 from conrod.engines import Engine
-from conrod.engines.engine import KinematicResult, default_steps
+from conrod.engines.engine import KinematicResult, default_steps, run_of
 from conrod.motion import Array
 from conrod.outcome import joint_gaps
 from conrod.scenes import CamFollower, Scene
@@ -26,6 +26,8 @@ JUDGED_PRESETS = ("tuned", "hardened")
 # The model is right when its joints, solved by the engine itself, give the exact pose to rounding (guard 4).
 KINEMATIC_POSITION, KINEMATIC_VELOCITY, KINEMATIC_DIGITS = 1e-12, 1e-9, 0.1
 KINEMATIC_ANGLES = 360
+# The preset whose model kinematic mode solves; what it cannot have, no other can.
+KINEMATIC_PRESET = "tuned"
 
 # Refinement path: everything a preset states in steps or periods follows the step; nothing else changes.
 LINKAGE_PATH, CONTACT_PATH = (8, 4, 2, 1), (16, 8, 4, 2)
@@ -81,8 +83,12 @@ def _dynamic_job(name: str, scene: Scene, engine: Engine[Any], preset: str, plan
 
 
 def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Result:
-    """Prove the model: the engine's own joints against the exact poses, over one turn."""
-    angle = np.linspace(0.0, 2.0 * np.pi, KINEMATIC_ANGLES, endpoint=False)
+    """Prove the model: the engine's own joints against the exact poses, over one turn, or the driver's span."""
+    refusal = engine.refusal(scene, engine.presets[KINEMATIC_PRESET](scene, default_steps(scene)))
+    if refusal:
+        outcome = Outcome.UNSUPPORTED
+        return _result(name, scene, engine, "kinematic", outcome=outcome, reason=refusal, revolutions=1.0)
+    angle = scene.kinematics.angles(KINEMATIC_ANGLES)
     solved = engine.solve_kinematics(scene, angle)
     exact = scene.motion(angle, scene.speed)
     errors: dict[str, dict[str, Mapping[str, float] | None]] = {}
@@ -134,7 +140,8 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
             steps=steps,
             revolutions=plan.revolutions,
         )
-    trajectory = engine.run(scene, settings, plan.revolutions)
+    start, revolutions = run_of(scene, steps, plan.revolutions)
+    trajectory = engine.run(scene, settings, revolutions, start)
     tolerance = _tolerance(scene, engine, preset, settings, plan)
     result = _result(
         name,
@@ -144,7 +151,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         preset=preset,
         settings=settings.as_dict(),
         steps=steps,
-        revolutions=plan.revolutions,
+        revolutions=revolutions,
         outcome=trajectory.outcome,
         reason=trajectory.reason,
         tolerance=tolerance,
@@ -194,8 +201,11 @@ def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any, pl
 
 def _refine(scene: Scene, engine: Engine[Any], preset: str, plan: Plan, steps: int) -> tuple[RefinementPoint, ...]:
     points = []
-    for n in refinement_path(scene, steps):
-        trajectory = engine.run(scene, engine.presets[preset](scene, n), plan.revolutions)
+    path = refinement_path(scene, steps)
+    # Of one pass all take the part that the longest steps have room for.
+    start, revolutions = run_of(scene, min(path), plan.revolutions)
+    for n in path:
+        trajectory = engine.run(scene, engine.presets[preset](scene, n), revolutions, start)
         found = compare(trajectory, scene) if trajectory.outcome is Outcome.COMPLETED else None
         sizes = {q: found.worst(q) if found else None for q in QUANTITIES}
         points.append(RefinementPoint(n, trajectory.outcome.slug, **sizes))

@@ -1,7 +1,8 @@
 """What closes the loops of a tree, as MJCF. Imports no engine.
 
 A cut pin is an equality `connect` of two sites. A link that is left out is a spatial tendon between two sites, whose
-length an equality keeps at the one of the compiled pose, which is exact.
+length an equality keeps at the one of the compiled pose, which is exact. A rolling pair is a fixed tendon, a linear
+combination of joint coordinates, kept the same way: where a pair's equation is linear the engine has it exactly.
 """
 
 from __future__ import annotations
@@ -9,22 +10,29 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from conrod.engines.left_out_rod import DistanceJoint
+from conrod.engines.mesh_rows import mesh_row
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.xml import add, numbers
-from conrod.engines.tree import Tree
+from conrod.engines.mujoco.xml import add, number, numbers
+from conrod.engines.tree import Branch, Tree
 from conrod.mechanism import Point, Revolute
 
 
 def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     """Equalities of all loops, with the tendons that they hold."""
-    if not tree.cuts and not tree.distances:
+    meshes = tree.mechanism.meshes
+    if not tree.cuts and not tree.distances and not meshes:
         return
-    if tree.distances:
+    if tree.distances or meshes:
         tendons = add(root, "tendon")
         for distance in tree.distances:
             tendon = add(tendons, "spatial", name=distance.link)
             for site in _sites(distance):
                 add(tendon, "site", site=site)
+        for mesh in meshes:
+            tendon = add(tendons, "fixed", name=mesh.name)
+            for branch, coefficient in zip(tree.branches, mesh_row(tree, mesh), strict=True):
+                if coefficient != 0.0:
+                    add(tendon, "joint", joint=joint_name(tree, branch), coef=number(coefficient))
     equality = add(root, "equality")
     stiffness = {"solref": numbers(settings.solref), "solimp": numbers(settings.solimp)}
     for joint in tree.cuts:
@@ -32,6 +40,13 @@ def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None
         add(equality, "connect", name=joint.name, site1=first, site2=second, **stiffness)
     for distance in tree.distances:
         add(equality, "tendon", name=distance.link, tendon1=distance.link, **stiffness)
+    for mesh in meshes:
+        add(equality, "tendon", name=mesh.name, tendon1=mesh.name, **stiffness)
+
+
+def joint_name(tree: Tree, branch: Branch) -> str:
+    """Name of a branch's joint in the model: the driven one is the crank."""
+    return "crank" if branch.joint.name == tree.mechanism.driver.joint else branch.joint.name
 
 
 def closure_points(body: str, tree: Tree) -> list[tuple[str, Point]]:

@@ -8,7 +8,8 @@ import mujoco
 
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.ingredient import Ingredient
-from conrod.engines.left_out_rod import form_refusal
+from conrod.engines.left_out_rod import form_refusal, model_form
+from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.mujoco import dynamics, kinematic, law, linkage_run, softness
 from conrod.engines.mujoco.bare import BareRun, started
@@ -21,6 +22,7 @@ from conrod.engines.mujoco.reference_loop import reference_loop
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.variations import MuJoCoVariations
 from conrod.engines.rule import Grid, Rule
+from conrod.engines.tree import tree_of
 from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage, linkage_refusal
 from conrod.errors import InvalidInput
 from conrod.motion import Array
@@ -47,7 +49,10 @@ class MuJoCo(Engine[MuJoCoSettings]):
             mechanism = equivalent_linkage(mechanism).arcs[0].mechanism
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
-        return form_refusal(mechanism, settings.rod) or dressing_refusal(mechanism, settings)
+        reason = form_refusal(mechanism, settings.rod) or dressing_refusal(mechanism, settings)
+        if reason or settings.cam == EQUIVALENT_LINKAGE:
+            return reason
+        return tree_refusal(tree_of(machine, model_form(mechanism, settings.rod)))
 
     def run(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0

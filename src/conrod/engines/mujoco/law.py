@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 
+import mujoco
 import numpy as np
 
 from conrod.engines.cam_polygon import cam_polygon
@@ -28,6 +29,7 @@ from conrod.engines.smoothness import SAMPLES, largest_derivatives, rounding
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.reactions import reactions
+from conrod.rolling import Mesh
 
 RK4_LOCAL = 73.0 / 720.0
 CONTACT_LAW = (
@@ -93,15 +95,18 @@ def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
     """Largest position error of an observed point, over its L, from the loops' giving way to their reactions."""
     kinematics = machine.kinematics
     made = build(machine, settings)
-    angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+    angles = kinematics.angles(SAMPLES)
     # A critically damped gap answers 1 / (1 + s tc)^2 = 1 - 2 s tc + 3 (s tc)^2 ...: it lags by twice its constant.
     constant = machine.speed * settings.solref[0]
-    forces = reactions(kinematics, angles - 2.0 * constant, machine.speed).joints
+    before = angles - 2.0 * constant
+    if kinematics.mechanism.driver.span is not None:
+        before = np.clip(before, *kinematics.span)  # the machine is not anywhere before the pass
+    forces = reactions(kinematics, before, machine.speed).joints
     gaps = np.zeros((len(angles), 3 * len(kinematics.mechanism.bodies)))
     row = 0
     for joint in kinematics.mechanism.joints:
         rows = kinematics.equations_of(joint)
-        if joint in made.tree.cuts:
+        if joint in made.tree.cuts or isinstance(joint, Mesh):
             gaps[:, row : row + rows] = compliance(made, joint.name, settings) * forces[joint.name]
         row += rows
     return _largest_point_error(kinematics, angles, gaps) * (1.0 + 3.0 * constant**2)
@@ -110,8 +115,11 @@ def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
 def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:
     """Gap per force [m/N] of a loop closure near rest: (1 - d) A tc^2."""
     equality = made.model.equality(closure)
-    sites = (int(made.model.eq_obj1id[equality.id]), int(made.model.eq_obj2id[equality.id]))
-    weight = sum(float(made.model.body_invweight0[made.model.site_bodyid[site], 0]) for site in sites)
+    held = (int(made.model.eq_obj1id[equality.id]), int(made.model.eq_obj2id[equality.id]))
+    if equality.type[0] == mujoco.mjtEq.mjEQ_TENDON:
+        weight = float(made.model.tendon_invweight0[held[0]])
+    else:
+        weight = sum(float(made.model.body_invweight0[made.model.site_bodyid[site], 0]) for site in held)
     return (1.0 - settings.solimp[0]) * weight * settings.solref[0] ** 2
 
 

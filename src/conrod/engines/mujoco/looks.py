@@ -11,6 +11,7 @@ import numpy as np
 from conrod.engines.mujoco.xml import add, numbers, short
 from conrod.engines.tree import Tree
 from conrod.mechanism import GROUND, Prismatic, Revolute, pins_of
+from conrod.rolling import Mesh, Rolling
 
 # MuJoCo refuses a bar between two pins of one place, as a crank has whose arc is about its own axis.
 LEAST_BAR = 1e-3  # of its width
@@ -67,10 +68,28 @@ def add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
     for joint in tree.mechanism.joints:
         if isinstance(joint, Prismatic) and joint.b == body:
             _add_slider_geom(element, joint, width, tree)
+    for mesh in tree.mechanism.meshes:
+        _add_wheel_geoms(element, body, mesh, width)
     for pin in pins:
         size = f"{short(1.3 * width)} {short(1.6 * width)}"
         place = numbers([*pin, 0.0])
         add(element, "geom", type="cylinder", pos=place, size=size, rgba="0.2 0.2 0.2 1", **SEEN_ONLY)
+
+
+def _add_wheel_geoms(element: ET.Element, body: str, mesh: Mesh, width: float) -> None:
+    """A disc for each wheel of a rolling pair, with a dot that shows its turn; a ring and a rack stay unseen."""
+    wheels = [(mesh.a, mesh.point_a, mesh.radius_a if isinstance(mesh, Rolling) else mesh.radius)]
+    if isinstance(mesh, Rolling):
+        wheels.append((mesh.b, mesh.point_b, mesh.radius_b))
+    for wheel, centre, radius in wheels:
+        if wheel == body and radius > 0.0 and wheel != GROUND:
+            places = (
+                (centre, radius, 0.5 * width),
+                ((centre[0] + 0.8 * radius, centre[1]), 0.08 * radius, 0.6 * width),
+            )
+            for place, size, thickness in places:
+                sizes, at = f"{short(size)} {short(thickness)}", numbers([*place, 0.0])
+                add(element, "geom", type="cylinder", pos=at, size=sizes, rgba="0.75 0.6 0.35 1", **SEEN_ONLY)
 
 
 def _add_slider_geom(element: ET.Element, joint: Prismatic, width: float, tree: Tree) -> None:

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from conrod.engines.cam_polygon import cam_polygon
-from conrod.engines.mujoco.closures import add_closures, closure_points
+from conrod.engines.mujoco.closures import add_closures, closure_points, joint_name
 from conrod.engines.mujoco.dressing import dress_up
 from conrod.engines.mujoco.looks import add_camera, add_link_geoms, add_looks
 from conrod.engines.mujoco.settings import MuJoCoSettings
@@ -133,7 +133,7 @@ def _add_joint(body: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoSet
     match branch.joint:
         case Revolute():
             driven = branch.joint.name == tree.mechanism.driver.joint
-            joint = add(body, "joint", name="crank" if driven else branch.joint.name, type="hinge")
+            joint = add(body, "joint", name=joint_name(tree, branch), type="hinge")
             joint.set("axis", numbers([0.0, 0.0, float(branch.sense)]))
             if (on_child := tree.pin_points(branch)[1]) != (0.0, 0.0):
                 joint.set("pos", numbers([*on_child, 0.0]))

@@ -11,6 +11,7 @@ import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import ModelForm, model_form
+from conrod.engines.mujoco.closures import joint_name
 from conrod.engines.mujoco.compiling import compiled
 from conrod.engines.mujoco.coordinates import Coordinates
 from conrod.engines.mujoco.hardening import harden
@@ -43,9 +44,7 @@ class Build:
     @cached_property
     def coordinates_of(self) -> Coordinates:
         """Where the model keeps the state of the tree."""
-        driven = self.tree.mechanism.driver.joint
-        names = ["crank" if b.joint.name == driven else b.joint.name for b in self.tree.branches]
-        joints = [self.model.joint(name) for name in names]
+        joints = [self.model.joint(joint_name(self.tree, branch)) for branch in self.tree.branches]
         return Coordinates(
             tree=self.tree,
             places=tuple(int(joint.qposadr[0]) for joint in joints),

@@ -31,12 +31,13 @@ from conrod.engines.self_consistent import self_consistent
 from conrod.mechanism import INERTIAS, MASSES, CamContact, Mechanism, Revolute
 from conrod.motion import Array
 from conrod.reactions import inertia_forces
+from conrod.rolling import Mesh, Rack, Rolling
 
 LAW = "constraint model: violation of spring, impedance and regularisation under the forces that the motion takes"
 SAMPLES = 360  # in a turn
 LARGEST_GAP = 0.5  # of the machine's travel; beyond it there is no machine that a violation is small against
 
-Soft = CamContact | Revolute | DistanceJoint
+Soft = CamContact | Revolute | DistanceJoint | Mesh
 
 
 @dataclass(frozen=True)
@@ -82,9 +83,9 @@ def predicted_softness(machine: Machine, settings: MuJoCoSettings) -> Softness |
 
     Returns:
         None where no loop is closed and nothing touches, where the violations have no end, or no size that a machine
-        can have; and of a dressed model, which may be closed otherwise.
+        can have; of a dressed model, which may be closed otherwise; and of one pass, which is over before it settles.
     """
-    if settings.dressing:
+    if settings.dressing or machine.kinematics.mechanism.driver.span is not None:
         return None
     joints = _SoftJoints(machine, settings)
     if not joints.closed().size:
@@ -187,6 +188,8 @@ class _SoftJoints(OpenJoints):
                 return 2.0 * np.asarray(length.coefficients[2])[:, None]
             case Revolute():
                 return np.zeros((len(poses), 2))
+            case Rolling() | Rack():  # linear in the engine's coordinates
+                return np.zeros((len(poses), 1))
             case CamContact():
                 row = self.rows[joint.name]
                 return bare[:, row : row + 1]
@@ -218,6 +221,8 @@ def _closures(made: Build, settings: MuJoCoSettings) -> list[_Closure]:
         sites = [int(model.eq_obj1id[equality.id]), int(model.eq_obj2id[equality.id])]
         weight = float(model.body_invweight0[model.site_bodyid[sites], 0].sum())
         found.append(_Closure(joint, weight, spring))
+    for mesh in made.form.mechanism.meshes:
+        found.append(_Closure(mesh, float(model.tendon_invweight0[model.tendon(mesh.name).id]), spring))
     for distance in made.form.distances:
         found.append(_Closure(distance, float(model.tendon_invweight0[model.tendon(distance.link).id]), spring))
     return found

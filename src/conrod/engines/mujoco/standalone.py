@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Mapping
 from typing import Protocol
@@ -68,4 +69,6 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> s
         "what closes the joints does not act.",
         "Written by the export command of conrod, format mjcf.",
     ]
-    return "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)
+    text = "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)
+    # Two hyphens would end the comment, and what a machine's file says after them would be part of the model.
+    return re.sub("-(?=-)", "- ", text)

@@ -20,6 +20,7 @@ from conrod.engines.engine import Machine, Softness
 from conrod.engines.left_out_rod import model_form
 from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.shaft_centred import shaft_centred
 from conrod.engines.self_consistent import self_consistent
 from conrod.mechanism import Mechanism, Point
 from conrod.motion import Array
@@ -28,8 +29,13 @@ LAW = "drift of the joints: bias^h of it is left at each step, and h^2/2 of the 
 
 
 def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness | None:
-    """Position error at these settings' step; None for contact and dressed models, and where the drift has no end."""
-    if machine.kinematics.mechanism.cam_contacts or settings.dressing:
+    """Position error at these settings' step.
+
+    Returns:
+        None for contact, dressed models and one pass, and where the drift has no end.
+    """
+    mechanism = machine.kinematics.mechanism
+    if mechanism.cam_contacts or settings.dressing or mechanism.driver.span is not None:
         return None
     joints = _Drifting(machine, settings)
     errors = self_consistent(joints.drifted, joints.none())
@@ -39,11 +45,11 @@ def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness |
 class _Drifting(OpenJoints):
     """Joints in which a share of their error is left, sampled at the steps, or at fewer instants where they are many.
 
-    Their errors are stacked, (T, k): two of a pin or a slide, one of a distance joint; the driven pin has none.
+    Their errors are stacked, (T, k): two of a pin or a slide, one of gears or a distance joint; the driven pin none.
     """
 
     def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
-        form = model_form(machine.kinematics.mechanism, settings.rod)
+        form = shaft_centred(model_form(machine.kinematics.mechanism, settings.rod))
         super().__init__(machine, form, min(settings.steps_per_revolution, SAMPLES))
         self._h, self._steps = settings.timestep, settings.steps_per_revolution
         self._left = settings.error_bias**self._h if settings.error_bias > 0.0 else 0.0
@@ -54,7 +60,7 @@ class _Drifting(OpenJoints):
             self.rows[joint.name] + k
             for joint in form.whole.joints
             if joint.name not in told_by_length and joint.name != driven
-            for k in (0, 1)
+            for k in range(self.kinematics.equations_of(joint))
         ]
 
     def none(self) -> Array:

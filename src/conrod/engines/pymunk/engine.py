@@ -12,6 +12,7 @@ from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.pymunk import drift, dynamics, kinematic, law, linkage_run
 from conrod.engines.pymunk.bare import BareRun, started
+from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.grid import rules
 from conrod.engines.pymunk.ingredients import ingredients, minimal
 from conrod.engines.pymunk.mobility import space_mobility
@@ -41,7 +42,8 @@ class Pymunk(Engine[PymunkSettings]):
     def refusal(self, machine: Machine, settings: PymunkSettings) -> str | None:
         if settings.cam == EQUIVALENT_LINKAGE:
             return linkage_refusal(machine.kinematics.mechanism)
-        return form_refusal(machine.kinematics.mechanism, settings.rod)
+        mechanism = machine.kinematics.mechanism
+        return form_refusal(mechanism, settings.rod) or gears_refusal(mechanism)
 
     def run(
         self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0

@@ -49,14 +49,15 @@ def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> Kinematic
 
 def _make_equal(made: Build) -> None:
     """Unit masses, felt about alike at every joint: the pose depends on no mass, the engine's iteration does."""
+    size = max(max(abs(x), abs(y)) for x, y, _ in made.mechanism.poses.values()) or 1.0
     for link, body in zip(made.mechanism.bodies, made.bodies, strict=True):
         if body.body_type != pymunk.Body.DYNAMIC:
             continue
         body.mass = 1.0
         if math.isfinite(body.moment):
-            body.moment = (
-                max(math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)) ** 2
-            )
+            arms = [math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)]
+            # A wheel or a block is held at its middle; any size will do for what turns it.
+            body.moment = (max(arms, default=0.0) or size) ** 2
 
 
 def _close_joints(made: Build, turn: float, spin: float) -> tuple[Array, Array]:

@@ -3,7 +3,8 @@
 With full correction (error_bias = 0), x_(n+1) = x_n + h v_n, where v_n fits the joints' equations linearised at x_n.
 Expanding both gives a position that runs behind the exact one by h^2 x'' / 2 (primes: by the crank angle, h the step
 in crank angle). The velocity, the difference of two positions, belongs to the middle of the step:
-h^2 x''' (1/24 - 1/2); the acceleration, the difference of two velocities: h^2 x'''' (1/12 - 1/2).
+h^2 x''' (1/24 - 1/2); the acceleration, the difference of two velocities: h^2 x'''' (1/12 - 1/2). This holds of the
+engine's own coordinates, from which `lag` tells that of points elsewhere on a link.
 
 On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
 step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed
@@ -21,18 +22,22 @@ from conrod.engines.engine import ExpectedError, Machine
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.left_out_rod import BODY
 from conrod.engines.pymunk.drift import predicted_softness
+from conrod.engines.pymunk.lag import largest_lags
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon
 from conrod.engines.smoothness import largest_derivatives, rounding
 from conrod.equivalent_linkage import CONTACT
 
-LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)
+NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
 CONTACT_LAW = (
     "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of it / "
     "cos(pressure angle)"
 )
 SAMPLED = 1e-3  # what sampling the turn takes off the drift at most, at 20 steps a revolution or more
-LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the exact motion, and the next term in h"
+LAW = (
+    "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the links' centres of gravity and of their turns, and "
+    "the next term in h"
+)
 
 
 def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
@@ -46,7 +51,8 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
-    bounds = [lag * step**2 * (sizes[k + 2] + step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(LAGS)]
+    behind = largest_lags(machine)
+    bounds = [step**2 * (behind[k] + lag * step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(NEXT_LAGS)]
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import assert_never
 
 import numpy as np
 import pymunk
@@ -14,8 +15,11 @@ from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import DistanceJoint, model_form
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dressing import dress
+from conrod.engines.pymunk.gears import gear_joints
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.shaft_centred import shaft_centred
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
+from conrod.rolling import Rack, Rolling
 
 ROUNDING = 0.9
 WEDGE_FACETS = 240
@@ -27,7 +31,7 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     A link on a slide from the ground cannot turn, so it gets an infinite moment and a groove at its centre of
     gravity. A driven crank is a kinematic body: its speed has no ripple.
     """
-    form = model_form(machine.kinematics.mechanism, settings.rod)
+    form = shaft_centred(model_form(machine.kinematics.mechanism, settings.rod))
     mechanism = form.mechanism
     space = pymunk.Space()
     space.iterations = settings.iterations
@@ -42,6 +46,8 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     for joint in mechanism.joints:
         if joint.name != mechanism.driver.joint:
             _add_joint(made, joint, settings)
+    for name, gear in gear_joints(made, start).items():
+        _add(made, name, gear, settings)
     for distance in form.distances:
         _add(made, distance.link, _rod(made, distance), settings)
     dress(made, settings)
@@ -72,6 +78,10 @@ def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:
         case CamContact():
             _add_shapes(made, joint, settings)
             constraints = []
+        case Rolling() | Rack():  # all together, see `gear_joints`
+            constraints = []
+        case _:
+            assert_never(joint)
     for constraint in constraints:
         _add(made, joint.name, constraint, settings)
 
@@ -98,7 +108,7 @@ def _slide(made: Build, joint: Prismatic) -> list[pymunk.Constraint]:
     ends = [(anchor[0] + k * along[0], anchor[1] + k * along[1]) for k in (-1.0, 1.0)]
     point = made.local(joint.b, joint.point_b)
     constraints: list[pymunk.Constraint] = [pymunk.GrooveJoint(a, b, ends[0], ends[1], point)]
-    if joint.a != GROUND:
+    if GROUND not in (joint.a, joint.b):  # a body on a slide of the ground has no moment to turn by
         constraints.append(pymunk.GearJoint(a, b, joint.angle, 1.0))
     return constraints
 

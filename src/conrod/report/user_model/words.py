@@ -118,7 +118,7 @@ def _closure(kind: str) -> str:
 
 def machine_joints(scene: Scene) -> str:
     """The joints of a machine by kind."""
-    kinds = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact"}
+    kinds = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
     counts: dict[str, int] = {}
     for joint in scene.mechanism().joints:
         kind = kinds[type(joint).__name__]

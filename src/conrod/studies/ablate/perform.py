@@ -7,8 +7,6 @@ from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from conrod.engines import engine_named
 from conrod.scenes import Scene
 from conrod.studies.ablate.cell import ChangeCell, CostCell
@@ -32,7 +30,7 @@ def measure_change(cell: ChangeCell) -> Measurement:
     refusal = engine.refusal(scene, cell.settings)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    turn = np.linspace(0.0, 2.0 * np.pi, COUNTED, endpoint=False)
+    turn = scene.kinematics.angles(COUNTED)
     beside: dict[str, Any] = {"mobility": _plain(asdict(engine.mobility(scene, cell.settings, turn)))}
     settings: Any = cell.settings  # settings of all engines are hashable, which their protocol cannot say
     against: Any = cell.against

@@ -56,8 +56,8 @@ def ablation_study(plans: Sequence[AblationPlan], runs: Measurements, costs: Mea
     name, scene = plans[0].name, plans[0].scene
     return AblationStudy(
         name,
-        type(scene).kind,
-        type(scene).title,
+        scene.kind,
+        scene.title,
         dict(scene.parameters),
         gruebler(scene.kinematics.mechanism),
         tuple(_of_engine(plan, runs, costs) for plan in plans),

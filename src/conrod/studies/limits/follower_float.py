@@ -89,7 +89,7 @@ class _Bench:
         self.vertices = (self.steps[0] // STEPS_PER_FACET, self.steps[1] // STEPS_PER_FACET)
         self.refusal = FloatAxis().refusal(case) or ""
         if not self.refusal and not isinstance(case.scene, CamFollower):
-            self.refusal = f"the exact flight of a {type(case.scene).kind} is not known"
+            self.refusal = f"the exact flight of a {case.scene.kind} is not known"
 
     @property
     def scene(self) -> CamFollower:

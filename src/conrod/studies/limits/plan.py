@@ -74,8 +74,8 @@ class LimitPlan:
         lengths = found["lengths"]
         return LimitStudy(
             name=self.name,
-            kind=type(self.scene).kind,
-            title=type(self.scene).title,
+            kind=self.scene.kind,
+            title=self.scene.title,
             parameters=self.scene.parameters,
             engines={engine.name: engine.version for engine in self.engines},
             walks=_in_order((*found["walks"], *(walk for walk, _ in lengths), *self.refused)),

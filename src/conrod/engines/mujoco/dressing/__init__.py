@@ -76,4 +76,6 @@ def dressing_refusal(mechanism: Mechanism, settings: MuJoCoSettings) -> str | No
             return f"{name} is of loops that joints close, and there are none"
         if name == "free-bodies" and settings.rod != BODY:
             return "a link that is left out cannot be a free body"
+        if name == "free-bodies" and mechanism.meshes:
+            return "a rolling pair ties the joints of its wheels, which free bodies do not have"
     return None

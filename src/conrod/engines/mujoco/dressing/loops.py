@@ -14,6 +14,7 @@ def open_loops(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     """Without what closes the loops; pins that carry free bodies stay."""
     equality = section(root, "equality")
     closures = [joint.name for joint in tree.cuts] + [distance.link for distance in tree.distances]
+    closures += [mesh.name for mesh in tree.mechanism.meshes]
     for element in list(equality):
         if element.get("name", "").split("/")[0] in closures:
             equality.remove(element)

@@ -1,0 +1,1 @@
+"""One module a document: its printed numbers with the computation of each."""

@@ -1,0 +1,26 @@
+"""Document 002: the one printed number that the saw determines, its formulas, and its MATLAB listing as MATLAB runs it.
+
+Its other numbers are given lengths and speeds, and its results are figures, which are lost.
+"""
+
+from __future__ import annotations
+
+from conrod.audit.formulas import saw, saw_listing
+from conrod.audit.formulas.published import verdict_on
+from conrod.audit.judging import Case, judge
+from conrod.audit.printed import Item, shipped_items
+from conrod.audit.verdict import Verdict
+from conrod.scenes import Saw
+
+DOCUMENT = "002"
+
+
+def verdicts() -> tuple[Verdict, ...]:
+    """The number, then every formula, then the listing."""
+    values = tuple(judge(_reference_place(item)) for item in shipped_items(DOCUMENT, "saw.csv"))
+    formulas = tuple(verdict_on(formula, saw.arguments()) for formula in saw.FORMULAS)
+    return values + formulas + tuple(verdict_on(line, saw_listing.arguments()) for line in saw_listing.FORMULAS)
+
+
+def _reference_place(item: Item) -> Case:
+    return Case(item, Saw().shaft[0] / 1e-3, "sqrt(r3^2 - (r1 - r5)^2) - r2")

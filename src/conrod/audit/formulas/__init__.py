@@ -1,0 +1,1 @@
+"""Formulas of the documents, a function each, and their check."""

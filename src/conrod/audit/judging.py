@@ -1,0 +1,150 @@
+"""From a printed number and what is known about it to a verdict.
+
+A verdict other than agreement is given only to what a computation reproduces: a cause, a rounding or a wrong step is
+named where its value, rounded or cut to the printed digits, is the print; a misprint where a neighbouring printed
+quantity leaves no room for the print.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from conrod.audit.printed import Item
+from conrod.audit.verdict import Kind, Verdict
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Another way to a value: in words, and the value that it gives in the printed unit.
+
+    `within` is what reading from a drawing may add to it.
+    """
+
+    text: str
+    value: float
+    within: float = 0.0
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A printed quantity that fixes another one.
+
+    Attributes:
+        text: the relation, in words.
+        value: what it makes of the other, in the printed unit.
+        within: how far rounding of the neighbour itself may move that.
+    """
+
+    text: str
+    value: float
+    within: float
+
+
+@dataclass(frozen=True)
+class Case:
+    """A printed number with all that may be held against it; each list is tried in order.
+
+    Attributes:
+        exact: the value that the mechanism determines, in the printed unit; None where the print does not determine it.
+        why: the computation of the exact value, or why there is none.
+        causes: systematic causes.
+        roundings: the same computation from values as they were printed.
+        neighbours: printed quantities that fix this one.
+        wrong_steps: formulas or substitutions in error.
+        reading: half a division of the drawing that the number was measured from, in the printed unit.
+        certain: whether the exact value is what ought to be printed; not where it leans on a fitted pose.
+    """
+
+    item: Item
+    exact: float | None
+    why: str
+    causes: tuple[Explanation, ...] = ()
+    roundings: tuple[Explanation, ...] = ()
+    neighbours: tuple[Neighbour, ...] = ()
+    wrong_steps: tuple[Explanation, ...] = ()
+    reading: float = 0.0
+    certain: bool = True
+
+
+def judge(case: Case) -> Verdict:
+    """The verdict on a printed number; the kindest that a computation supports."""
+    return (
+        _agreement(case)
+        or _first(case, case.causes, Kind.EXPLAINED, keeps=False)
+        or _first(case, case.roundings, Kind.AFTER_ROUNDING, keeps=True)
+        or _cut(case)
+        or _contradiction(case)
+        or _first(case, case.wrong_steps, Kind.WRONG_STEP, keeps=False)
+        or _read(case)
+        or _verdict(case, Kind.NOT_REPRODUCIBLE, case.why, _correct(case))
+    )
+
+
+def _agreement(case: Case) -> Verdict | None:
+    if case.exact is None or not case.item.number.is_rounding_of(case.exact):
+        return None
+    return _verdict(case, Kind.AGREES, case.why)
+
+
+def _cut(case: Case) -> Verdict | None:
+    if case.exact is None or not case.item.number.is_cut_of(case.exact):
+        return None
+    return _verdict(case, Kind.AFTER_ROUNDING, f"{case.why}; further digits are cut off instead of rounded")
+
+
+def _first(case: Case, ways: tuple[Explanation, ...], kind: Kind, keeps: bool) -> Verdict | None:
+    """The first explanation that reproduces the print, if one does; a systematic cause has to do so without a cut."""
+    number = case.item.number
+    for way in ways:
+        rounded = number.is_rounding_of(way.value) or abs(number.value - way.value) <= way.within
+        if rounded or (kind is not Kind.EXPLAINED and number.is_cut_of(way.value)):
+            how = "" if rounded else ", cut off"
+            reason = f"{way.text} gives {_number(way.value)}{how}; {case.why}"
+            return _verdict(case, kind, reason, None if keeps else _correct(case))
+    return None
+
+
+def _contradiction(case: Case) -> Verdict | None:
+    for neighbour in case.neighbours:
+        number = case.item.number
+        room = neighbour.within + 0.5 * number.last
+        apart = abs(neighbour.value - number.value) > room
+        supported = case.exact is None or abs(neighbour.value - case.exact) <= room
+        if apart and supported:
+            right = number.like(neighbour.value if case.exact is None else case.exact)
+            reason = f"{neighbour.text} wants {_number(neighbour.value)} +- {_number(room)}; {case.why}"
+            return _verdict(case, Kind.MISPRINT, reason, right)
+    return None
+
+
+def _read(case: Case) -> Verdict | None:
+    if case.exact is None or abs(case.item.number.value - case.exact) > case.reading:
+        return None
+    reason = f"{case.why}; measured from a drawing, good to {_number(case.reading)}"
+    return _verdict(case, Kind.AFTER_ROUNDING, reason)
+
+
+def _correct(case: Case) -> str | None:
+    return case.item.number.like(case.exact) if case.exact is not None and case.certain else None
+
+
+def _verdict(case: Case, kind: Kind, reason: str, should_be: str | None = None) -> Verdict:
+    item, exact = case.item, case.exact
+    return Verdict(
+        item.document,
+        item.place,
+        item.line,
+        item.quantity,
+        item.condition,
+        item.unit,
+        item.number.text,
+        exact,
+        None if exact is None else (item.number.value - exact) / item.number.last,
+        kind,
+        reason,
+        should_be,
+    )
+
+
+def _number(value: float) -> str:
+    return f"{value:.7g}"

@@ -1,0 +1,82 @@
+"""All classic quantities of a linkage together: those of a whole turn, and those at one crank angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from conrod.kinematics import Kinematics
+from conrod.linkage.centres import InstantCentre, KennedyLine, instant_centres, kennedy_lines
+from conrod.linkage.course import CrankRange, course_of, crank_range
+from conrod.linkage.outputs import Output, outputs
+from conrod.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.linkage.state import LinkageState, link_numbers, linkage_state
+from conrod.linkage.transmission_angles import TransmissionAngle, transmission_angles
+
+
+@dataclass(frozen=True)
+class TurnQuantities:
+    """What a linkage does in a turn, in its driver's span, or in all that it reaches.
+
+    Attributes:
+        numbers: of the links, by name; the ground is 1.
+        mobility: degrees of freedom by Gruebler's count.
+        crank_range: limits of the input.
+        outputs: strokes, dead centres and time ratios of the links that are guided in the ground.
+        transmission: transmission and pressure angles of those that are pushed by a rod, a block or a cam.
+    """
+
+    numbers: dict[str, int]
+    mobility: int
+    crank_range: CrankRange
+    outputs: tuple[Output, ...]
+    transmission: tuple[TransmissionAngle, ...]
+
+
+@dataclass(frozen=True)
+class InstantQuantities:
+    """What a linkage does at a crank angle.
+
+    Attributes:
+        state: motion of every link; its angular velocities and accelerations.
+        centres: the instant centres, n (n - 1) / 2 of them.
+        lines: how well Kennedy's theorem holds for every three links.
+        velocities: the velocity polygon.
+        accelerations: the acceleration polygon.
+    """
+
+    state: LinkageState
+    centres: tuple[InstantCentre, ...]
+    lines: tuple[KennedyLine, ...]
+    velocities: Polygon
+    accelerations: Polygon
+
+
+def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
+    """Those of a turn.
+
+    Raises:
+        InvalidInput: the mechanism cannot be assembled at crank angle 0, or does not reach its driver's span.
+    """
+    mechanism, course = kinematics.mechanism, course_of(kinematics)
+    return TurnQuantities(
+        link_numbers(mechanism),
+        mechanism.mobility,
+        crank_range(kinematics),
+        outputs(course),
+        transmission_angles(course),
+    )
+
+
+def instant_quantities(
+    kinematics: Kinematics, angle: float, speed: float, acceleration: float = 0.0
+) -> InstantQuantities:
+    """Those at a crank angle [rad], speed [rad/s] and angular acceleration [rad/s^2] of the crank.
+
+    Raises:
+        InvalidInput: the linkage does not reach the angle.
+    """
+    state = linkage_state(kinematics, angle, speed, acceleration)
+    centres = instant_centres(state)
+    return InstantQuantities(
+        state, centres, kennedy_lines(state, centres), velocity_polygon(state), acceleration_polygon(state)
+    )

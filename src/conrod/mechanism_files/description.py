@@ -1,0 +1,154 @@
+"""What a file says, checked: a mechanism, how it is driven, and what is to be known of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism import GROUND, ConstantForce, Mechanism, ObservedPoint
+from conrod.mechanism_files.bodies import read_bodies
+from conrod.mechanism_files.drive import read_drive
+from conrod.mechanism_files.fields import Fields, check_name
+from conrod.mechanism_files.joints import read_joints
+from conrod.mechanism_files.meshing import fitted
+from conrod.mechanism_files.numbers import FORCE, FREE_FALL, SHOWN, Numbers
+from conrod.mechanism_files.places import Places, read_ground
+from conrod.mechanism_files.start_poses import Hint, placed, read_start
+from conrod.mechanism_files.structure import ordered
+from conrod.scenes.parameters import Parameter
+
+FRAME = "the ground's frame in the file: x to the right, y up; the crank angle counts from the start poses, {sense}"
+# Names that models in engines have uses of their own for.
+WORLD, CRANK = "world", "crank"
+
+
+@dataclass(frozen=True)
+class Description:
+    """A file that was read.
+
+    Attributes:
+        mechanism: with approximate start poses.
+        speed: of the crank [rad/s].
+        output: the observed point that does the machine's work.
+        hints: what the file says of the start poses, by body.
+        values, facts: all numbers of the file, SI, by place.
+    """
+
+    name: str
+    title: str
+    source: str
+    assumptions: tuple[str, ...]
+    about: str
+    frame: str
+    mechanism: Mechanism
+    speed: float
+    output: str
+    hints: Mapping[str, Hint]
+    values: Mapping[str, float]
+    facts: Mapping[str, Parameter]
+
+
+def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) -> Description:
+    """The description that a file's tables give, with some of its numbers given anew.
+
+    Raises:
+        InvalidInput: names the field and what was expected.
+    """
+    numbers = Numbers(given_anew)
+    fields = Fields(given, "", numbers)
+    name = fields.text("name")
+    check_name("name", name)
+    about = {key: fields.text(key) for key in ("title", "source")}
+    text, assumptions = fields.text("description", about["title"] + "."), fields.texts("assumptions")
+    mechanism, speed, hints = _mechanism(fields, name)
+    sense = "counter-clockwise" if mechanism.driver.sense > 0 else "clockwise"
+    frame = fields.text("frame", FRAME.format(sense=sense))
+    output = _output(fields, mechanism)
+    fields.end()
+    unknown = given_anew.keys() - numbers.values.keys()
+    if unknown:
+        raise unknown_choice("parameter", min(unknown)[:SHOWN], numbers.values)
+    return Description(
+        name, **about, assumptions=assumptions, about=text, frame=frame, mechanism=mechanism, speed=speed,
+        output=output, hints=hints, values=numbers.values, facts=numbers.facts,
+    )  # fmt: skip
+
+
+def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, Hint]]:
+    bodies, points = read_bodies(fields)
+    places = Places({**points, GROUND: read_ground(fields)})
+    read = read_joints(fields, places)
+    driver, speed = read_drive(fields, read.joints)
+    structure = ordered(bodies, read.joints, driver)
+    crank = structure.bodies[0].name
+    hints = read_start(fields, places, crank)
+    if fields.truth("drawn"):
+        if hints or driver.start:
+            raise InvalidInput(
+                "drawn = true: all points are where they are at the start; leave out start and driver.start"
+            )
+        poses = {body.name: (0.0, 0.0, 0.0) for body in structure.bodies}
+    else:
+        poses = placed(structure, driver, hints)
+    mechanism = Mechanism(
+        name,
+        structure.bodies,
+        tuple(fitted(joint, poses) if joint.name in read.to_fit else joint for joint in structure.joints),
+        driver,
+        poses,
+        _observed(fields, places),
+        fields.pair("gravity", FREE_FALL, "acceleration of free fall", (0.0, 0.0)),
+        _forces(fields, tuple(body.name for body in structure.bodies)),
+    )
+    _check_names(mechanism)
+    return mechanism, speed, hints
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    """Refuse names that a model in an engine has two uses for.
+
+    Raises:
+        InvalidInput: names the one that has to be another.
+    """
+    bodies = set(mechanism.body_index)
+    if WORLD in bodies:
+        raise InvalidInput(f"bodies.{WORLD}: MuJoCo has this name for the ground; give it another one")
+    for joint in mechanism.joints:
+        if joint.name == CRANK and joint.name != mechanism.driver.joint:
+            raise InvalidInput(f"joints.{CRANK}: models have this name for the driven joint; give it another one")
+    for observed in mechanism.observed:
+        if observed.name in bodies:
+            raise InvalidInput(f"observed.{observed.name}: a body has this name; give the point another one")
+
+
+def _observed(fields: Fields, places: Places) -> tuple[ObservedPoint, ...]:
+    table = fields.table("observed")
+    found = []
+    for name in table.names():
+        place = places.field(table, name)
+        if place.body == GROUND:
+            raise InvalidInput(f"{table.at(name)}: a point of the ground does not move")
+        found.append(ObservedPoint(name, place.body, place.point))
+    if not found:
+        raise InvalidInput('there are no observed points: give [observed] with lines like C = "slider.C"')
+    return tuple(found)
+
+
+def _output(fields: Fields, mechanism: Mechanism) -> str:
+    names = [observed.name for observed in mechanism.observed]
+    if len(names) == 1 and "output" not in fields:
+        return names[0]
+    return fields.choice("output", names)
+
+
+def _forces(fields: Fields, bodies: tuple[str, ...]) -> tuple[ConstantForce, ...]:
+    table = fields.table("forces")
+    found = []
+    for name in table.names():
+        inside = table.table(name)
+        body = inside.choice("body", bodies)
+        found.append(ConstantForce(body, inside.pair("force", FORCE, f"constant force on {body}")))
+        inside.end()
+    return tuple(found)

@@ -1,0 +1,88 @@
+"""TOML files of users: read whole, within limits; data alone, of which nothing is executed or followed."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from conrod.errors import InvalidInput
+
+# A machine of 50 links takes 15 kB.
+MOST_BYTES = 256 * 1024
+# Tables in lists in tables: a file of the format needs 5, the parser itself gives up at some hundred.
+MOST_DEPTH = 20
+_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_DEPTH}}}")
+
+
+def read_tables(path: Path) -> dict[str, Any]:
+    """The tables of a file.
+
+    Raises:
+        InvalidInput: it cannot be read, or is no TOML; names the file and the line.
+    """
+    try:
+        return parse(_content(path))
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+    except OSError as error:
+        raise InvalidInput(f"{path}: it cannot be read: {error.strerror or error}") from None
+
+
+def parse(content: bytes) -> dict[str, Any]:
+    """The tables of a TOML text.
+
+    Raises:
+        InvalidInput: it is none; says where.
+    """
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"it is no text in UTF-8: byte {error.start} cannot be read") from None
+    _check_keys(text)
+    try:
+        tables = tomllib.loads(text)
+    except RecursionError:
+        raise InvalidInput("its lists or tables lie too deep inside each other") from None
+    except ValueError as error:  # TOMLDecodeError is one; numbers of too many digits raise another one
+        raise InvalidInput(f"it is no TOML: {' '.join(str(error).split())[:200]}") from None
+    _check_depth(tables)
+    return tables
+
+
+def _content(path: Path) -> bytes:
+    # Looked at once it is open: what a name stands for may change, and a pipe would never end.
+    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise InvalidInput("it is no regular file")
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise InvalidInput(f"it is too large: at most {MOST_BYTES // 1024} KiB are read")
+    return content
+
+
+def _check_keys(text: str) -> None:
+    """Refuse dotted names of very many parts, for which the parser takes time by their square or worse."""
+    found = LONG_KEY.search(text)
+    if found:
+        line = text.count("\n", 0, found.start()) + 1
+        raise InvalidInput(f"line {line}: a name of more than {MOST_DEPTH} parts with dots between them")
+
+
+def _check_depth(tables: dict[str, Any]) -> None:
+    """Refuse what is nested deeper than any reader of it would go."""
+    layer: list[Any] = [tables]
+    for _ in range(MOST_DEPTH):
+        layer = [
+            inner
+            for outer in layer
+            for inner in (outer.values() if isinstance(outer, dict) else outer)
+            if isinstance(inner, dict | list)
+        ]
+        if not layer:
+            return
+    raise InvalidInput("its lists or tables lie too deep inside each other")

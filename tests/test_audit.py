@@ -1,0 +1,224 @@
+"""Every printed number and formula of the documents has a verdict, and no verdict comes without its computation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from conrod.audit import DOCUMENTS, Kind, Verdict, audit, count
+from conrod.audit.documents import module, press
+from conrod.audit.documents.arc_cam import ArcCam
+from conrod.audit.documents.cam import CASES as CAM_CASES
+from conrod.audit.documents.module_linkages import RackLinkage, SixBar, least_misfit
+from conrod.audit.judging import Case, Explanation, Neighbour, judge
+from conrod.audit.printed import Item, Number, items_of, shipped_items
+from conrod.errors import InvalidInput
+
+
+def number_of(text: str) -> Item:
+    return Item("test", "key", "here", 1, "length", "", Number(text), "mm", "")
+
+
+def cells(verdicts: tuple[Verdict, ...]) -> list[Verdict]:
+    return [v for v in verdicts if v.condition != "formula"]
+
+
+# -- the documents ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_every_item_has_a_verdict_with_a_reason_and_a_line(document: str) -> None:
+    verdicts = audit(document)
+    assert sum(count(verdicts).values()) == len(verdicts) > 0
+    for verdict in verdicts:
+        assert verdict.reason
+        assert verdict.line > 0
+        if verdict.kind in (Kind.AGREES, Kind.AFTER_ROUNDING):
+            assert verdict.should_be is None
+        if verdict.kind in (Kind.MISPRINT, Kind.WRONG_STEP):
+            assert verdict.should_be is not None
+
+
+def test_an_unknown_document_is_refused_with_the_choices() -> None:
+    with pytest.raises(InvalidInput, match="000, 001, 002, 004"):
+        audit("003")
+
+
+def test_all_584_cells_of_the_press_table_are_judged_and_two_are_misprints() -> None:
+    table = cells(audit("000"))
+    assert len(table) == 584
+    wrong = [(v.condition, v.quantity, v.printed, v.should_be) for v in table if v.kind is Kind.MISPRINT]
+    assert wrong == [
+        ("theta = 130 deg", "acceleration of G, y", "675.8", "695.8"),
+        ("theta = 230 deg", "acceleration of G, y", "675.8", "695.8"),
+    ]
+    assert {v.kind for v in table} == {Kind.AGREES, Kind.EXPLAINED, Kind.MISPRINT}
+
+
+def test_one_set_of_constants_cut_short_reproduces_all_other_cells_and_whole_constants_do_not() -> None:
+    rows = press.table()
+    degrees = np.array([float(row["theta_deg"]) for row in rows])
+    misprints = {("ayG", "130"), ("ayG", "230")}
+
+    def missed(columns: dict[str, np.ndarray]) -> set[tuple[str, str]]:
+        return {
+            (name, row["theta_deg"])
+            for name, values in columns.items()
+            for row, value in zip(rows, values, strict=True)
+            if not Number(row[name]).is_rounding_of(float(value))
+        }
+
+    assert missed(press.worked(degrees)) == misprints
+    assert len(missed(press.exact(degrees))) == 117
+    # Negative controls: each of the four constants is needed.
+    for whole in ({"pi": math.pi}, {"third": 1.0 / 3.0}, {"two_thirds": 2.0 / 3.0}, {"ninth": 1.0 / 9.0}):
+        assert missed(press.worked(degrees, **whole)) > misprints
+
+
+def test_a_planted_wrong_cell_is_seen_by_its_neighbours() -> None:
+    rows = [dict(row) for row in press.table()]
+    assert rows[12]["vyG"] == "-164.1"
+    rows[12]["vyG"] = "-146.1"
+    verdict = next(
+        v for v in map(judge, press.cases(rows)) if v.condition.endswith(" 60 deg") and "velocity of G, y" in v.quantity
+    )
+    assert (verdict.kind, verdict.should_be) == (Kind.MISPRINT, "-164.1")
+
+
+def test_a_planted_wrong_position_which_no_neighbour_fixes_is_not_reproducible() -> None:
+    rows = [dict(row) for row in press.table()]
+    rows[12]["yG"] = "154.90"
+    verdict = next(
+        v for v in map(judge, press.cases(rows)) if v.condition.endswith(" 60 deg") and v.quantity == "y of G"
+    )
+    assert (verdict.kind, verdict.should_be) == (Kind.NOT_REPRODUCIBLE, "145.91")
+
+
+@pytest.mark.parametrize(
+    ("document", "name", "cases"), [("001", "module.csv", module.CASES), ("004", "cam.csv", CAM_CASES)]
+)
+def test_a_planted_wrong_value_never_agrees(document: str, name: str, cases: dict) -> None:
+    def planted() -> Iterator[tuple[Verdict, Verdict]]:
+        for item in shipped_items(document, name):
+            wrong = replace(item, number=Number(item.number.like(3.7 * item.number.value + 4.0)))
+            yield judge(cases[item.key](item)), judge(cases[item.key](wrong))
+
+    for before, after in planted():
+        assert after.kind not in (Kind.AGREES, Kind.AFTER_ROUNDING, Kind.EXPLAINED, Kind.WRONG_STEP), after
+        assert after.printed != before.printed
+
+
+def test_what_the_cam_paper_calls_its_extreme_was_computed_for_another_flank() -> None:
+    by_place = {(v.place, v.quantity): v for v in audit("004")}
+    largest = by_place["conclusion", "largest absolute acceleration"]
+    assert largest.kind is Kind.WRONG_STEP
+    assert "108" in largest.reason
+    assert largest.exact == pytest.approx(395.2417, abs=1e-3)
+    # Negative control: no other flank radius of the document gives the printed value.
+    values = [
+        abs(float(c.series(c.joint_c, "nose")[2, 0])) for c in (ArcCam(36.0, rho) for rho in (88.0, 98.0, 108.0, 118.0))
+    ]
+    assert [Number("217,314").is_rounding_of(value) for value in values] == [False, False, True, False]
+
+
+def test_the_flank_jerk_of_the_cam_paper_is_that_of_one_other_row_of_its_tables_and_of_no_third() -> None:
+    angles = (160.0, 162.228, 162.244, 162.728, 163.323)
+    found = [
+        (rho, angle)
+        for rho in (72.5, 88.0, 98.0, 108.0, 118.0)
+        for angle in angles
+        if Number("-89,616").is_rounding_of(float(ArcCam(36.0, rho).series(angle, "flank")[3, 0]))
+    ]
+    assert found == [(88.0, 162.228)]
+
+
+def test_the_arcs_of_a_cam_meet_in_lift_and_velocity_exactly_and_its_series_do_not() -> None:
+    cam = ArcCam(36.0, 118.0)
+    left, right = cam.exact(cam.joint_c, "left")[:, 0], cam.exact(cam.joint_c, "right")[:, 0]
+    assert np.abs(left - right)[:2].max() < 1e-9
+    jump = cam.series(cam.joint_c, "nose")[:, 0] - cam.series(cam.joint_c, "flank")[:, 0]
+    assert jump[:2] == pytest.approx([-2.432, -13.371], abs=1e-3)
+
+
+def test_the_module_put_a_for_c_in_its_last_angular_acceleration() -> None:
+    verdict = next(v for v in audit("001") if v.quantity == "alpha 5")
+    assert (verdict.kind, verdict.printed, verdict.should_be) == (Kind.WRONG_STEP, "520,408", "459,184")
+
+
+# -- linkages whose drawings are lost ------------------------------------------------------------------------------
+
+
+def test_the_six_bar_keeps_its_printed_lengths_and_its_instant_is_a_motion() -> None:
+    bar = SixBar()
+    place = {**bar.places, "X": bar.auxiliary}
+    for (a, b), length in {("O12", "A"): 0.2, ("A", "B"): 0.53, ("D", "B"): 0.53, ("B", "C"): 0.29, ("C", "D"): 0.45,
+                           ("O15", "C"): 0.49, ("X", "B"): 1.05, ("X", "D"): 0.9}.items():  # fmt: skip
+        arm, going = place[a] - place[b], bar.velocities[a] - bar.velocities[b] if a != "O12" else bar.velocities["A"]
+        assert math.hypot(*arm) == pytest.approx(length, abs=1e-12)
+        if a != "O12":
+            assert abs(float(arm @ going)) < 1e-12
+    assert abs(float(bar.velocities["D"] @ np.array([-bar.slide[1], bar.slide[0]]))) < 1e-12
+
+
+def test_no_pose_of_the_six_bar_gives_the_printed_velocity_polygon() -> None:
+    # A millimetre of the drawing is 0.2 m/s.
+    assert least_misfit() > 0.9
+
+
+def test_the_wrong_normal_acceleration_of_the_rack_linkage_went_into_its_polygon() -> None:
+    linkage = RackLinkage()
+    assert linkage.tangential(120.0) == pytest.approx((315.6248, 594.8678), abs=1e-3)
+    assert linkage.tangential(64.0 / 0.3)[1] == pytest.approx(672.809, abs=1e-2)
+
+
+# -- the engine of verdicts ------------------------------------------------------------------------------------------
+
+
+def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print() -> None:
+    item = number_of("2.35")
+    assert judge(Case(item, 2.3541, "sum")).kind is Kind.AGREES
+    assert judge(Case(item, 2.3591, "sum")).kind is Kind.AFTER_ROUNDING
+    assert judge(Case(item, 2.40, "sum", causes=(Explanation("pi = 3.14", 2.3502),))).kind is Kind.EXPLAINED
+    assert judge(Case(item, 2.85, "sum", neighbours=(Neighbour("beside", 2.85, 0.01),))).kind is Kind.MISPRINT
+    assert judge(Case(item, 2.40, "sum", wrong_steps=(Explanation("5 for 6", 2.3549),))).kind is Kind.WRONG_STEP
+    assert judge(Case(item, 2.40, "sum", reading=0.1)).kind is Kind.AFTER_ROUNDING
+    assert judge(Case(item, 2.40, "sum")).kind is Kind.NOT_REPRODUCIBLE
+
+
+def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
+    near_misses = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449))
+    verdict = judge(Case(number_of("2.35"), 2.40, "sum", causes=near_misses, wrong_steps=(near_misses[1],)))
+    assert verdict.kind is Kind.NOT_REPRODUCIBLE
+    assert "pi" not in verdict.reason
+
+
+def test_a_neighbour_that_contradicts_the_exact_value_too_proves_no_misprint() -> None:
+    verdict = judge(Case(number_of("2.35"), 2.85, "sum", neighbours=(Neighbour("beside", 3.85, 0.01),)))
+    assert verdict.kind is Kind.NOT_REPRODUCIBLE
+
+
+@pytest.mark.parametrize(("text", "value", "rounds", "cuts"), [
+    ("63,45", 63.457, False, True),
+    ("63.46", 63.457, True, False),
+    ("-0.0", -0.04, True, True),
+    ("-2.3", 2.34, False, False),
+    ("520,408", 520.40816, True, True),
+    ("8", 8.0, True, True),
+])  # fmt: skip
+def test_printed_digits_round_and_cut(text: str, value: float, rounds: bool, cuts: bool) -> None:
+    assert (Number(text).is_rounding_of(value), Number(text).is_cut_of(value)) == (rounds, cuts)
+
+
+@pytest.mark.parametrize("text", ["", "1e3", "nan", "1.2.3", "1 2", "inf", "12,", "0x10", "١٢"])
+def test_what_is_no_printed_number_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInput, match="is not a decimal number"):
+        Number(text)
+
+
+def test_a_table_without_a_column_is_refused_by_name() -> None:
+    with pytest.raises(InvalidInput, match="no column 'unit'"):
+        list(items_of("mine", "key,place,line,quantity,condition,printed,mechanism\n"))

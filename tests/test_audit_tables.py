@@ -1,0 +1,109 @@
+"""Printed values of a user's own: judged by the same rules, and refused in one line where they cannot be read."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from conrod.audit import Kind
+from conrod.audit.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
+from conrod.audit.user_table import audit_table
+from conrod.errors import InvalidInput
+from conrod.scenes import ShearPress
+
+HEADING = "scene,quantity,angle_deg,printed,unit\n"
+PRESS = ShearPress()
+
+
+def speeds(turn: float = math.pi / 180.0, factor: float = 1e3) -> list[str]:
+    """Printed velocities of A every ten degrees, mm/s with two digits."""
+    angles = range(10, 180, 10)
+    return [f"{PRESS.motion([k * turn], PRESS.speed).point('A').velocity[0, 1] * factor:.2f}" for k in angles]
+
+
+def table(printed: list[str]) -> str:
+    rows = (f"shear-press,A velocity y,{10 * k},{text},mm/s" for k, text in enumerate(printed, start=1))
+    return HEADING + "\n".join(rows)
+
+
+def kinds(printed: list[str]) -> list[Kind]:
+    return [verdict.kind for verdict in audit_table("mine", table(printed))]
+
+
+def test_right_values_agree() -> None:
+    assert set(kinds(speeds())) == {Kind.AGREES}
+
+
+def test_a_short_pi_is_named_where_it_reproduces_the_column() -> None:
+    verdicts = audit_table("mine", table(speeds(3.14 / 180.0)))
+    assert Kind.EXPLAINED in {v.kind for v in verdicts} <= {Kind.EXPLAINED, Kind.AGREES}
+    assert all("3.14 " in v.reason for v in verdicts if v.kind is Kind.EXPLAINED)
+
+
+def test_a_wrong_unit_is_a_wrong_step_with_the_right_value() -> None:
+    verdict = audit_table("mine", table(speeds(factor=1.0)))[8]
+    assert (verdict.kind, verdict.should_be) == (Kind.WRONG_STEP, "-186.88")
+
+
+def test_a_single_wrong_value_among_right_ones_is_given_no_cause() -> None:
+    printed = speeds()
+    printed[3] = speeds(3.14 / 180.0)[3]
+    assert printed[3] != speeds()[3]
+    verdict = audit_table("mine", table(printed))[3]
+    assert (verdict.kind, verdict.should_be) == (Kind.NOT_REPRODUCIBLE, speeds()[3])
+
+
+def test_parameters_of_a_row_are_used() -> None:
+    text = HEADING.replace("unit\n", "unit,parameters\n") + "saw-40rpm,C position x,180,-250,mm,crank=125mm; offset=0\n"
+    assert audit_table("mine", text)[0].kind is Kind.AGREES
+    assert audit_table("mine", text.replace("125", "124"))[0].kind is not Kind.AGREES
+
+
+GOOD = "shear-press,G velocity y,10,-33.3,mm/s"
+
+
+@pytest.mark.parametrize(("row", "message"), [
+    (GOOD.replace("shear-press", "shear-pres"), "row 2: unknown scene .* did you mean 'shear-press'"),
+    (GOOD.replace("G velocity", "H velocity"), "unknown point 'H': choose from A, G"),
+    (GOOD.replace("velocity y", "velocity z"), "unknown axis 'z'"),
+    (GOOD.replace("velocity y", "speed"), "quantity = 'G speed'"),
+    (GOOD.replace("-33.3", "about 33"), "printed value 'about 33'"),
+    (GOOD.replace("mm/s", "mm"), "'mm' is not a unit of m/s"),
+    (GOOD.replace(",10,", ",ten,"), "angle_deg = 'ten' is not a number"),
+    ("shear-press", "quantity = ''"),
+])  # fmt: skip
+def test_a_row_that_cannot_be_used_is_named(row: str, message: str) -> None:
+    assert audit_table("mine", HEADING + GOOD)[0].kind is Kind.AGREES
+    with pytest.raises(InvalidInput, match=message):
+        audit_table("mine", HEADING + row)
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("", "no column 'scene'"),
+    (HEADING, "no rows"),
+    (HEADING.replace("unit", "units"), "no column 'unit'"),
+])  # fmt: skip
+def test_a_table_that_is_none_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InvalidInput, match=message):
+        audit_table("mine", text)
+
+
+def test_every_cam_of_the_document_is_surveyed_and_six_break_its_rule() -> None:
+    surveys = [survey(cam) for cam in cams()]
+    broken = {(s.base, s.flank) for s in surveys if not s.keeps_the_rule}
+    assert len(surveys) == 25
+    assert broken == {(36.0, 88.0), (36.0, 98.0), (36.0, 108.0), (36.0, 118.0), (46.0, 108.0), (46.0, 118.0)}
+    for found in surveys:
+        # The rise is smooth to first order; the series is not, and is worse for a longer flank.
+        assert abs(found.exact_jump_c[:2]).max() < 1e-9
+        assert found.is_least or abs(found.jump_c[1]) > 1e-3
+
+
+def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> None:
+    cam = cams()[4]
+    angle = 150.0
+    sine = (cam.flank - cam.base) * math.sin(math.radians(angle - cam.joint_b)) / (cam.flank + 9.0)
+    found = float(pressure_angles(cam, [angle])[0])
+    assert found == pytest.approx(math.degrees(math.asin(sine)), abs=1e-10)
+    assert found > LARGEST_PRESSURE_ANGLE
