@@ -1,0 +1,113 @@
+"""What the joints alone, without a driver, leave of a mechanism's configurations: a curve, and its tangent and curvature."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from conrod.equations import Equations
+from conrod.joint_equations import joint_residual, pose_jets
+from conrod.mechanism import Mechanism
+from conrod.motion import Array
+
+NEWTON_STEPS, NEWTON_DONE = 12, 1e-9  # after a step this small its square is left
+
+
+class JointCurve:
+    """Points of the curve are poses with lengths in units of the mechanism's size, (T, 3 n), so that all are angles.
+
+    Attributes:
+        mechanism: of mobility one.
+        scale: (3 n,) [m, m, 1], of the coordinates.
+        unit: arc length that n bodies add together when each turns by one radian.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._equations = Equations(mechanism)
+        size = self._equations.size
+        self.scale = np.tile([size, size, 1.0], len(mechanism.bodies))
+        self.unit = math.sqrt(len(mechanism.bodies))
+        self._lengths = self._row_lengths(size)
+
+    def _row_lengths(self, size: float) -> Array:
+        """What each equation is divided by: the size, but for the angle that a slide keeps."""
+        lengths = []
+        for joint in self.mechanism.joints:
+            rows = Equations.count(joint)
+            lengths += [size, 1.0] if type(joint).__name__ == "Prismatic" else [size] * rows
+        return np.array(lengths)
+
+    def jacobian(self, points: Array) -> Array:
+        """Derivative of the joints' equations by the coordinates (T, 3 n - 1, 3 n), without units."""
+        full = self._equations.jacobian(points * self.scale)[:, :-1, :]
+        return np.asarray(full * self.scale / self._lengths[:, None])
+
+    def coefficient(self, coefficients: list[Array]) -> Array:
+        """Taylor coefficient (T, 3 n - 1) of the joints' equations along Taylor coefficients of points."""
+        order = len(coefficients) - 1
+        bodies = pose_jets(self.mechanism, [c * self.scale for c in coefficients])
+        samples = len(coefficients[0])
+        rows = [
+            np.broadcast_to(equation.coefficients[order], samples)
+            for joint in self.mechanism.joints
+            for equation in joint_residual(joint, bodies)
+        ]
+        return np.stack(rows, axis=1) / self._lengths
+
+    def bordered(self, points: Array, row: Array) -> Array:
+        """The Jacobian with one row below it; (T, 3 n, 3 n)."""
+        below = np.broadcast_to(row, points.shape)[:, None, :]
+        return np.concatenate([self.jacobian(points), below], axis=1)
+
+    def corrected(self, guess: Array, row: Array) -> Array | None:
+        """Points of the curve in the planes through guesses (T, 3 n) at right angles to rows; None without convergence."""
+        points, rows = guess.copy(), np.broadcast_to(row, guess.shape)
+        for _ in range(NEWTON_STEPS):
+            within = np.sum(rows * (points - guess), axis=1)[:, None]
+            left = np.concatenate([self.coefficient([points]), within], axis=1)
+            try:
+                step = np.linalg.solve(self.bordered(points, rows), left[:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                return None
+            points = points - step
+            if not np.isfinite(step).all():
+                return None
+            if np.abs(step).max() <= NEWTON_DONE:
+                return np.asarray(points)
+        return None
+
+    def tangent(self, points: Array, along: Array) -> Array:
+        """Unit tangents (T, 3 n) in the sense of given rows, which no tangent is at right angles to."""
+        rows = np.broadcast_to(along, points.shape)
+        right = np.zeros((*points.shape, 1))
+        right[:, -1] = 1.0
+        found = np.linalg.solve(self.bordered(points, rows), right)[:, :, 0]
+        return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+
+    def curvature(self, points: Array, tangent: Array) -> Array:
+        """Derivative of the tangent by the arc length; (T, 3 n)."""
+        bend = 2.0 * self.coefficient([points, tangent, np.zeros_like(points)])
+        right = np.concatenate([-bend, np.zeros((len(points), 1))], axis=1)
+        return np.asarray(np.linalg.solve(self.bordered(points, tangent), right[:, :, None])[:, :, 0])
+
+    def nearness(self, points: Array, tangent: Array) -> Array:
+        """Smallest singular value (T,) of the Jacobian with its tangent below: 0 where a freedom more is gained."""
+        return np.asarray(np.linalg.svd(self.bordered(points, tangent), compute_uv=False)[:, -1])
+
+    def start(self) -> Array:
+        """The exact point (1, 3 n) near the mechanism's start poses, the crank held."""
+        equations = self._equations
+        driven = np.zeros_like(self.scale)
+        driven[3 * equations.crank + 2] = 1.0
+        approximate = equations.approximate / self.scale
+        found = self.corrected(approximate, driven)
+        return equations.newton(equations.approximate, np.zeros(1)) / self.scale if found is None else found
+
+
+def turned_alike(mechanism: Mechanism, difference: Array) -> Array:
+    """A difference of points with whole turns of bodies taken out."""
+    rest = difference.copy()
+    rest[..., 2::3] = np.remainder(rest[..., 2::3] + math.pi, 2.0 * math.pi) - math.pi
+    return np.asarray(rest)
