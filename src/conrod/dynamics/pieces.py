@@ -6,27 +6,36 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
 
 from conrod.dynamics.constraint import JointCurve
-from conrod.dynamics.path import CROSSING, Place
+from conrod.dynamics.path import Place
 from conrod.motion import Array
 
 DEGREE = 24
 NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev-Lobatto, in [-1, 1]
 # Values at the nodes to coefficients; a discrete cosine transform by its matrix, since it is small.
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
+KEPT = 0.15  # of the largest nearness on a piece: nodes below it lose too many digits to a crossing of branches
+MOST_LOST = 5  # nodes of a piece
+FITS = 1e-11  # what the smooth continuation may leave of the joints' equations, without units
 TAIL = 1e-12  # of the last coefficients, against the curvature that they tell: the series has converged
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Exact points of a piece at its nodes, with tangents and curvatures; each (DEGREE + 1, 3 n)."""
+    """Exact points of a piece at its nodes, with tangents and curvatures; each (DEGREE + 1, 3 n).
+
+    Attributes:
+        crossing: arc length where branches cross on the piece, if they do.
+    """
 
     start: float
     stop: float
     points: Array
     tangents: Array
     curvatures: Array
+    crossing: float | None = None
 
     def series(self, values: Array) -> Array:
         """Chebyshev coefficients over the piece of values (DEGREE + 1, ...) at its nodes."""
@@ -34,40 +43,71 @@ class Samples:
 
 
 def sampled(curve: JointCurve, places: list[Place], start: float) -> Samples | None:
-    """A piece through neighbouring places, from the first to the last; None where a node lies at a crossing."""
+    """A piece through neighbouring places, from the first to the last; None where these are too few, or too many."""
     first, last = places[0], places[-1]
     chord = last.point - first.point
     span = float(np.linalg.norm(chord))
     direction = chord / span
     guess = _Guess(places, direction)
-    points, rates = _on_planes(curve, guess, direction, 0.5 * span * (NODES + 1.0))
-    if rates is None:
+    good = _digits_kept(curve, guess, direction, 0.5 * span * (NODES + 1.0))
+    if good is None:
         return None
-    # Arc length over the distance along the chord, by integrating its exact derivative; then inverted at nodes in arc length.
-    integral = chebyshev.chebint(TO_COEFFICIENTS @ rates, lbnd=-1.0) * 0.5 * span
+    points = curve.corrected(guess(0.5 * span * (NODES[good] + 1.0)), direction)
+    if points is None:
+        return None
+    # Arc length over the distance along the chord, by integrating its exact derivative.
+    rates = _fitted(NODES[good], 1.0 / np.sum(curve.tangent(points, direction) * direction, axis=1))
+    integral = chebyshev.chebint(rates, lbnd=-1.0) * 0.5 * span
     length = float(chebyshev.chebval(1.0, integral))
-    wanted, local = 0.5 * length * (NODES + 1.0), NODES.copy()
-    for _ in range(8):
-        value = chebyshev.chebval(local, integral) - wanted
-        local = local - value / (0.5 * span * chebyshev.chebval(local, TO_COEFFICIENTS @ rates))
-    local[0], local[-1] = -1.0, 1.0
-    points, again = _on_planes(curve, guess, direction, 0.5 * span * (local + 1.0))
-    if again is None:
+    local = _inverted(integral, rates, span, 0.5 * length * (NODES + 1.0))
+    good = _digits_kept(curve, guess, direction, 0.5 * span * (local + 1.0))
+    if good is None:
+        return None
+    points = curve.corrected(guess(0.5 * span * (local[good] + 1.0)), direction)
+    if points is None:
         return None
     tangents = curve.tangent(points, direction)
-    if curve.nearness(points, tangents).min() < CROSSING:
+    found = [points, tangents, curve.curvature(points, tangents)]
+    if good.all():
+        return Samples(start, start + length, *found)
+    points, tangents, curvatures = (chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in found)
+    if np.abs(curve.coefficient([points])).max() > FITS:
         return None
-    return Samples(start, start + length, points, tangents, curve.curvature(points, tangents))
+    crossing = start + 0.5 * length * (1.0 + float(NODES[~good].mean()))
+    return Samples(start, start + length, points, tangents, curvatures, crossing)
 
 
-def _on_planes(curve: JointCurve, guess: _Guess, direction: Array, distances: Array) -> tuple[Array, Array | None]:
-    """Points at distances along the chord, and the arc length's derivative by it."""
-    points = curve.corrected(guess(distances), direction)
-    if points is None:
-        return guess(distances), None
+def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: Array) -> NDArray[np.bool_] | None:
+    """Which nodes lie far enough from a crossing of branches; None if those that do not are too many, or at an end.
+
+    Next to a crossing the joints' equations hardly tell the branches apart: derivatives lose digits with powers of the
+    distance. What lies there is told by the smooth continuation of what lies before and behind.
+    """
+    points = guess(distances)
     with np.errstate(all="ignore"):
-        rates = 1.0 / np.sum(curve.tangent(points, direction) * direction, axis=1)
-    return points, rates if np.isfinite(rates).all() else None
+        try:
+            nearness = curve.nearness(points, curve.tangent(points, direction))
+        except np.linalg.LinAlgError:
+            return None
+    good = nearness >= KEPT * np.nanmax(nearness)
+    inside = good[0] and good[-1] and np.count_nonzero(~good) <= MOST_LOST
+    return good if inside else None
+
+
+def _fitted(nodes: Array, values: Array) -> Array:
+    """Chebyshev coefficients (DEGREE + 1, ...) of values at some of the nodes; those of the highest orders 0 if not at all."""
+    degree = DEGREE - 2 * (DEGREE + 1 - len(nodes))
+    low = np.linalg.lstsq(chebyshev.chebvander(nodes, degree), values, rcond=None)[0]
+    return np.concatenate([low, np.zeros((DEGREE - degree, *values.shape[1:]))])
+
+
+def _inverted(integral: Array, rates: Array, span: float, lengths: Array) -> Array:
+    """Where on the chord, from -1 to 1, arc lengths are reached."""
+    local = NODES.copy()
+    for _ in range(8):
+        local = local - (chebyshev.chebval(local, integral) - lengths) / (0.5 * span * chebyshev.chebval(local, rates))
+    local[0], local[-1] = -1.0, 1.0
+    return local
 
 
 class _Guess:
