@@ -8,7 +8,7 @@ import numpy as np
 
 from conrod.equations import Equations
 from conrod.joint_equations import joint_residual, pose_jets
-from conrod.mechanism import Mechanism
+from conrod.mechanism import GROUND, CamContact, Mechanism
 from conrod.motion import Array
 
 NEWTON_STEPS, NEWTON_DONE = 12, 1e-9  # after a step this small its square is left
@@ -26,7 +26,7 @@ class JointCurve:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self._equations = Equations(mechanism)
-        size = self._equations.size
+        size = _link_size(mechanism) or self._equations.size
         self.scale = np.tile([size, size, 1.0], len(mechanism.bodies))
         self.unit = math.sqrt(len(mechanism.bodies))
         self._lengths = self._row_lengths(size)
@@ -104,6 +104,21 @@ class JointCurve:
         approximate = equations.approximate / self.scale
         found = self.corrected(approximate, driven)
         return equations.newton(equations.approximate, np.zeros(1)) / self.scale if found is None else found
+
+
+def _link_size(mechanism: Mechanism) -> float:
+    """Largest distance [m] of a body's joints, or of its centre of gravity, from its origin.
+
+    Not the size of the whole: in a long chain the motion of one link would count for little.
+    """
+    far = [math.hypot(*body.centre_of_gravity) for body in mechanism.bodies]
+    for joint in mechanism.joints:
+        for name in (joint.a, joint.b):
+            if name != GROUND:
+                point = joint.roller_centre if isinstance(joint, CamContact) and name == joint.b else None
+                point = getattr(joint, "point_a" if name == joint.a else "point_b", None) if point is None else point
+                far.append(math.hypot(*point) if point is not None else 0.0)
+    return max(far)
 
 
 def turned_alike(mechanism: Mechanism, difference: Array) -> Array:
