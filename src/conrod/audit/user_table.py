@@ -24,8 +24,9 @@ import numpy as np
 from conrod.audit.judging import Case, Explanation, judge
 from conrod.audit.printed import Item, Number
 from conrod.audit.verdict import Verdict
+from conrod.catalogue import scene_named
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.scenes import Scene, scene_named
+from conrod.scenes import Scene
 from conrod.units import parse_quantity
 
 NEEDED = ("scene", "quantity", "angle_deg", "printed", "unit")

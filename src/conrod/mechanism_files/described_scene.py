@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -28,6 +28,7 @@ STRAYED = math.radians(60.0)
 # Smallest singular value of the scaled equations: below it, something moves though the crank is held.
 SINGULAR = 1e-9
 POSE_DIGITS = 9  # of a start pose [m, rad]
+SCENES_KEPT = 128  # of those that came from another process
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class DescribedScene(Scene):
         super().__post_init__()
 
     def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (self.document, self.given_anew)
+        # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
+        return _met, (type(self), self.document, self.given_anew)
 
     @cached_property
     def described(self) -> Description:
@@ -162,6 +164,11 @@ class DescribedScene(Scene):
                     f"{math.degrees(hint.turn + off):.6g} deg: give it nearer to the one that is meant"
                 )
         check_reach(self.kinematics)
+
+
+@lru_cache(SCENES_KEPT)
+def _met(scene_class: type[DescribedScene], document: str, given_anew: tuple[tuple[str, float], ...]) -> DescribedScene:
+    return scene_class(document, given_anew)
 
 
 def read_scene(path: Path) -> DescribedScene:
