@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from typing import Any
 
 from rich.console import Console
@@ -12,11 +13,13 @@ from rich.table import Table
 
 from conrod.engines import ENGINES, Engine
 from conrod.errors import unknown_choice
+from conrod.execution.validation import run_jobs
 from conrod.export import as_csv, as_npz, exact_columns
 from conrod.facts import dead_centres, stroke
 from conrod.scenes import SCENES, Scene
 from conrod.studies.results import Result, SceneStudy
-from conrod.studies.validate import Plan, jobs
+from conrod.studies.validate import Plan
+from conrod.studies.validation_job import jobs_of
 
 # Without a terminal there is no width to fit; tables then keep their columns whole.
 PLAIN_WIDTH = 140
@@ -34,26 +37,20 @@ def console(plain_width: int = PLAIN_WIDTH) -> Console:
 
 
 def run_with_progress(
-    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, tuple[str, ...]], plan: Plan
+    scenes: Mapping[str, Scene],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, tuple[str, ...]],
+    plan: Plan,
+    executor: Executor,
 ) -> list[SceneStudy]:
     """Run everything, with a bar on standard error where that is a terminal."""
-    planned = {
-        name: [job for engine in engines for job in jobs(name, scene, engine, presets[engine.name], plan)]
-        for name, scene in scenes.items()
-    }
+    jobs = jobs_of(scenes, engines, presets, plan)
     err = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    studies = []
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        bar = progress.add_task("", total=sum(len(todo) for todo in planned.values()))
-        for name, todo in planned.items():
-            results = []
-            for label, job in todo:
-                progress.update(bar, description=label)
-                results.append(job())
-                progress.advance(bar)
-            studies.append(SceneStudy(name, scenes[name], tuple(results)))
-    return studies
+        bar = progress.add_task("", total=len(jobs))
+        found = run_jobs(jobs, executor, lambda job: progress.update(bar, advance=1, description=job.label))
+    return [SceneStudy(name, scenes[name], tuple(r for r in found if r.scene == name)) for name in scenes]
 
 
 # -- verdicts --------------------------------------------------------------------------------------------------------
@@ -138,9 +135,10 @@ def show_scene(name: str, scene: Scene) -> None:
     out.print(table)
     bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m^2" for b in mechanism.bodies)
     out.print(f"\nbodies: {bodies}")
+    higher = len(mechanism.cam_contacts) + len(mechanism.meshes)
     out.print(
         f"mobility: {mechanism.mobility} (Gruebler: {len(mechanism.bodies)} moving links, "
-        f"{len(mechanism.joints) - len(mechanism.cam_contacts)} lower and {len(mechanism.cam_contacts)} higher pairs)"
+        f"{len(mechanism.joints) - higher} lower and {higher} higher pairs)"
     )
     out.print(f"stroke of {scene.output}: {1e3 * stroke(scene):.6g} mm")
     for centre in dead_centres(scene):

@@ -9,7 +9,8 @@ from typing import assert_never
 
 import numpy as np
 
-from conrod.linkage.course import TURN, Course, bisect
+from conrod.linkage.continuation import TURN, bisect
+from conrod.linkage.course import Course
 from conrod.mechanism import GROUND, CamContact, Joint, Prismatic, Revolute
 from conrod.motion import Array
 from conrod.rolling import Rack, Rolling
