@@ -71,9 +71,7 @@ def test_known_pivots_give_the_same_bits_as_looked_for_ones(seed: int) -> None:
     rows = matrix_with(2, seed)
     right: list[Entry] = list(np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES)))
     searched = Elimination(rows, SAMPLES)
-    known = Elimination(rows, SAMPLES, searched.pivots)
+    known = Elimination(rows, SAMPLES, searched.order)
     np.testing.assert_array_equal(known.solve(right), searched.solve(right))
     np.testing.assert_array_equal(known.determinant_sign(), searched.determinant_sign())
-    assert known.pivots == searched.pivots
-    # Another order is another elimination: it is the given one that is followed.
-    assert Elimination(rows, SAMPLES, searched.pivots[:1]).pivots == searched.pivots[:1]
+    assert known.order == searched.order
