@@ -104,6 +104,6 @@ def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> No
     cam = cams()[4]
     angle = 150.0
     sine = (cam.flank - cam.base) * math.sin(math.radians(angle - cam.joint_b)) / (cam.flank + 9.0)
-    found = float(pressure_angles(cam, [angle])[0])
+    found = float(pressure_angles(cam, cam.exact(angle), 9.0)[0])
     assert found == pytest.approx(math.degrees(math.asin(sine)), abs=1e-10)
     assert found > LARGEST_PRESSURE_ANGLE

@@ -69,17 +69,19 @@ def verdict_on(formula: Published, arguments: Mapping[str, Any]) -> Verdict:
     """Compare a formula, and its mended form, with the truth over all arguments."""
     error = None if formula.function is None else discrepancy(formula.function, formula.truth, arguments)
     if error is not None and error <= SAME:
-        return _verdict(formula, Kind.AGREES, f"equals {formula.against} to {error:.0e}")
+        return _verdict(formula, Kind.AGREES, f"equals {formula.against}")
     printed = "cannot be evaluated" if error is None else f"differs from {formula.against} by {error:.2g} of its peak"
     if formula.mended is not None:
         left = discrepancy(formula.mended, formula.truth, arguments)
         if left <= SAME:
-            reason = f"as printed it {printed}; {formula.change} leaves {left:.0e}"
-            return _verdict(formula, formula.kind, reason, formula.change)
-    return _verdict(formula, Kind.NOT_REPRODUCIBLE, f"as printed it {printed}")
+            reason = f"as printed it {printed}; with {formula.change} nothing is left"
+            return _verdict(formula, formula.kind, reason, formula.change, error)
+    return _verdict(formula, Kind.NOT_REPRODUCIBLE, f"as printed it {printed}", None, error)
 
 
-def _verdict(formula: Published, kind: Kind, reason: str, should_be: str | None = None) -> Verdict:
+def _verdict(
+    formula: Published, kind: Kind, reason: str, should_be: str | None = None, error: float | None = None
+) -> Verdict:
     return Verdict(
         formula.document,
         formula.place,
@@ -93,4 +95,6 @@ def _verdict(formula: Published, kind: Kind, reason: str, should_be: str | None 
         kind,
         reason,
         should_be,
+        error,
+        formula.change if kind is Kind.EXPLAINED else None,
     )
