@@ -7,6 +7,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from conrod.engines.approach import approached
 from conrod.engines.engine import KinematicResult, Machine
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build
@@ -24,12 +25,14 @@ def solve(machine: Machine, settings: MuJoCoSettings, angle: Array) -> Kinematic
     data = mujoco.MjData(made.model)
     contacts = made.tree.mechanism.cam_contacts
     rows = []
-    for theta in angle:
+    for theta, asked in approached(angle):
         data.qpos[made.crank_dof] = theta
         if contacts:
             _place_follower(made, data, contacts[0])
         else:
             _close_loops(made, data)
+        if not asked:
+            continue
         mujoco.mj_forward(made.model, data)
         rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
         data.qvel[made.crank_dof] = machine.speed
