@@ -12,7 +12,8 @@ from catalogue import EVERY_SCENE
 from conrod.kinematics import Kinematics
 from conrod.linkage.accelerations import coincident_parts, contact_acceleration, link_parts, path_parts
 from conrod.linkage.points import linkage_points
-from conrod.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.linkage.polygon import acceleration_polygon, velocity_polygon
+from conrod.linkage.polygon_vectors import Polygon
 from conrod.linkage.state import LinkageState, left_of, linkage_state
 from conrod.mechanism import Mechanism, ObservedPoint
 from conrod.motion import Array

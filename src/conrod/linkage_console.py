@@ -13,7 +13,7 @@ from conrod.kinematics import Kinematics
 from conrod.linkage.centres import InstantCentre, centre_count
 from conrod.linkage.course import CrankRange
 from conrod.linkage.outputs import DeadCentre, Output
-from conrod.linkage.polygon import Polygon
+from conrod.linkage.polygon_vectors import Polygon
 from conrod.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
 from conrod.linkage.transmission_angles import Extreme, TransmissionAngle
 from conrod.motion import Array
@@ -62,14 +62,19 @@ def _reach(reach: CrankRange) -> str:
 
 def _output_row(output: Output) -> tuple[str, ...]:
     if output.stroke is None:
-        return (output.link, output.joint, "turns round", "", "", "")
-    stroke = f"{MM * output.stroke:.6g} mm" if output.unit == "m" else f"{math.degrees(output.stroke):.6g} deg"
+        stroke = f"goes on, {_way(output.gain, output.unit)} a turn"
+    else:
+        stroke = _way(output.stroke, output.unit)
     there_and_back = ""
     if output.forward is not None and output.backward is not None:
         there_and_back = f"{degrees(output.forward)}, {degrees(output.backward)}"
     ratio = "" if output.time_ratio is None else f"{output.time_ratio:.6g}"
     centres = ", ".join(_dead_centre(centre) for centre in output.dead_centres)
     return (output.link, output.joint, stroke, centres or "nowhere", there_and_back, ratio)
+
+
+def _way(value: float, unit: str) -> str:
+    return f"{MM * value:.6g} mm" if unit == "m" else f"{math.degrees(value):.6g} deg"
 
 
 def _dead_centre(centre: DeadCentre) -> str:

@@ -13,6 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
+from conrod.cam_law import LawProfile
 from conrod.joint_equations import active_arcs, pose_jets
 from conrod.linkage.centres import Pair, joint_centre, primary_joints
 from conrod.linkage.state import LinkageState, link_numbers

@@ -10,7 +10,8 @@ from conrod.linkage.centres import InstantCentre, KennedyLine, instant_centres, 
 from conrod.linkage.course import CrankRange, course_of, crank_range
 from conrod.linkage.outputs import Output, outputs
 from conrod.linkage.points import linkage_points
-from conrod.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.linkage.polygon import acceleration_polygon, velocity_polygon
+from conrod.linkage.polygon_vectors import Polygon
 from conrod.linkage.state import LinkageState, link_numbers, linkage_state
 from conrod.linkage.transmission_angles import TransmissionAngle, pushes_at, transmission_angles
 from conrod.motion import Array

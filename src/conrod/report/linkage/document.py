@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.linkage.centres import InstantCentre, centre_count
-from conrod.linkage.polygon import Polygon
+from conrod.linkage.polygon_vectors import Polygon
 from conrod.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
 from conrod.linkage.transmission_angles import Extreme
 from conrod.motion import Array
@@ -53,6 +53,7 @@ def turn_document(scene: Scene, turn: TurnQuantities) -> dict[str, Any]:
                 "joint": output.joint,
                 "unit": output.unit,
                 "stroke": output.stroke,
+                "gain": output.gain,
                 "dead_centres": [
                     {"angle": c.angle, "until": c.until, "value": c.value, "end": "greatest" if c.greatest else "least"}
                     for c in output.dead_centres

@@ -12,8 +12,9 @@ from matplotlib.patches import Polygon as Outline
 
 from conrod.files import write_whole
 from conrod.linkage.accelerations import coincident_point
-from conrod.linkage.centres import InstantCentre, instant_centres
+from conrod.linkage.centres import InstantCentre, instant_centres, joint_centre
 from conrod.linkage.construction import Construction, construct
+from conrod.linkage.points import linkage_points
 from conrod.linkage.state import LinkageState, link_numbers
 from conrod.mechanism import GROUND, CamContact, Prismatic, Revolute
 from conrod.motion import Array
@@ -45,7 +46,8 @@ def centres_figure(state: LinkageState) -> Figure:
     """The mechanism in the pose of a state, its instant centres, and a list of them all."""
     centres, drawn = instant_centres(state), construct(state)
     poses = {name: link.pose for name, link in state.links.items()}
-    own = np.concatenate([outline(state.mechanism, poses), _rollers(state)])
+    named = np.array([place for _, place in _points(state)]).reshape(-1, 2)
+    own = np.concatenate([outline(state.mechanism, poses), _rollers(state), named])
     low, high = own.min(axis=0), own.max(axis=0)
     room = ROOM * float((high - low).max())
     places = [np.array(c.place) for c in centres if c.place is not None]
@@ -56,7 +58,7 @@ def centres_figure(state: LinkageState) -> Figure:
     _mechanism(sheet, state)
     _lines(sheet, state, drawn)
     _normals(sheet, state, drawn)
-    _centres(sheet, centres)
+    _centres(sheet, state, centres)
     for number, name in links:
         if name != GROUND:
             sheet.label(_middle(sheet, state, name), number, "#555555")
@@ -199,23 +201,38 @@ def _clipped(sheet: Sheet, points: list[Array]) -> Array | None:
     return None if high <= low else finite[0] + np.outer([low, high], along)
 
 
-def _centres(sheet: Sheet, centres: tuple[InstantCentre, ...]) -> None:
-    """Centres at one place share a mark and a label."""
-    seen: list[tuple[Array, list[InstantCentre]]] = []
+def _centres(sheet: Sheet, state: LinkageState, centres: tuple[InstantCentre, ...]) -> None:
+    """Centres and points at one place share a mark and a label."""
+    seen: list[tuple[Array, list[str], list[InstantCentre]]] = []
+
+    def here(point: Array) -> tuple[list[str], list[InstantCentre]]:
+        for there, names, group in seen:
+            if float(np.linalg.norm(point - there)) < 3.0:
+                return names, group
+        seen.append((point, [], []))
+        return seen[-1][1:]
+
     for centre in centres:
-        if centre.place is None or not sheet.holds(np.array(centre.place)):
-            continue
-        point = sheet.at(np.array(centre.place))
-        here = next((group for there, group in seen if float(np.linalg.norm(point - there)) < 3.0), None)
-        if here is None:
-            seen.append((point, [centre]))
-        else:
-            here.append(centre)
-    for point, group in seen:
-        colour = COLOURS[group[0].kind]
+        if centre.place is not None and sheet.holds(np.array(centre.place)):
+            here(sheet.at(np.array(centre.place)))[1].append(centre)
+    for name, place in _points(state):
+        here(sheet.at(place))[0].append(name)
+    for point, names, group in seen:
+        colour = COLOURS[group[0].kind] if group else parts.INK
         sheet.axes.plot(*np.round(point, 2), marker="o", markersize=4.0, color=colour, zorder=12)
         sheet.keep_off(point, 3.0)
-        sheet.label(point, ", ".join(mathematical(centre.name) for centre in group), colour)
+        sheet.label(point, ", ".join([*names, *(mathematical(centre.name) for centre in group)]), colour)
+
+
+def _points(state: LinkageState) -> list[tuple[str, Array]]:
+    """The points of the polygons, by their names there."""
+    points = linkage_points(state.mechanism)
+    found = [(p.name, state.links[p.carriers[0].link].place(p.carriers[0].point)) for p in points.points]
+    for contact in points.contacts:
+        centre = joint_centre(state, contact.joint)
+        assert centre is not None
+        found.append((contact.name, centre[:2]))
+    return found
 
 
 def _told(sheet: Sheet, centre: InstantCentre) -> str:
