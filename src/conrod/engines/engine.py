@@ -159,7 +159,10 @@ class Engine(ABC, Generic[AnySettings]):
 
     @abstractmethod
     def stepper(self, machine: Machine, settings: AnySettings) -> Callable[[int], None]:
-        """A machine in the exact state of crank angle 0; each call advances it by so many steps, recording nothing."""
+        """A machine in the exact state of its start, see `run_of`; each call advances it by so many steps.
+
+        Nothing is recorded. An input that makes one pass must not be driven beyond its end: it cannot go on there.
+        """
 
     @abstractmethod
     def reference_loop(self) -> Callable[[int], None]:

@@ -16,7 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.generic_reference import GenericReference
 from conrod.mechanism import Mechanism, Pose
 from conrod.mechanism_files.description import Description, read_description
-from conrod.mechanism_files.reach import check_reach
+from conrod.mechanism_files.reach import check_reach, check_travel
 from conrod.mechanism_files.toml_file import read_tables
 from conrod.mesh_geometry import check_meshes
 from conrod.motion import Array, PointDerivatives, Side, diameter
@@ -164,6 +164,7 @@ class DescribedScene(Scene):
                     f"{math.degrees(hint.turn + off):.6g} deg: give it nearer to the one that is meant"
                 )
         check_reach(self.kinematics)
+        check_travel(self.kinematics)
 
 
 @lru_cache(SCENES_KEPT)
