@@ -124,10 +124,8 @@ def _fields(
         if None in values:
             raise InvalidInput(f"{name}, row {number}: more fields than the heading; put one with a comma in quotes")
         own = {column: (value or "").strip() for column, value in values.items()}
-        yield (
-            number,
-            {**settings, **{column: value for column, value in own.items() if value or column not in settings}},
-        )
+        given = {column: value for column, value in own.items() if value or column not in settings}
+        yield number, {**settings, **given}
 
 
 def _row(name: str, fields: Mapping[str, str], scene_of: Callable[[str], Scene]) -> Row:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from conrod.audit.documents import cam_claims
 from conrod.audit.documents.arc_cam import QUANTITIES, ArcCam
 from conrod.audit.formulas.cam_checks import FORMULAS, arguments
 from conrod.audit.formulas.published import verdict_on
@@ -26,9 +27,9 @@ FIRST = ArcCam(36.0, 88.0)
 
 
 def verdicts() -> tuple[Verdict, ...]:
-    """Every quoted value, then every formula."""
+    """Every quoted value, every formula, and what the text claims in words."""
     values = tuple(judge(CASES[item.key](item)) for item in shipped_items(DOCUMENT, "cam.csv"))
-    return values + tuple(verdict_on(formula, arguments()) for formula in FORMULAS)
+    return values + tuple(verdict_on(formula, arguments()) for formula in FORMULAS) + cam_claims.verdicts()
 
 
 def _least_flank(base: float) -> Callable[[Item], Case]:
@@ -170,7 +171,7 @@ def _jerk_130(item: Item) -> Case:
 
 def _jerk_before(item: Item) -> Case:
     slip = Explanation(
-        "the series (20) of rho = 88 mm at 162,228 deg, the joint C of rho = 118 mm,",
+        "probably the series (20) of rho = 88 mm at 162,228 deg, the joint C of rho = 118 mm, which",
         _series(FIRST, 162.228, "flank", JERK),
     )
     exact = float(WIDEST.exact(WIDEST.joint_c, "left")[JERK, 0])

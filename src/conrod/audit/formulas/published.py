@@ -50,6 +50,7 @@ class Published:
         mended: the formula put right, where it has to be.
         change: what is put right, in words.
         kind: the verdict where the print fails and the mended formula holds.
+        hindrance: why it cannot be evaluated where there is no function.
     """
 
     document: str
@@ -63,6 +64,7 @@ class Published:
     mended: Formula | None = None
     change: str = ""
     kind: Kind = Kind.MISPRINT
+    hindrance: str = "cannot be evaluated"
 
 
 def verdict_on(formula: Published, arguments: Mapping[str, Any]) -> Verdict:
@@ -70,7 +72,7 @@ def verdict_on(formula: Published, arguments: Mapping[str, Any]) -> Verdict:
     error = None if formula.function is None else discrepancy(formula.function, formula.truth, arguments)
     if error is not None and error <= SAME:
         return _verdict(formula, Kind.AGREES, f"equals {formula.against}")
-    printed = "cannot be evaluated" if error is None else f"differs from {formula.against} by {error:.2g} of its peak"
+    printed = f"differs from {formula.against} by {error:.2g} of its peak" if error is not None else formula.hindrance
     if formula.mended is not None:
         left = discrepancy(formula.mended, formula.truth, arguments)
         if left <= SAME:

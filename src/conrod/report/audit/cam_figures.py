@@ -27,10 +27,10 @@ def series_error() -> Figure:
     for k, (axes, (name, unit)) in enumerate(zip(panels, UNITS.items(), strict=True)):
         span = max(float(np.ptp(errors[k])) for _, _, errors in curves)
         for hue, (cam, angles, errors) in zip(HUES, curves, strict=False):
-            label = f"ρ = {cam.flank:g} mm" + (", one circle" if cam.scene.is_one_circle else "")
+            label = f"rho = {cam.flank:g} mm" + (", one circle" if cam.scene.is_one_circle else "")
             axes.plot(on_grid(angles, 180.0), on_grid(errors[k], span), color=hue, label=label, linewidth=1.3)
         axes.axhline(0.0, color="#888888", linewidth=0.7, zorder=1)
-        axes.set_ylabel(f"{name}, series − exact [{unit}]")
+        axes.set_ylabel(f"{name}, series less exact [{unit}]")
         axes.set_xlim(60.0, 180.0)
     for axes in panels[2:]:
         axes.set_xlabel("cam angle on the rise [°]")
@@ -79,7 +79,7 @@ def pressure_angle() -> Figure:
         fontsize=8.5,
         color="#444444",
     )
-    axes.set_xlabel("flank radius ρ [mm]")
+    axes.set_xlabel("flank radius rho [mm]")
     axes.set_ylabel("largest pressure angle [°]")
     axes.set_ylim(0.0, 45.0)
     axes.legend(loc="lower right", ncol=2)

@@ -24,8 +24,8 @@ METHOD = (
     "no nose."
 )
 AT_B = (
-    "At the joint B, where the flank begins, the series is exact up to the second derivative: lift and velocity begin at "
-    "zero and the acceleration jumps as it does in truth."
+    "At the joint B, where the flank begins, the series is exact up to the second derivative: lift and velocity begin "
+    "at zero and the acceleration jumps as it does in truth."
 )
 PRESSURE = (
     "The document's own rule (line 62): the pressure angle is not to exceed 30°. *as printed* is by equations (6) and "
@@ -36,7 +36,7 @@ PRESSURE = (
 def cam_section() -> str:
     """The tables with their figures."""
     found = surveys()
-    broken = [f"R = {s.base:g}, ρ = {s.flank:g}" for s in found if not s.keeps_the_rule]
+    broken = [f"R = {s.base:g}, rho = {s.flank:g}" for s in found if not s.keeps_the_rule]
     return paragraphs(
         "## The truncated series for every cam",
         METHOD,
@@ -48,8 +48,8 @@ def cam_section() -> str:
         _joint_b_table(found),
         "## Pressure angles",
         PRESSURE,
-        f"{len(broken)} of the {len(found)} cams break the rule: {'; '.join(broken)} mm. Among them is the cam that the "
-        "conclusion calls the extreme one.",
+        f"{len(broken)} of the {len(found)} cams break the rule: {'; '.join(broken)} mm. Among them is the cam that "
+        "the conclusion calls the extreme one.",
         "![Largest pressure angle of every cam, with the rule of 30 degrees](figures/pressure-angle.svg)",
         _pressure_table(found),
     )
@@ -65,13 +65,13 @@ def _worst(found: Sequence[CamSurvey]) -> str:
         rows.append(
             [name, f"{cam.base:g}", f"{cam.flank:g}", f"{_size(error)} {UNITS[k]}", f"{100.0 * max(shares):.1f} %"]
         )
-    return table(["worst case", "R [mm]", "ρ [mm]", "error of the series", "of the exact peak"], rows)
+    return table(["worst case", "R [mm]", "rho [mm]", "error of the series", "of the exact peak"], rows)
 
 
 def _series_table(found: Sequence[CamSurvey], k: int) -> str:
     unit = UNITS[k]
-    head = ["R [mm]", "ρ [mm]", f"exact peak [{unit}]", "error on the flank", "error on the nose", "jump at C, series",
-            "jump at C, exact"]  # fmt: skip
+    head = ["R [mm]", "rho [mm]", f"exact peak [{unit}]", "error on the flank", "error on the nose",
+            "jump at C, series", "jump at C, exact"]  # fmt: skip
     return table(
         head,
         [
@@ -89,7 +89,7 @@ def _series_table(found: Sequence[CamSurvey], k: int) -> str:
 
 
 def _joint_b_table(found: Sequence[CamSurvey]) -> str:
-    head = ["R [mm]", "ρ [mm]", "B [°]", "C [°]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
+    head = ["R [mm]", "rho [mm]", "B [°]", "C [°]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
             "jerk at B, series [mm/s³]", "exact [mm/s³]"]  # fmt: skip
     return table(
         head,
@@ -106,7 +106,7 @@ def _joint_b_table(found: Sequence[CamSurvey]) -> str:
 
 
 def _pressure_table(found: Sequence[CamSurvey]) -> str:
-    head = ["R [mm]", "ρ [mm]", "largest [°]", "at [°]", "as printed [°]", f"within {LARGEST_PRESSURE_ANGLE:g}°"]
+    head = ["R [mm]", "rho [mm]", "largest [°]", "at [°]", "as printed [°]", f"within {LARGEST_PRESSURE_ANGLE:g}°"]
     return table(
         head,
         [

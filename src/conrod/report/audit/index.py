@@ -28,8 +28,8 @@ def index(audits: Sequence[Audited], command: str) -> str:
             "\n".join(line for audited in audits for line in _first(audited)) or "Nothing is wrong.",
             "## Verdicts",
             "\n".join(f"- **{kind.value}**: {meaning}" for kind, meaning in MEANINGS.items()),
-            "A verdict other than agreement comes with the computation that shows it; the kindest one that a computation "
-            "supports is given.",
+            "A verdict other than agreement comes with the computation that shows it; the kindest one that a "
+            "computation supports is given.",
             f"Reproduced by `{command}`. [results.json](results.json) holds every item.",
         )
         + "\n"

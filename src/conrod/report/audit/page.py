@@ -19,8 +19,8 @@ from conrod.report.audit.words import (
 from conrod.report.tables import paragraphs, table
 
 ITEMS = (
-    "Lines count in the document's text; *exact* is what the mechanism determines, in the printed unit; *difference* is "
-    "printed less exact in units of the last printed digit (half a unit is what rounding may do). The mark of the "
+    "Lines count in the document's text; *exact* is what the mechanism determines, in the printed unit; *difference* "
+    "is printed less exact in units of the last printed digit (half a unit is what rounding may do). The mark of the "
     "decimals is the document's own."
 )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from conrod.audit.formulas.published import SAME
 from conrod.audit.listing_survey import runs
+from conrod.report.audit.words import share_text
 from conrod.report.numbers import quantity
 from conrod.report.tables import paragraphs, table
 
@@ -30,11 +31,11 @@ def saw_section() -> str:
         ]
         for run in runs()
     ]
-    head = ["rpm meant", "the listing", "w3 [rad/s]", "a3 [rad/s²]", "velocity [mm/s]", "off by", "acceleration [mm/s²]",
-            "off by"]  # fmt: skip
+    head = ["rpm meant", "the listing", "w3 [rad/s]", "a3 [rad/s²]", "velocity [mm/s]", "off by",
+            "acceleration [mm/s²]", "off by"]  # fmt: skip
     told = (
-        "Largest values in size over the turn; *off by* is the largest deviation from the exact motion at the speed that "
-        "is meant, as a share of its peak."
+        "Largest values in size over the turn; *off by* is the largest deviation from the exact motion at the speed "
+        "that is meant, as a share of its peak."
     )
     return paragraphs("## The MATLAB listing as MATLAB runs it", METHOD, told, table(head, rows))
 
@@ -44,4 +45,4 @@ def _number(value: float) -> str:
 
 
 def _share(value: float) -> str:
-    return "nothing" if value <= SAME else f"{quantity(100.0 * value, 3)} %"
+    return "nothing" if value <= SAME else f"{share_text(value)} %"

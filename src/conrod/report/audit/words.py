@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from conrod.audit import Kind, Verdict
 from conrod.audit.printed import DIGITS, Number
-from conrod.report.numbers import quantity
+from conrod.report.numbers import quantity, rounded
 
 NONE = "-"
 # Digits of an exact value beyond the printed ones.
@@ -49,7 +49,13 @@ def off_text(verdict: Verdict) -> str:
     """How far the print is off, in percent."""
     if verdict.off is None:
         return NONE
-    return f"{quantity(100.0 * verdict.off, 2)} %"
+    return f"{share_text(verdict.off)} %"
+
+
+def share_text(share: float) -> str:
+    """A share in percent, in two significant digits and without an exponent."""
+    percent = rounded(100.0 * share, 2)
+    return f"{percent:.0f}" if percent >= 10.0 else quantity(percent, 2)
 
 
 def plain(text: str) -> str:
