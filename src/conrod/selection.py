@@ -26,7 +26,8 @@ LARGEST_TOLERANCE = 1e6
 def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:
     """Scenes by name or from files, those in closed form where none is named; parameters may have other values.
 
-    The word `catalogue` stands for all machines of the catalogue. An assignment `name=value` applies to every selected scene that has the parameter.
+    The word `catalogue` stands for all machines of the catalogue. An assignment `name=value` applies to every selected
+    scene that has the parameter.
 
     Raises:
         InvalidInput: unknown scene, parameter or unit, or a value out of range.

@@ -178,7 +178,9 @@ def kinematic(study: SceneStudy) -> str:
     ]
     head = ["engine", "position error / L, max", "velocity error / (ω L), max", "gap / L, max"]
     head += ["position allowed", "velocity allowed", "because", "verdict"]
-    return paragraphs(prose.KINEMATIC, prose.KINEMATIC_CONTACT if has_contact(study) else "", table(head, rows))
+    one_pass = study.scene.kinematics.mechanism.driver.span is not None
+    text = prose.KINEMATIC.format(stretch="its one pass" if one_pass else "one turn")
+    return paragraphs(text, prose.KINEMATIC_CONTACT if has_contact(study) else "", table(head, rows))
 
 
 def tolerances(study: SceneStudy) -> str:
@@ -231,4 +233,4 @@ def cam(study: SceneStudy) -> str:
 def blind_spots(study: SceneStudy) -> str:
     """What the comparison cannot see."""
     first = prose.BLIND_SPOTS_CONTACT if has_contact(study) else prose.BLIND_SPOTS_LINKAGE
-    return "\n".join(f"- {text}" for text in (first, *prose.BLIND_SPOTS))
+    return "\n".join(f"- {text}" for text in (first, *prose.blind_spots(study.scene.closed_form)))
