@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -149,7 +150,7 @@ def _settled(equations: Equations, here: ChangePoint, away: float) -> ChangePoin
     return None if coefficients is None else _checked(equations, ChangePoint(there, coefficients, WINDOW, nullity))
 
 
-def _value(fitted: Array, at: float) -> Array:
+def _value(fitted: NDArray[np.floating[Any]], at: float) -> Array:
     return np.asarray(chebyshev.chebval(at, fitted))
 
 

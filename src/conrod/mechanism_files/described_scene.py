@@ -80,10 +80,22 @@ class DescribedScene(Scene):
     @property
     def description(self) -> str:
         # Reports fill parameters in where braces stand; a file has none to fill in.
-        return " ".join([self.described.about, *self._assumed()]).replace("{", "{{").replace("}", "}}")
+        return (
+            " ".join([self.described.about, *self._assumed(), *self._changes()]).replace("{", "{{").replace("}", "}}")
+        )
 
     def _assumed(self) -> list[str]:
         return [f"Assumed: {'; '.join(self.described.assumptions)}."] if self.described.assumptions else []
+
+    def _changes(self) -> list[str]:
+        angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]
+        if not angles:
+            return []
+        listed = " and ".join([", ".join(angles[:-1]), angles[-1]] if angles[1:] else angles)
+        return [
+            f"Change points: at crank angles of {listed} deg the linkage could go on in another assembly as well; the "
+            "exact motion is the smooth continuation."
+        ]
 
     @property
     def frame(self) -> str:

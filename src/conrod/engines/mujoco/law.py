@@ -25,7 +25,7 @@ from conrod.engines.follower import FollowerMotion
 from conrod.engines.left_out_rod import BODY
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.smoothness import SAMPLES, largest_derivatives, rounding
+from conrod.engines.smoothness import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.reactions import reactions
@@ -45,6 +45,8 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
         return ExpectedError(None, None, None)
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
+    if machine.kinematics.change_angles.size:
+        return ExpectedError(None, None, None, law=UNDETERMINED)
     if settings.rod != BODY or not settings.gravity:
         return ExpectedError(None, None, None)
     if settings.integrator != "RK4" or settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:

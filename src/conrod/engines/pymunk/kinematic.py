@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
-from conrod.engines.approach import approached
+from conrod.engines.approach import StraightAhead, approached
 from conrod.engines.engine import KinematicResult, Machine
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states, observed_points
@@ -35,13 +35,18 @@ def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> Kinematic
     made = build(machine, still)
     _make_equal(made)
     contacts = made.mechanism.cam_contacts
-    rows = []
-    for theta, asked in approached(angle):
+    rows, course = [], StraightAhead()
+    for theta, asked in approached(machine.kinematics, angle):
         turn = made.mechanism.crank_turn(theta)
+        # Only where assemblies meet does it matter where the iteration begins.
+        ahead = course.at(theta) if machine.kinematics.change_angles.size else None
+        if ahead is not None:
+            _place(made, ahead)
         if contacts and asked:
             rows.append(_place_follower(made, contacts[0], turn))
         elif not contacts:
             _close_joints(made, turn)
+            course.found(theta, _centres(made))
             if asked:
                 rows.append((_centres(made), _closing_rates(made, machine, turn)))
     centres, rates = (np.array(column) for column in zip(*rows, strict=True))
@@ -63,6 +68,12 @@ def _make_equal(made: Build) -> None:
             arms = [math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)]
             # A wheel or a block is held at its middle; any size will do for what turns it.
             body.moment = (max(arms, default=0.0) or size) ** 2
+
+
+def _place(made: Build, centres: Array) -> None:
+    """Put centres of gravity and turns (3 n,) where they are told to be."""
+    for body, (x, y, turn) in zip(made.bodies, centres.reshape(-1, 3), strict=True):
+        body.position, body.angle = (float(x), float(y)), float(turn)
 
 
 def _close_joints(made: Build, turn: float) -> None:
