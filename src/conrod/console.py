@@ -8,9 +8,11 @@ from concurrent.futures import Executor
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from conrod.catalogue import catalogue_heading, catalogue_names
 from conrod.engines import ENGINES, Engine
 from conrod.errors import unknown_choice
 from conrod.execution.validation import run_jobs
@@ -23,6 +25,7 @@ from conrod.studies.validation_job import jobs_of
 
 # Without a terminal there is no width to fit; tables then keep their columns whole.
 PLAIN_WIDTH = 140
+WIDE = 400  # for lines that tell of a source
 CSV_SAMPLES = 360
 
 
@@ -105,14 +108,27 @@ def _missed(result: Result) -> str:
 
 
 def show_catalogue() -> None:
-    """One line for each scene and each engine."""
-    table = Table(box=None, show_header=False, pad_edge=False)
-    for name, scene in SCENES.items():
-        table.add_row(name, scene.title, scene.source)
-    out = console()
-    out.print("scenes")
-    out.print(table)
+    """One line for each scene, each machine of the catalogue, and each engine."""
+    out = console(WIDE)
+    scenes = [(name, scene.title, scene.source) for name, scene in SCENES.items()]
+    _listed(out, "scenes with a closed form", ("name", "title", "source"), scenes)
+    machines = []
+    for name in catalogue_names():
+        heading = catalogue_heading(name)
+        links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
+        machines.append((name, heading.title, links, heading.source))
+    _listed(out, "catalogue (machines from files)", ("name", "title", "moving links", "source"), machines)
     out.print(f"engines: {', '.join(ENGINES)}")
+
+
+def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for heading in headings:
+        table.add_column(heading, no_wrap=True, overflow="ellipsis")
+    for row in rows:
+        table.add_row(*map(escape, row))
+    out.print(table)
+    out.print()
 
 
 UNITS = {"m": ("mm", 1e3), "rad/s": ("rpm", 60.0 / (2.0 * math.pi)), "kg*m^2": ("kg m^2", 1.0)}
