@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+import rolling_machines
 from catalogue import SCENES
 from conrod.kinematics import Kinematics
 from conrod.linkage.course import Course, CrankRange, course_of, crank_range
@@ -93,6 +94,9 @@ def test_a_drivers_span_does_not_change_what_the_crank_could_do() -> None:
     spanned = replace(mechanism, driver=replace(mechanism.driver, span=(-0.5, 0.25)))
     reach, _ = swinging("example 5.6")
     assert crank_range(Kinematics(spanned)) == reach
+    turning = four_bar(*CRANK_ROCKER)
+    part = replace(turning, driver=replace(turning.driver, span=(-0.5, 0.25)))
+    assert crank_range(Kinematics(part)) == CrankRange(0.0, TURN, "none", "none")
     looked_at = course(spanned)
     assert looked_at.by_angle
     assert (looked_at.parameter[0], looked_at.parameter[-1]) == (-0.5, 0.25)
@@ -169,6 +173,16 @@ def test_the_crank_shapers_time_ratio_is_that_of_its_tangents() -> None:
 def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
     found = output("Whitworth")
     assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
+    assert found.gain == pytest.approx(TURN, rel=1e-14)
+
+
+@pytest.mark.parametrize("driving", [0.02, -0.09])
+def test_a_geared_wheel_goes_on_by_the_ratio_of_its_radii(driving: float) -> None:
+    machine = rolling_machines.gear_pair(driving)
+    (pair,) = machine.meshes
+    (found,) = outputs(course(machine))
+    assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
+    assert found.gain == pytest.approx(-TURN * pair.radius_a / pair.radius_b, rel=1e-12)
 
 
 def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:

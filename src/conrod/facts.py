@@ -11,6 +11,7 @@ from conrod.scenes import Scene
 
 SAMPLES = 3600
 HALVINGS = 60
+AT_REST = 1e-6  # speed of a point at rest, against its stroke and the crank's speed
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,10 @@ def stroke(scene: Scene) -> float:
 
 
 def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
-    """Where the velocity of the output point along its path changes sign, by bisection on the exact motion.
+    """Where the output point comes to rest and turns back, by bisection on the exact motion.
 
-    A dwell is no dead centre: the follower of a cam rests there, and turns back at the nose alone.
+    A dwell is no dead centre: the follower of a cam rests there, and turns back at the nose alone. Nor is the end of a
+    coupler point's curve, which it passes without a rest.
     """
     span = scene.mechanism().driver.span
     step = 2.0 * np.pi / SAMPLES
@@ -39,15 +41,18 @@ def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
     along = _direction(scene)
     speeds = _speed(scene, angles, along)
     found = np.flatnonzero(speeds[:-1] * speeds[1:] < 0.0)
+    if not found.size:
+        return ()
     low, high, sign = angles[found], angles[found + 1], np.sign(speeds[found])
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         before = np.sign(_speed(scene, middle, along)) == sign
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    places = scene.motion(low, scene.speed).point(scene.output).position
+    found_motion = scene.motion(low, 1.0).point(scene.output)
+    resting = np.linalg.norm(found_motion.velocity, axis=1) <= AT_REST * stroke(scene)
     centres = [
         DeadCentre(_once_around(float(angle)) if span is None else float(angle), (float(x), float(y)))
-        for angle, (x, y) in zip(low, places, strict=True)
+        for angle, (x, y) in zip(low[resting], found_motion.position[resting], strict=True)
     ]
     return tuple(sorted(centres, key=lambda centre: centre.angle))
 

@@ -115,7 +115,15 @@ def show_instant(instant: InstantQuantities, numbering: dict[str, int]) -> None:
         for name, link in links.items()
         if name in state.mechanism.body_index
     ]
-    heading = ("", "link", "x [mm]", "y [mm]", "turn [deg]", "angular velocity [rad/s]", "acceleration [rad/s²]")
+    heading = (
+        "",
+        "link",
+        "x [mm]",
+        "y [mm]",
+        "turn [deg]",
+        "angular velocity [rad/s]",
+        "angular acceleration [rad/s²]",
+    )
     _show_table("links", heading, rows)
     for push in instant.pushes:
         angle = float(push.angle[0])
