@@ -106,8 +106,19 @@ def test_a_crank_that_turns_has_no_limits() -> None:
     assert crank_range(Kinematics(four_bar(*CRANK_ROCKER))) == CrankRange(0.0, TURN, "none", "none")
 
 
-def test_a_parallelogram_ends_at_its_change_points() -> None:
-    reach = crank_range(Kinematics(four_bar(0.1, 0.3, 0.1, 0.3, 0.7)))
+def test_a_parallelogram_turns_smoothly_through_its_change_points() -> None:
+    kinematics = Kinematics(four_bar(0.1, 0.3, 0.1, 0.3, 0.7))
+    reach = crank_range(kinematics)
+    assert reach.full
+    assert sorted(reach.change_points) == pytest.approx([math.pi - 0.7, TURN - 0.7], abs=1e-9)
+    # The rocker turns as the crank does, and nothing turns back where the equations are singular.
+    (rocker,) = outputs(course_of(kinematics))
+    assert (rocker.dead_centres, rocker.gain) == ((), pytest.approx(TURN, rel=1e-14))
+
+
+def test_a_part_of_a_parallelograms_turn_ends_at_its_change_points() -> None:
+    turning = four_bar(0.1, 0.3, 0.1, 0.3, 0.7)
+    reach = crank_range(Kinematics(replace(turning, driver=replace(turning.driver, span=(-0.2, 0.2)))))
     assert (reach.start_end, reach.stop_end) == ("change point", "change point")
     # Two branches cross there, so that the place is known to the root of rounding only.
     assert (reach.start + 0.7, reach.stop + 0.7) == pytest.approx((0.0, math.pi), abs=1e-5)

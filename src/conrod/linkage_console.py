@@ -51,7 +51,8 @@ def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
 
 def _reach(reach: CrankRange) -> str:
     if reach.full:
-        return "turns fully"
+        passed = ", ".join(degrees(angle) for angle in reach.change_points)
+        return f"turns fully, through change points at {passed} deg" if passed else "turns fully"
     ends = {"limit": "where it has to turn back", "change point": "a change point", "none": "no end"}
     start, stop = (f"{degrees(angle)} deg" for angle in (reach.start, reach.stop))
     if reach.start_end == reach.stop_end:

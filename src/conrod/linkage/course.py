@@ -21,13 +21,15 @@ class CrankRange:
         start, stop: least and greatest crank angle [rad] that is reached from angle 0 without changing the assembly
             branch; 0 and 2 pi if the crank turns fully.
         start_end, stop_end: what ends it there: "limit", where the crank has to turn back; "change point", where two
-            branches meet and the motion is undetermined; "none" if the crank turns fully.
+            branches meet, and the motion may go on on either; "none" if the crank turns fully.
+        change_points: crank angles [rad] that a crank which turns fully passes smoothly where two branches meet.
     """
 
     start: float
     stop: float
     start_end: End
     stop_end: End
+    change_points: tuple[float, ...] = ()
 
     @property
     def full(self) -> bool:
@@ -67,11 +69,10 @@ class Course:
 
     def rates(self, parameter: Array) -> Array:
         """Derivative (T, 3 n) of the poses by the parameter, up to a positive factor."""
-        poses = self.poses(parameter)
         if self.by_angle:
-            return _slopes(self.kinematics, poses)
+            return self.kinematics.derivatives(parameter, 1)[1]
         near = np.abs(self.parameter[:, None] - parameter).argmin(axis=0)
-        return tangents(self.kinematics, poses, self.tangents[near])
+        return tangents(self.kinematics, self.poses(parameter), self.tangents[near])
 
     def crank_angle(self, poses: Array) -> Array:
         """Crank angles (T,) [rad] of poses (T, 3 n)."""
@@ -87,8 +88,7 @@ def course_of(kinematics: Kinematics) -> Course:
     span = kinematics.mechanism.driver.span
     if span is not None or kinematics.turns_fully:
         angles = np.linspace(*(span or (0.0, TURN)), SAMPLES + 1)
-        stacked = kinematics.poses(angles)
-        return Course(kinematics, span is None, True, angles, stacked, _slopes(kinematics, stacked))
+        return Course(kinematics, span is None, True, angles, *kinematics.derivatives(angles, 1))
     columns = (np.array(column) for column in zip(*whole_range(kinematics)[1], strict=True))
     return Course(kinematics, False, False, *columns)
 
@@ -104,16 +104,9 @@ def crank_range(kinematics: Kinematics) -> CrankRange:
     if driver.span is not None:
         free = Kinematics(replace(kinematics.mechanism, driver=replace(driver, span=None)))
     elif kinematics.turns_fully:
-        return CrankRange(0.0, TURN, "none", "none")
+        return CrankRange(0.0, TURN, "none", "none", tuple(float(angle) for angle in kinematics.change_angles))
     start_end, places, stop_end = whole_range(free)
     if "none" in {start_end, stop_end}:
         return CrankRange(0.0, TURN, "none", "none")
     start, stop = (float(a) for a in crank_angle(free, np.array([places[0][1], places[-1][1]])))
     return CrankRange(start, stop, start_end, stop_end)
-
-
-def _slopes(kinematics: Kinematics, poses: Array) -> Array:
-    """Derivative (T, 3 n) of the poses by the crank angle."""
-    right = np.zeros((len(poses), poses.shape[1], 1))
-    right[:, -1] = kinematics.mechanism.driver.sense
-    return np.asarray(np.linalg.solve(kinematics.jacobian(poses), right)[:, :, 0])

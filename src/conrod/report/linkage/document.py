@@ -46,6 +46,7 @@ def turn_document(scene: Scene, turn: TurnQuantities) -> dict[str, Any]:
             "to": reach.stop,
             "from_end": reach.start_end,
             "to_end": reach.stop_end,
+            "change_points": list(reach.change_points),
         },
         "outputs": [
             {
