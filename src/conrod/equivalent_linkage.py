@@ -94,16 +94,12 @@ class EquivalentLinkage:
         ends at a + sqrt(l^2 - (e - b)^2).
         """
         guide, index = self._guide, self.active(angle, side)
-        cranks = np.array([guide.centre(self._profile[linkage.arc]) for linkage in self.arcs])[index]
+        cranks = np.array([guide.centre(arcs_of(self.whole)[linkage.arc]) for linkage in self.arcs])[index]
         rods = np.array([linkage.rod for linkage in self.arcs])[index]
         turn = self.whole.driver.start + self.whole.driver.sense * angle - guide.direction
         along = np.cos(turn) * cranks[:, 0] - np.sin(turn) * cranks[:, 1]
         across = np.sin(turn) * cranks[:, 0] + np.cos(turn) * cranks[:, 1]
         return np.asarray(along + guide.side * np.sqrt(rods**2 - (guide.offset - across) ** 2))
-
-    @property
-    def _profile(self) -> tuple[Arc, ...]:
-        return arcs_of(self.whole)
 
     @cached_property
     def _guide(self) -> _Guide:
@@ -147,7 +143,7 @@ def linkage_refusal(mechanism: Mechanism) -> str | None:
         return f"it has {len(mechanism.cam_contacts)} cams; an equivalent linkage is made for one"
     contact = mechanism.cam_contacts[0]
     if not isinstance(contact.profile, CamProfile):
-        return f"the cam {contact.a!r} is made from a motion law: it has no arcs, which an equivalent linkage is made of"
+        return f"the cam {contact.a!r} is made from a motion law, and has no arcs to make an equivalent linkage of"
     if contact.a != mechanism.crank:
         return f"the cam {contact.a!r} is not the driven crank, which an equivalent linkage is made for"
     if _slide_of(mechanism) is None:

@@ -8,8 +8,8 @@ from itertools import pairwise
 from conrod.cam import Arc, CamProfile, symmetric_cam
 from conrod.cam_shape import Profile
 from conrod.errors import InvalidInput
-from conrod.mechanism_files.fields import Fields
 from conrod.mechanism_files.cam_laws import read_law
+from conrod.mechanism_files.fields import Fields
 from conrod.mechanism_files.numbers import ANGLE, COORDINATE, LENGTH, shown
 
 MOST_ARCS = 2000
