@@ -228,7 +228,9 @@ def test_a_run_that_did_not_complete_is_in_no_table_of_errors() -> None:
 
 def test_a_result_out_of_tolerance_names_what_was_found_and_allowed() -> None:
     result = replace(a_result("saw-40rpm", 1e-4), passed=False)
-    assert "**out of tolerance**: position 1.5e-4 > 1.0e-5" in scene_page(a_study("saw-40rpm", result), COMMAND.of("saw-40rpm"))
+    assert "**out of tolerance**: position 1.5e-4 > 1.0e-5" in scene_page(
+        a_study("saw-40rpm", result), COMMAND.of("saw-40rpm")
+    )
 
 
 def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_for_that() -> None:
@@ -241,7 +243,7 @@ def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_fo
 def test_a_plateau_is_named_as_such() -> None:
     flat = tuple(RefinementPoint(n, "completed", 0.1, 0.1, 0.1) for n in (125, 250, 500, 1000))
     result = replace(a_result("saw-40rpm"), refinement=flat, order=dict.fromkeys(QUANTITIES))
-    assert "none: plateau at 0.10" in scene_page(a_study("saw-40rpm", result), COMMAND.of("saw-40rpm"))
+    assert "none: plateau at 0.10" in page
 
 
 def test_what_is_missing_is_not_printed_as_none_or_nan() -> None:
@@ -265,7 +267,9 @@ def test_a_page_says_what_cannot_be_seen_and_how_it_is_reproduced(name: str) -> 
 @pytest.fixture
 def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures take a second or two; what is claimed here does not depend on what is in them."""
-    monkeypatch.setattr(writer, "figures", lambda study, shown: dict.fromkeys(("mechanism", "motion", "error", "order"), "x"))
+    monkeypatch.setattr(
+        writer, "figures", lambda study, shown: dict.fromkeys(("mechanism", "motion", "error", "order"), "x")
+    )
 
 
 def contents(folder: Path) -> dict[str, bytes]:
