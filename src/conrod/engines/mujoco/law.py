@@ -24,6 +24,7 @@ from conrod.engines.engine import ExpectedError, Machine
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.left_out_rod import BODY
 from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.pass_defect import left_of_defects
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.smoothness import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.kinematics import Kinematics
@@ -57,7 +58,10 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     sizes = largest_derivatives(machine.kinematics, 8)
     floor = rounding(machine.kinematics, 2 * settings.steps_per_revolution)
     yielding = (softness, softness / (math.e * constant) + softness, softness / constant**2 + softness)
-    integration = [RK4_LOCAL * step**4 * (2.0 * constant * sizes[k + 5] + constant**2 * sizes[k + 6]) for k in range(3)]
+    local = RK4_LOCAL * step**4
+    integration = [local * (2.0 * constant * sizes[k + 5] + constant**2 * sizes[k + 6]) for k in range(3)]
+    if machine.kinematics.mechanism.driver.span is not None:
+        integration = list(left_of_defects(machine, local, constant))
     reduction = order_reduction(constant / step)
     stiff = [sizes[2] * reduction[k] * step ** (2 - k) for k in range(3)]
     bounds = [y + i + s + floor for y, i, s in zip(yielding, integration, stiff, strict=True)]
