@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; told to keep no bytecode, each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep limits ablate test test-all lint types mjcf bench wheel check clean
+.PHONY: validate catalogue sweep limits ablate audit test test-all lint types mjcf bench wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --out reports
@@ -27,6 +27,9 @@ limits: $(READY) ## find where the engines stop being trustworthy and rewrite re
 
 ablate: $(READY) ## what a model needs and what it merely carries: rewrite reports/ablate/; on an idle machine
 	$(BIN)/conrod ablate shear-press saw-500rpm cam-follower --out reports/ablate
+
+audit: $(READY) ## hold the documents' printed numbers and formulas against the exact motion: rewrite reports/audit/
+	$(BIN)/conrod audit --out reports/audit
 
 test: $(READY) ## the tests, about four minutes on two cores
 	$(BIN)/python -m pytest -n auto

@@ -9,11 +9,14 @@ import csv
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
 
 from conrod.audit.printed import Item, Number
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.motion import BREAK_WIDTH, Array
 from conrod.scenes import Scene
 from conrod.units import parse_quantity
 
@@ -28,8 +31,15 @@ SETTING = re.compile(r"#\s*([a-z_]+)\s*:(.*)")
 
 @dataclass(frozen=True)
 class Row:
-    """One printed value with what it is of; `factor` turns SI into the printed unit."""
+    """One printed value with what it is of.
 
+    Attributes:
+        number: of its line in the file.
+        factor: turns SI into the printed unit.
+        exact: the exact value at its angle, in the printed unit.
+    """
+
+    number: int
     item: Item
     scene: Scene
     point: str
@@ -37,6 +47,7 @@ class Row:
     axis: str
     degrees: float
     factor: float
+    exact: float = math.nan
 
     @property
     def machine(self) -> tuple[str, str]:
@@ -48,15 +59,32 @@ class Row:
         """What rows must share for one cause to be behind them."""
         return (self.machine, self.point, self.derivative, self.axis, self.item.unit)
 
-    def value(self, angle: float) -> float:
-        """The exact value at a crank angle [rad], in the printed unit."""
-        vector = getattr(self.scene.motion([angle], self.scene.speed).point(self.point), self.derivative)[0]
-        return float(math.hypot(*vector) if self.axis == "size" else vector[AXES.index(self.axis)]) * self.factor
 
-    @cached_property
-    def exact(self) -> float:
-        """The exact value at the row's own angle."""
-        return self.value(math.radians(self.degrees))
+def values(rows: Sequence[Row], angles: Array) -> Array:
+    """Exact values (N,) of a quantity at crank angles (N,) [rad], in the printed unit; NaN where it is not reached.
+
+    Args:
+        rows: N of one group.
+    """
+    scene = rows[0].scene
+    found = np.full(len(rows), np.nan)
+    there = np.ones(len(rows), dtype=bool)
+    span = scene.mechanism().driver.span
+    if span is not None:
+        there = (angles >= span[0] - BREAK_WIDTH) & (angles <= span[1] + BREAK_WIDTH)
+    if there.any():
+        vectors = getattr(scene.motion(angles[there], scene.speed).point(rows[0].point), rows[0].derivative)
+        axis = rows[0].axis
+        found[there] = np.hypot(*vectors.T) if axis == "size" else vectors[:, AXES.index(axis)]
+    return np.asarray(found * np.array([row.factor for row in rows]))
+
+
+def grouped(rows: Sequence[Row], key: Callable[[Row], tuple[object, ...]]) -> list[list[Row]]:
+    """Rows that share something, in the order of their first ones."""
+    groups: dict[tuple[object, ...], list[Row]] = {}
+    for row in rows:
+        groups.setdefault(key(row), []).append(row)
+    return list(groups.values())
 
 
 def read_rows(name: str, text: str, scene_of: Callable[[str], Scene]) -> list[Row]:
@@ -76,7 +104,7 @@ def read_rows(name: str, text: str, scene_of: Callable[[str], Scene]) -> list[Ro
     try:
         for number, fields in _fields(name, lines, first, settings):
             try:
-                rows.append(_row(name, fields, known))
+                rows.append(_row(name, number, fields, known))
             except InvalidInput as error:
                 raise InvalidInput(f"{name}, row {number}: {error}") from None
             if len(rows) > LARGEST_TABLE:
@@ -85,7 +113,20 @@ def read_rows(name: str, text: str, scene_of: Callable[[str], Scene]) -> list[Ro
         raise InvalidInput(f"{name}: not a table in CSV ({error})") from None
     if not rows:
         raise InvalidInput(f"{name}: no rows below the heading")
-    return rows
+    solved = [row for group in grouped(rows, lambda row: row.group) for row in _solved(name, group)]
+    return sorted(solved, key=lambda row: row.number)
+
+
+def _solved(name: str, group: Sequence[Row]) -> Iterator[Row]:
+    """Rows of one group with their exact values, all worked out together."""
+    for row, exact in zip(group, values(group, np.radians([row.degrees for row in group])), strict=True):
+        if math.isnan(exact):
+            first, last = np.degrees(row.scene.mechanism().driver.span or (0.0, 0.0))
+            raise InvalidInput(
+                f"{name}, row {row.number}: angle_deg = {row.degrees:g}: {row.item.mechanism} is driven from {first:g} "
+                f"to {last:g} deg"
+            )
+        yield replace(row, exact=float(exact))
 
 
 def _settings(name: str, lines: Sequence[str]) -> tuple[dict[str, str], int]:
@@ -128,7 +169,7 @@ def _fields(
         yield number, {**settings, **given}
 
 
-def _row(name: str, fields: Mapping[str, str], scene_of: Callable[[str], Scene]) -> Row:
+def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[str], Scene]) -> Row:
     for column in NEEDED:
         if not fields[column]:
             raise InvalidInput(f"{column}: nothing is given")
@@ -141,12 +182,13 @@ def _row(name: str, fields: Mapping[str, str], scene_of: Callable[[str], Scene])
     document = fields.get("document", "") or name
     item = Item(document, "", _place(fields), int(line), fields["quantity"], f"{fields['angle_deg']} deg",
                 Number(fields["printed"]), fields["unit"], fields["scene"])  # fmt: skip
-    unit = parse_quantity("unit", f"1 {item.unit}", UNITS[derivative])
-    row = Row(item, scene, point, derivative, axis, degrees, 1.0 / unit)
-    # Worked out here, so that an angle that the machine does not reach is told with its row.
-    if not math.isfinite(row.exact):
-        raise InvalidInput(f"angle_deg = {fields['angle_deg']!r}: the machine is not there")
-    return row
+    return Row(number, item, scene, point, derivative, axis, degrees, _factor(item.unit, derivative))
+
+
+@cache
+def _factor(unit: str, derivative: str) -> float:
+    """What turns SI into a printed unit."""
+    return 1.0 / parse_quantity("unit", f"1 {unit}", UNITS[derivative])
 
 
 def _place(fields: Mapping[str, str]) -> str:

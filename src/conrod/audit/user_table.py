@@ -6,14 +6,17 @@ and a misprint is what printed values beside it contradict.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TypeAlias
+
+import numpy as np
 
 from conrod.audit.judging import Case, Explanation, judge
 from conrod.audit.user_neighbours import neighbours
-from conrod.audit.user_rows import Row, read_rows
+from conrod.audit.user_rows import Row, grouped, read_rows, values
 from conrod.audit.verdict import Verdict
 from conrod.catalogue import scene_named
+from conrod.motion import Array
 from conrod.scenes import Scene
 
 # Values of pi that a document may have turned degrees into radians with.
@@ -22,7 +25,8 @@ SHORT_PI = {"3.14": 3.14, "3.142": 3.142, "3.1416": 3.1416, "3.14159": 3.14159, 
 # motion does. One value is reproduced by something or other too easily.
 SYSTEMATIC, FEWEST = 0.9, 3
 
-Way = Callable[[Row], float]
+# Rows of one group -> what their values would be, (N,), NaN where there is none.
+Way: TypeAlias = Callable[[Sequence[Row]], Array]
 
 
 def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = scene_named) -> tuple[Verdict, ...]:
@@ -37,61 +41,74 @@ def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = sce
         InvalidInput: the table or a row cannot be used; names the row and what is wanted.
     """
     rows = read_rows(document, text, scene_of)
-    groups = _grouped(rows, lambda row: row.group)
-    points = _grouped(rows, lambda row: (row.machine, row.point))
-    causes = {group: _systematic(some, CAUSES) for group, some in groups.items()}
-    slips = {group: _systematic(some, SLIPS) for group, some in groups.items()}
-    return tuple(judge(_case(row, points[row.machine, row.point], causes[row.group], slips[row.group])) for row in rows)
+    beside = {id(row): some for some in grouped(rows, lambda row: (row.machine, row.point)) for row in some}
+    judged = [
+        (row.number, judge(case))
+        for group in grouped(rows, lambda row: row.group)
+        for row, case in zip(group, _cases(group, beside), strict=True)
+    ]
+    return tuple(verdict for _, verdict in sorted(judged, key=lambda pair: pair[0]))
 
 
-def _grouped(rows: Sequence[Row], key: Callable[[Row], tuple[object, ...]]) -> dict[tuple[object, ...], list[Row]]:
-    groups: dict[tuple[object, ...], list[Row]] = {}
-    for row in rows:
-        groups.setdefault(key(row), []).append(row)
-    return groups
+def _cases(group: Sequence[Row], beside: Mapping[int, Sequence[Row]]) -> Iterator[Case]:
+    """A case for each row of a group; `beside` has all rows of its point."""
+    causes, slips = _systematic(group, CAUSES), _systematic(group, SLIPS)
+    for place, row in enumerate(group):
+        # Neighbours are asked only where the print is off: they cost more than all the rest.
+        off = not row.item.number.is_rounding_of(row.exact)
+        yield Case(
+            row.item,
+            row.exact,
+            f"exact motion of {row.item.mechanism}",
+            causes=_explanations(causes, place),
+            neighbours=tuple(neighbours(row, beside[id(row)])) if off else (),
+            wrong_steps=_explanations(slips, place),
+        )
 
 
-def _case(row: Row, beside: Sequence[Row], causes: Mapping[str, Way], slips: Mapping[str, Way]) -> Case:
-    # Neighbours are asked only where the print is off: they cost more than all the rest.
-    off = not row.item.number.is_rounding_of(row.exact)
-    return Case(
-        row.item,
-        row.exact,
-        f"exact motion of {row.item.mechanism}",
-        causes=tuple(Explanation(text, way(row)) for text, way in causes.items()),
-        neighbours=tuple(neighbours(row, beside)) if off else (),
-        wrong_steps=tuple(Explanation(text, way(row)) for text, way in slips.items()),
-    )
+def _explanations(ways: Mapping[str, Array], place: int) -> tuple[Explanation, ...]:
+    """What the ways make of one row; one that leads out of the machine's reach makes nothing of it."""
+    return tuple(Explanation(text, float(found[place])) for text, found in ways.items() if np.isfinite(found[place]))
 
 
-def _short_pi(pi: float) -> Way:
-    return lambda row: row.value(row.degrees * pi / 180.0)
+def _turned(turn: Callable[[Array], Array]) -> Way:
+    """The exact values at other angles, made from the printed ones [deg]."""
+    return lambda rows: values(rows, turn(np.array([row.degrees for row in rows])))
 
 
 def _scaled(factor: float) -> Way:
-    return lambda row: row.exact * factor
+    return lambda rows: factor * np.array([row.exact for row in rows])
+
+
+def _short_pi(pi: float) -> Way:
+    return _turned(lambda degrees: degrees * pi / 180.0)
 
 
 CAUSES: dict[str, Way] = {f"pi taken as {text} for the angle": _short_pi(pi) for text, pi in SHORT_PI.items()}
 SLIPS: dict[str, Way] = {
     "the opposite sign": _scaled(-1.0),
-    "the crank angle counted in the other sense": lambda row: row.value(-math.radians(row.degrees)),
-    "the crank angle counted from the opposite dead centre": lambda row: row.value(math.radians(row.degrees) + math.pi),
-    "degrees taken for radians": lambda row: row.value(row.degrees),
-    "degrees taken for radians in the speed": _scaled(180.0 / math.pi),
+    "the crank angle counted in the other sense": _turned(lambda degrees: -np.radians(degrees)),
+    "the crank angle counted from the opposite dead centre": _turned(lambda degrees: np.radians(degrees) + np.pi),
+    "degrees taken for radians": _turned(lambda degrees: degrees),
+    "degrees taken for radians in the speed": _scaled(180.0 / np.pi),
     **{f"a unit {10**k} times as large": _scaled(10.0**-k) for k in (1, 2, 3)},
     **{f"a unit {10**k} times as small": _scaled(10.0**k) for k in (1, 2, 3)},
 }
 
 
-def _systematic(rows: Sequence[Row], ways: Mapping[str, Way]) -> dict[str, Way]:
-    """Those ways that reproduce a quantity's values as a whole."""
-    met = sum(row.item.number.is_rounding_of(row.exact) for row in rows)
-    found: dict[str, Way] = {}
+def _systematic(rows: Sequence[Row], ways: Mapping[str, Way]) -> dict[str, Array]:
+    """Those ways that reproduce a quantity's values as a whole, with what they make of each."""
+    met = _met(rows, np.array([row.exact for row in rows]))
     if met == len(rows):
-        return found
-    for text, way in ways.items():
-        so_many = sum(row.item.number.is_rounding_of(way(row)) for row in rows)
-        if so_many >= max(FEWEST, SYSTEMATIC * len(rows)) and so_many > met:
-            found[text] = way
-    return found
+        return {}
+    made = {text: way(rows) for text, way in ways.items()}
+    return {
+        text: found
+        for text, found in made.items()
+        if _met(rows, found) >= max(FEWEST, SYSTEMATIC * len(rows)) and _met(rows, found) > met
+    }
+
+
+def _met(rows: Sequence[Row], found: Array) -> int:
+    """How many printed values are these, rounded."""
+    return sum(row.item.number.is_rounding_of(float(value)) for row, value in zip(rows, found, strict=True))

@@ -84,7 +84,7 @@ def _length(length: PrintedLength) -> Verdict:
     text = f"{length.name} = {length.length} m"
     if not (result.is_rounding_of(value) or result.is_cut_of(value)):
         return _verdict("Example 4.10", length.line, "a length", text, Kind.NOT_REPRODUCIBLE, reason, "")
-    same = length.name.replace("O1", "O12") == length.right
+    same = length.right in (length.name, length.name.replace("O1", "O12"))
     kind = Kind.AGREES if same else Kind.MISPRINT
     told = f"{reason}, printed there as {result.text}"
     return _verdict("Example 4.10", length.line, "name of a length", text, kind, told, "" if same else length.right)
