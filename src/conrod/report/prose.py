@@ -93,6 +93,11 @@ CAM = (
     "order in the step can be observed.",
 )
 
+CAM_BREAKS = (
+    "**Breaks.** The exact acceleration, or the jerk, jumps where two arcs or two laws of the cam meet, at {breaks} "
+    "deg; there it is one of two values."
+)
+
 ONE_CIRCLE = (
     "The flank radius is the least one, (base + nose + centre distance) / 2: the centres of base, flank and nose are "
     "in line, and the cam is one circle, without dwell or jumps."

@@ -14,6 +14,7 @@ from conrod.comparison import Comparison, ErrorSeries, PointErrors, compare, poi
 from conrod.convergence import observed_order
 from conrod.engines import Engine
 from conrod.engines.engine import default_steps, run_of
+from conrod.follower_lift import follower_lift
 from conrod.scenes import CamFollower, Scene
 from conrod.studies import printed_table
 from conrod.studies.measurement import prediction_sizes
@@ -174,7 +175,8 @@ def _orders(refinement: tuple[RefinementPoint, ...]) -> dict[str, float | None]:
 
 def _lift_error(scene: Scene, trajectory: Trajectory) -> float | None:
     if not isinstance(scene, CamFollower):
-        return None
+        lift = follower_lift(scene.kinematics) if _has_contact(scene) else None
+        return lift.error(trajectory.points[lift.point].position.values) if lift else None
     reached = trajectory.points["roller"].position.values[:, 1].max() - scene.base_radius - scene.roller_radius
     return abs(float(reached) / scene.full_lift - 1.0)
 
