@@ -17,7 +17,7 @@ from conrod.report.linkage.sheet import Sheet
 from conrod.report.outlines import pitch_lines, profile
 
 SYMBOL, RAIL = 8.0, 20.0  # of a joint, and half of a slide [pt]
-COARSE = 20  # samples of a pitch line that labels take for a straight piece
+COARSE = 20  # samples of a curve that labels take for a straight piece
 
 
 def draw_links(sheet: Sheet, state: LinkageState) -> None:
@@ -46,19 +46,26 @@ def draw_links(sheet: Sheet, state: LinkageState) -> None:
             case CamContact():
                 line = np.array([sheet.at(np.array(p)) for p in profile(joint, poses[joint.a])])
                 sheet.axes.plot(*np.round(line, 2).T, color=parts.INK, linewidth=1.2, zorder=5)
+                _keep_clear(sheet, line)
                 _circle(sheet, state.links[joint.b].place(joint.roller_centre), joint.roller_radius)
             case _:
                 for rolled in pitch_lines(joint, poses):
                     line = np.array([sheet.at(point) for point in rolled])
                     sheet.axes.plot(*np.round(line, 2).T, color=parts.INK, linewidth=1.0, linestyle="-.", zorder=5)
-                    for start, stop in pairwise(line[:: min(len(line) - 1, COARSE)]):
-                        sheet.keep_clear(start, stop)
+                    _keep_clear(sheet, line)
 
 
 def _circle(sheet: Sheet, centre: Array, radius: float) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     ring = sheet.at(centre) + radius * sheet.scale * np.column_stack([np.cos(turn), np.sin(turn)])
     sheet.axes.plot(*np.round(ring, 2).T, color=parts.INK, linewidth=1.2, zorder=6)
+    _keep_clear(sheet, ring)
+
+
+def _keep_clear(sheet: Sheet, line: Array) -> None:
+    """Labels avoid a curve (N, 2) [pt], in straight pieces."""
+    for start, stop in pairwise(line[:: min(len(line) - 1, COARSE)]):
+        sheet.keep_clear(start, stop)
 
 
 def _slide(sheet: Sheet, state: LinkageState, joint: Prismatic) -> None:
