@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue import SCENES
 from command_line import conrod
-from conrod.scenes import Saw
+from conrod.scenes import SCENES, Saw
 
 DOCUMENT = Path(__file__).parent.parent / "docs" / "linkages.md"
 CRANK, ROD, OFFSET = 0.1, 0.3, 0.09  # of the saw [m]
