@@ -107,6 +107,9 @@ def test_a_mechanism_file_outside_the_tables_folder_is_refused(here: Path, name:
     (GOOD.replace("-33.3", "33 or so"), "values.csv, row 2: printed value '33 or so'"),
     (GOOD.replace("mm/s", ""), "values.csv, row 2: unit: nothing is given"),
     (GOOD.replace("mm/s", "kg"), "values.csv, row 2: unit = '1 kg': 'kg' is not a unit of m/s"),
+    (GOOD.replace("-33.3", "9" * 400), "values.csv, row 2: printed value '9999"),
+    (GOOD.replace(",10,", ",1e308,"), "values.csv, row 2: angle_deg = 1e"),
+    (GOOD.replace("mm/s", "mm/s\0"), "values.csv, row 2: unit = "),
     (GOOD + GOOD.replace(",10,", ",ten,"), "values.csv, row 3: angle_deg = 'ten'"),
     ("\n" + GOOD.replace("G vel", "Q vel"), "values.csv, row 3: unknown point 'Q'"),
     (GOOD.replace("mm/s", "mm/s,more"), "values.csv, row 2: more fields than the heading"),
@@ -134,3 +137,11 @@ def test_a_report_replaces_nothing_that_is_not_its_own(here: Path) -> None:
     (here / "mine" / "README.md").write_text("mine", encoding="utf-8")
     assert "README.md that is not the report of an audit" in refusal("values.csv", "--out", "mine")
     assert (here / "mine" / "README.md").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_files_name_is_told_as_it_is(here: Path) -> None:
+    written(here, HEADING + GOOD, "[red]mine.csv")
+    result = run("[red]mine.csv", "--out", "found")
+    assert "[red]mine.csv" in result.output
+    page = (here / "found" / "red-mine.md").read_text(encoding="utf-8")
+    assert page.startswith("# Printed values of \\[red\\]mine")

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from conrod.audit import DOCUMENTS, PAGES, Audited, Kind, audited
+from conrod.audit import DOCUMENTS, PAGES, Audited, audited
 from conrod.audit.cam_survey import surveys
 from conrod.files import Batch
-from conrod.report.audit.corrections import corrections
+from conrod.report.audit.corrections import corrections, rank
 from conrod.report.audit.writer import audit_report_batch
 
 REPORT = Path(__file__).parent.parent / "reports" / "audit"
@@ -58,10 +59,10 @@ def test_corrections_come_first_and_each_says_what_should_stand_there(audits: li
     for found in audits:
         page = str(batch.files[f"{found.name}.md"])
         assert page.index("## What to correct") < page.index("## What is not certain") < page.index("## Every")
-        ranks = [
-            ((group[0].kind is Kind.MISPRINT), -round(group[0].off or 0.0, 9)) for group in corrections(found.verdicts)
-        ]
+        ranks = [rank(group[0]) for group in corrections(found.verdicts)]
         assert ranks == sorted(ranks)
+        # A number that is wrong comes before a formula that is.
+        assert all(a[0] != b[0] or a[1] <= b[1] for a, b in pairwise(ranks))
         assert all(group[0].should_be for group in corrections(found.verdicts))
 
 

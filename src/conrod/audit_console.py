@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rich.markup import escape
 from rich.table import Table
 
 from conrod.audit import Audited, Kind, Verdict, count
@@ -24,7 +25,7 @@ def print_counts(audits: Sequence[Audited]) -> None:
     shown.add_column("items", justify="right")
     for audited in audits:
         name = f"{audited.document} {audited.name}" if audited.shipped else audited.document
-        shown.add_row(name, *(str(n) for n in count(audited.verdicts).values()), str(len(audited.verdicts)))
+        shown.add_row(escape(name), *(str(n) for n in count(audited.verdicts).values()), str(len(audited.verdicts)))
     out.print(shown)
 
 

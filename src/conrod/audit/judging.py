@@ -114,7 +114,7 @@ def _contradiction(case: Case) -> Verdict | None:
         supported = case.exact is None or abs(neighbour.value - case.exact) <= room
         if apart and supported:
             right = neighbour.value if case.exact is None else case.exact
-            reason = f"{neighbour.text} wants {_number(neighbour.value)} +- {_number(room)}; {case.why}"
+            reason = f"by {neighbour.text} it is {_number(neighbour.value)} +- {room:.2g}; {case.why}"
             return _verdict(case, Kind.MISPRINT, reason, case.instead or number.like(right), right)
     return None
 

@@ -17,6 +17,7 @@ import numpy as np
 from conrod.audit.printed import Item, Number
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.motion import BREAK_WIDTH, Array
+from conrod.ranges import check_number
 from conrod.scenes import Scene
 from conrod.units import parse_quantity
 
@@ -25,6 +26,7 @@ OPTIONAL = ("parameters", "document", "table", "row", "equation", "place", "line
 UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
 AXES = ("x", "y", "size")
 LARGEST_TABLE = 10_000  # rows
+LARGEST_ANGLE = 36_000.0  # [deg], a hundred turns
 # A line at the top, "# scene: shear-press", gives a column's value for rows that have none of their own.
 SETTING = re.compile(r"#\s*([a-z_]+)\s*:(.*)")
 
@@ -176,6 +178,7 @@ def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[
     scene = _with(scene_of(fields["scene"]), fields.get("parameters", ""))
     point, derivative, axis = _quantity(scene, fields["quantity"])
     degrees = parse_quantity("angle_deg", fields["angle_deg"], "")
+    check_number("angle_deg", degrees, -LARGEST_ANGLE, LARGEST_ANGLE, "deg")
     line = fields.get("line", "") or "0"
     if not (line.isascii() and line.isdecimal() and len(line) < 10):
         raise InvalidInput(f"line = {line!r} is not a line number")

@@ -11,7 +11,6 @@ import numpy as np
 
 from conrod.audit.formulas import press
 from conrod.audit.formulas.published import Formula, Published, derivative
-from conrod.audit.verdict import Kind
 
 
 def in_time(formula: Formula) -> Formula:
@@ -85,7 +84,7 @@ FORMULAS = (
           in_time(lambda t, **_: np.sin(2.0 * t)), "the derivative of V = sin 2t"),
     _step(137, "Y4'", "[1/324 r^4 u^(-3/2) 1/2 sin 2t] omega sin 2t + 1/18 r^2 u^(-1/2) omega(2 cos 2t)",
           y4_rate_as_products, in_time(y4), "the derivative of Y4", mended=press.y4_rate,
-          change="1/324 without the half, which line 127 counts twice", kind=Kind.WRONG_STEP),
+          change="1/324 without the half, which line 127 counts twice"),
     _step(147, "acceleration y_G", "(Y3' - Y4') omega",
           lambda w, **k: (in_time(lambda t, r, **_: -r * np.sin(t))(w=w, **k) - in_time(y4)(w=w, **k)) * w,
           in_time(press.y_rate), "the second derivative of y_G"),

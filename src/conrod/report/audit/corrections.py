@@ -20,8 +20,8 @@ IMPORTANCE = (Kind.WRONG_STEP, Kind.MISPRINT)
 # Items of one cause that are named one by one; more are counted.
 NAMED = 6
 ORDER = (
-    "Wrong steps first, because other numbers follow from them, then misprints; in each, by how far the print is off "
-    "(the share of the right value, of a formula's peak)."
+    "Wrong steps first, because other numbers follow from them, then misprints; in each, numbers before formulas, and "
+    "by how far the print is off (the share of the right value, of a formula's peak); units and names last."
 )
 
 
@@ -34,8 +34,14 @@ def corrections(verdicts: Sequence[Verdict]) -> list[tuple[Verdict, ...]]:
             groups.setdefault(key, []).append(verdict)
     return sorted(
         (tuple(group) for group in groups.values()),
-        key=lambda group: (IMPORTANCE.index(group[0].kind), -round(group[0].off or 0.0, 9), group[0].line),
+        key=lambda group: rank(group[0]),
     )
+
+
+def rank(verdict: Verdict) -> tuple[float, ...]:
+    """Where a correction stands among the others, the smallest first."""
+    share = -round(verdict.off or 0.0, 9)
+    return (IMPORTANCE.index(verdict.kind), is_formula(verdict), share, verdict.line)
 
 
 def corrections_section(verdicts: Sequence[Verdict]) -> str:
