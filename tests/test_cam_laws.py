@@ -21,13 +21,14 @@ from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.equivalent_linkage import linkage_refusal
 from conrod.errors import InvalidInput
+from conrod.facts import dead_centres, jumps
 from conrod.joint_equations import joint_jacobian, joint_residual, pose_jets
 from conrod.mechanism import CamContact
 from conrod.mechanism_files import DescribedScene
 from conrod.mechanism_files.described_scene import scene_of
 from conrod.motion import Array
 from conrod.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS
-from conrod.studies.validate import validate_kinematic
+from conrod.studies.kinematic_proof import validate_kinematic
 
 CATALOGUE = Path(conrod.__file__).parent / "catalogue"
 MOVING = tuple(law for law in LAWS if law != DWELL)
@@ -136,6 +137,7 @@ def test_breaks_are_where_acceleration_or_jerk_jump(name: str) -> None:
     law = name.removeprefix("cam-")
     at = [] if law == "4-5-6-7" else [0.0, 120.0, 180.0, 300.0]
     np.testing.assert_allclose(np.degrees(scene.break_angles()), at, rtol=0.0, atol=1e-7)
+    assert {what for _, what in jumps(scene)} == ({"acceleration"} if law == HARMONIC else {"jerk"} if at else set())
     size = LIFT / RISE**2
     for found in scene.breaks():
         jump = abs(found.left_acceleration[1] - found.right_acceleration[1])
@@ -312,3 +314,13 @@ def test_an_engines_own_distance_finds_the_follower_within_the_shapes_error(engi
     assert result.passed
     assert result.errors is not None
     assert result.errors["roller"]["position"]["max"] > 0.1 * result.tolerance.position  # type: ignore[index,operator]
+
+
+@pytest.mark.parametrize("name", CAMS)
+def test_a_dwell_is_no_dead_centre(name: str) -> None:
+    # Where a rise and a fall meet without a dwell, there is one.
+    assert dead_centres(shipped(name)) == ()
+    rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}
+    peaked = scene_of(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
+    (peak,) = dead_centres(peaked)
+    assert math.degrees(peak.angle) == pytest.approx(150.0, abs=1e-3)

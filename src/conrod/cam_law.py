@@ -125,6 +125,14 @@ class LawProfile:
         """Lift [m] at which each segment begins."""
         return np.concatenate([[0.0], np.cumsum([s.lift for s in self.segments])[:-1]])
 
+    @property
+    def lowest_angle(self) -> float:
+        """A law angle [rad] where the lift is least: the middle of a dwell, where there is one."""
+        least = self._starts_at <= self._starts_at.min() + ROUNDING * self.prime_radius
+        low = [i for i in range(len(self.segments)) if least[i]]
+        dwells = [i for i in low if self.segments[i].law == DWELL]
+        return float(self.begins[dwells[0]] + 0.5 * self.segments[dwells[0]].over if dwells else self.begins[low[0]])
+
     def segment_at(self, angle: Array) -> NDArray[np.intp]:
         """Index of the segment at law angles [rad]; shape of `angle`."""
         return np.searchsorted(self.begins, np.remainder(angle, TURN), side="right") - 1

@@ -17,7 +17,7 @@ from conrod.engines import ENGINES, Engine
 from conrod.errors import unknown_choice
 from conrod.execution.validation import run_jobs
 from conrod.export import as_csv, as_npz, exact_columns
-from conrod.facts import dead_centres, stroke
+from conrod.facts import dead_centres, jumps, stroke
 from conrod.scenes import SCENES, Scene
 from conrod.studies.results import Result, SceneStudy
 from conrod.studies.validate import Plan
@@ -160,8 +160,8 @@ def show_scene(name: str, scene: Scene) -> None:
     for centre in dead_centres(scene):
         x, y = (1e3 * v for v in centre.place)
         out.print(f"dead centre of {scene.output}: {math.degrees(centre.angle):.4f} deg, at ({x:.6g}, {y:.6g}) mm")
-    for angle in scene.break_angles():
-        out.print(f"acceleration jumps at: {math.degrees(angle):.4f} deg")
+    for angle, what in jumps(scene):
+        out.print(f"{what} jumps at: {math.degrees(angle):.4f} deg")
     points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
     out.print(f"observed points: {points}")
     generic = "generic Newton solver on the joint equations"

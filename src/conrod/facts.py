@@ -12,6 +12,9 @@ from conrod.scenes import Scene
 SAMPLES = 3600
 HALVINGS = 60
 AT_REST = 1e-6  # speed of a point at rest, against its stroke and the crank's speed
+STANDING = 1e-12  # likewise, of a dwell
+# Of omega^2 L: both sides of a break are taken so near to it that a continuous acceleration differs by less.
+SEEN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,8 @@ def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
     angles = turn if span is None else np.linspace(*span, SAMPLES)
     along = _direction(scene)
     speeds = _speed(scene, angles, along)
+    # What a solver's rounding moves in a dwell turns nowhere back.
+    speeds[np.abs(speeds) <= STANDING * stroke(scene)] = 0.0
     found = np.flatnonzero(speeds[:-1] * speeds[1:] < 0.0)
     if not found.size:
         return ()
@@ -55,6 +60,19 @@ def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
         for angle, (x, y) in zip(low[resting], found_motion.position[resting], strict=True)
     ]
     return tuple(sorted(centres, key=lambda centre: centre.angle))
+
+
+def jumps(scene: Scene) -> tuple[tuple[float, str], ...]:
+    """Each crank angle [rad] where an observed point's motion jumps, with the lowest derivative that does."""
+    found: dict[float, str] = {}
+    for beside in scene.breaks():
+        size = scene.lengths[beside.point] * scene.speed**2
+        jump = float(np.linalg.norm(beside.left_acceleration - beside.right_acceleration))
+        if jump > SEEN * size:
+            found[beside.angle] = "acceleration"
+        else:
+            found.setdefault(beside.angle, "jerk")
+    return tuple(sorted(found.items()))
 
 
 def _once_around(angle: float) -> float:

@@ -92,7 +92,7 @@ def _cam(contact: CamContact, poses: Poses) -> tuple[Dimension, ...]:
     of_roller = Radius(f"roller {_mm(contact.roller_radius)}", roller, contact.roller_radius, math.radians(30.0), 1.9)
     profile = contact.profile
     if isinstance(profile, LawProfile):
-        direction = cam[2] + profile.begin + math.pi  # anywhere, but with most of the cam to be drawn in
+        direction = cam[2] + profile.begin - profile.sense * profile.lowest_angle
         return (Radius(f"base {_mm(profile.base_radius)}", (cam[0], cam[1]), profile.base_radius, direction), of_roller)
     if len(profile.arcs) == 1:
         arc = profile.arcs[0]
