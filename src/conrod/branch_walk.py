@@ -111,9 +111,7 @@ class BranchWalk:
 
     def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
         """Which angles (T,) [rad] are less than a distance [rad] from a change point."""
-        turn = 2.0 * math.pi if self.table is not None and self.table.gain is not None else 0.0
-        within, near = self._within(angle)[0], self._course.changes.near
-        return near(within, distance) | near(within - turn, distance) | near(within + turn, distance)
+        return self._course.changes.near(self._within(angle)[0], distance)
 
     def _within(self, angle: Array) -> tuple[Array, Array]:
         """Angles (T,) within the turn that repeats, where one does, and the whole turns (T,) left out."""
@@ -138,7 +136,10 @@ class BranchWalk:
                 raise
             return None
         check_meshes(self.equations.mechanism, table.poses)
-        return table if span is not None else replace(table, gain=self._gain(table))
+        gain = self._gain(table) if span is None else None
+        if gain is not None:
+            self._course.changes.repeat(2.0 * math.pi, gain)
+        return replace(table, gain=gain)
 
     def _reaching(self, angle: Array) -> PoseTable | None:
         """The table, with the turns added that the angles ask for where poses do not repeat after a turn."""

@@ -25,9 +25,10 @@ AHEAD, ORDER = 8, 16
 # A look ahead is trusted while its last term is this small (lengths against the size); a dead centre lets it grow.
 TRUSTED = 1e-3
 # The change point is narrowed down by looking at so many places, so often.
-PLACES, LOOKS = 33, 4
+PLACES, LOOKS = 33, 3
 # Poses beside a change point that tell it: between these parts of the way there, so many on either side.
 NEAREST, BESIDE = 0.2, 6
+WIDE = 0.05  # [rad]: what is nearer loses digits by its distance
 SETTLED = 3  # corrections of its angle, each of which squares the error
 # What rounding leaves at a change point: of the equations, and of the Jacobian's vanishing singular values.
 CLOSED, VANISHED = 1e-11, 1e-8
@@ -106,28 +107,53 @@ def _beyond(equations: Equations, here: ChangePoint, change: ChangePoint) -> Cro
 
 
 def _vanishing(equations: Equations, here: ChangePoint, way: float) -> float | None:
-    """How far off [rad] the Jacobian becomes singular, as far as the series ahead tells."""
+    """How far off [rad] the Jacobian becomes singular first, as far as the series ahead tells."""
     # Closer places where the way begins, which may be next to it.
     ways = way * np.linspace(0.0, 1.0, PLACES) ** 2
-    for _ in range(LOOKS):
-        values = np.linalg.svd(equations.scaled_jacobian(here.series(here.angle + ways, 0)[0]), compute_uv=False)[:, -1]
-        k = int(values.argmin())
-        if k in (0, PLACES - 1):
+    values = _least_singular(equations, here, ways)
+    for k in range(1, PLACES - 1):
+        if values[k] > min(values[k - 1], values[k + 1]):
+            continue
+        found, least = _narrowed(equations, here, ways[k - 1], ways[k + 1])
+        last_term = np.abs(here.coefficients[-1] / equations.scale).max() * abs(2.0 * found) ** AHEAD
+        if last_term > TRUSTED:
             return None
+        if least < TRUSTED:
+            return found
+    return None
+
+
+def _narrowed(equations: Equations, here: ChangePoint, low: float, high: float) -> tuple[float, float]:
+    """Where the least singular value is least between two ways ahead, and that value."""
+    found, least = low, math.inf
+    for _ in range(LOOKS):
+        ways = np.linspace(low, high, PLACES)
+        values = _least_singular(equations, here, ways)
+        k = int(values.argmin())
         found, least = float(ways[k]), float(values[k])
-        ways = np.linspace(ways[k - 1], ways[k + 1], PLACES)
-    last_term = np.abs(here.coefficients[-1] / equations.scale).max() * abs(2.0 * found) ** AHEAD
-    return None if last_term > TRUSTED or least > TRUSTED else found
+        low, high = ways[max(k - 1, 0)], ways[min(k + 1, PLACES - 1)]
+    return found, least
+
+
+def _least_singular(equations: Equations, here: ChangePoint, ways: Array) -> Array:
+    poses = here.series(here.angle + ways, 0)[0]
+    return np.asarray(np.linalg.svd(equations.scaled_jacobian(poses), compute_uv=False)[:, -1])
 
 
 def _settled(equations: Equations, here: ChangePoint, away: float) -> ChangePoint | None:
-    """The change point about so far off, from exact poses on both sides of it."""
-    middle = here.angle + away
+    """The change point about so far off; seen from nearby first, then from far enough for all digits."""
+    first = _told(equations, here, here.angle + away, abs(away))
+    if first is None or abs(away) >= WIDE:
+        return None if first is None else _checked(equations, first)
+    return _checked(equations, _told(equations, first, first.angle, WIDE) or first)
+
+
+def _told(equations: Equations, known: ChangePoint, middle: float, width: float) -> ChangePoint | None:
+    """The change point near an angle, from exact poses within a width [rad] on both sides, near a series known."""
     rows = NEAREST + (1.0 - NEAREST) * 0.5 * (1.0 - np.cos(np.pi * (np.arange(BESIDE) + 0.5) / BESIDE))
     beside = np.concatenate([-rows[::-1], rows])
-    angles = middle + abs(away) * beside
-    guess = here.series(angles, 0)[0]
-    poses = equations.newton(guess, angles)
+    guess = known.series(middle + width * beside, 0)[0]
+    poses = equations.newton(guess, middle + width * beside)
     if equations.distance(poses, guess).max() > TRUSTED:
         return None
     fitted = chebyshev.chebfit(beside, poses, len(beside) - 1)
@@ -135,7 +161,7 @@ def _settled(equations: Equations, here: ChangePoint, away: float) -> ChangePoin
     at = 0.0
     for _ in range(SETTLED):
         left, values, right = np.linalg.svd(_jacobians(equations, _value(fitted, at)[None])[0])
-        nullity = int((values < TRUSTED * abs(away)).sum())
+        nullity = int((values < TRUSTED * width).sum())
         if not nullity:
             return None
         held = np.einsum("ik,tij,lj->tkl", left[:, -nullity:], jacobians, right[-nullity:])
@@ -144,10 +170,9 @@ def _settled(equations: Equations, here: ChangePoint, away: float) -> ChangePoin
         at -= float(value @ slope / (slope @ slope))
         if abs(at) > NEAREST:
             return None
-    there = middle + abs(away) * at
-    rise = _value(chebyshev.chebder(fitted), at) / abs(away)
-    coefficients = _series(equations, there, _value(fitted, at), rise)
-    return None if coefficients is None else _checked(equations, ChangePoint(there, coefficients, WINDOW, nullity))
+    rise = _value(chebyshev.chebder(fitted), at) / width
+    coefficients = _series(equations, middle + width * at, _value(fitted, at), rise)
+    return None if coefficients is None else ChangePoint(middle + width * at, coefficients, WINDOW, nullity)
 
 
 def _value(fitted: NDArray[np.floating[Any]], at: float) -> Array:

@@ -136,14 +136,14 @@ class Equations:
         moved = pose_jets(self.mechanism, [poses + width * self.slope(poses, here)])
         return {joint.name: active_arcs(joint, moved) for joint in contacts}
 
-    def newton(self, guess: Array, angle: Array) -> Array:
-        """Poses (T, 3 n) that fit the crank angles (T,), near a guess.
+    def newton(self, guess: Array, angle: Array, attempts: int = NEWTON_STEPS) -> Array:
+        """Poses (T, 3 n) that fit the crank angles (T,), near a guess, after so many steps at most.
 
         Raises:
             InvalidInput: the iteration does not converge at every angle.
         """
         poses = guess.copy()
-        for _ in range(NEWTON_STEPS):
+        for _ in range(attempts):
             bodies = pose_jets(self.mechanism, [poses])
             step = self._eliminated(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
             poses -= step

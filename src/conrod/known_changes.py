@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,14 @@ class KnownChanges:
         if not any(abs(change.angle - known.angle) < SAME for known in self._changes):
             self._changes.append(change)
             self._changes.sort(key=lambda known: known.angle)
+
+    def repeat(self, turn: float, gain: Array) -> None:
+        """Take in those of the turns before and after one that repeats, with what it adds to the poses (3 n,)."""
+        for change in list(self._changes):
+            for turns in (-1.0, 1.0):
+                shifted = change.coefficients.copy()
+                shifted[0] += turns * gain
+                self.add(replace(change, angle=change.angle + turns * turn, coefficients=shifted))
 
     @property
     def angles(self) -> Array:

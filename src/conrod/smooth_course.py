@@ -14,7 +14,9 @@ from conrod.errors import InvalidInput
 from conrod.known_changes import KnownChanges
 from conrod.motion import Array
 
-STEPS_PER_TURN, LEAST_STEP = 64, 1e-12  # of the walk around the turn; the least one [rad]
+STEPS_PER_TURN, LEAST_STEP = 64, 1e-9  # of the walk around the turn; the least one [rad]
+SAME_STEP = 1e-9
+ATTEMPTS = 10  # of Newton iteration, which needs fewer from a guess that is good enough
 # A step of the walk is halved until its straight prediction is this good (lengths against the size), and keeps the
 # branch.
 WALK_MISS = 0.02
@@ -23,7 +25,7 @@ WALK_MISS = 0.02
 WALK_BEND = 0.5
 # Where a step fails, or takes the determinant below this part of what it was, a change point is looked for so many
 # steps ahead, unless steps are this small already [rad].
-NEARING, LOOK_AHEAD, LEAST_LOOK = 0.5, 3.0, 1e-4
+NEARING, LOOK_AHEAD, LEAST_LOOK = 0.5, 3.0, 1e-6
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,12 @@ class SmoothCourse:
 
     def slope(self, poses: Array, angle: Array) -> Array:
         """Slope (T, 3 n) of poses, near a change point by its series."""
-        slope = self.equations.slope(poses)
+        near = self.changes.near(angle)
+        if not near.any():
+            return self.equations.slope(poses)
+        slope = np.empty_like(poses)
+        if not near.all():
+            slope[~near] = self.equations.slope(poses[~near])
         self.changes.fill(angle, [poses.copy(), slope])
         return slope
 
@@ -79,7 +86,9 @@ class SmoothCourse:
         way = goal - here.angle
         step = math.copysign(min(abs(way), 2.0 * math.pi / STEPS_PER_TURN), way)
         while math.copysign(1.0, way) * (goal - here.angle) > 0.0:
-            following = goal if abs(goal - here.angle) <= abs(step) else here.angle + step
+            # A step that ends short of the goal by rounding alone ends there.
+            near = abs(goal - here.angle) <= (1.0 + SAME_STEP) * abs(step)
+            following = goal if near else here.angle + step
             reached = self._try_step(here, following)
             if reached is None or abs(reached.determinant) < NEARING * abs(here.determinant):
                 reached = self._cross(here, step, goal if last is None else last) or reached
@@ -95,7 +104,7 @@ class SmoothCourse:
         """The place after a step along the tangent; None if it strayed from it, turned a corner or changed branch."""
         guess = here.poses + here.slope * (following - here.angle)
         try:
-            poses = self.equations.newton(guess, np.array([following]))
+            poses = self.equations.newton(guess, np.array([following]), ATTEMPTS)
         except InvalidInput:
             return None
         if self.equations.distance(poses, guess)[0] > WALK_MISS:

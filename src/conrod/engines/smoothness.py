@@ -7,7 +7,7 @@ import numpy as np
 from conrod.kinematics import Kinematics
 
 SAMPLES = 720
-# Why there are no bounds for a linkage with a change point: a gap of a joint moves the links by any multiple of it there.
+# Why there are no bounds for a linkage with a change point: there is no largest motion of links per gap of a joint.
 UNDETERMINED = "none at a change point: there any give of the joints, however small, leaves the motion open"
 
 
