@@ -20,6 +20,7 @@ from conrod.mesh_geometry import check_meshes
 from conrod.motion import Array, Side
 from conrod.pose_table import PoseTable
 from conrod.smooth_course import STEPS_PER_TURN, Place, SmoothCourse
+from conrod.stride import LONGEST, stride
 
 # The table is refined until it predicts every pose this well, and no pose may lie further from its prediction: a
 # Newton iteration that moves more has left for another branch.
@@ -164,10 +165,12 @@ class BranchWalk:
     def _passed(self, goal: float) -> list[Place]:
         """Places from the start to an angle, in steps of no more than one of the turn's."""
         passed = [self._course.place(0.0, self.start)]
-        steps = math.ceil(abs(goal) / (2.0 * math.pi) * STEPS_PER_TURN)
-        for following in np.linspace(0.0, goal, steps + 1)[1:]:
-            if abs(following) > abs(passed[-1].angle):
-                passed.extend(self._course.steps(passed[-1], float(following), goal))
+        goals = np.linspace(0.0, goal, math.ceil(abs(goal) / (2.0 * math.pi) * STEPS_PER_TURN) + 1)[1:]
+        length = 2
+        while len(goals := goals[np.abs(goals) > abs(passed[-1].angle)]):
+            found = stride(self._course, passed, goals[:length])
+            passed.extend(found or self._course.steps(passed[-1], float(goals[0]), goal))
+            length = min(2 * length, LONGEST) if len(found) == length else max(len(found), 1)
         return passed
 
     def _refined(self, table: PoseTable) -> PoseTable:

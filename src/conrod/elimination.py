@@ -90,12 +90,13 @@ class Elimination:
         order = dict(self.order.pivots)
         for rows, columns in self.order.blocks:
             order |= zip(rows, columns, strict=True)
-        determinant = np.full(self._samples, _permutation_sign(order))
-        for step in self._steps:
-            determinant *= step.pivot
-        for block in self._blocks:
-            determinant *= np.linalg.det(block.matrix)
-        return determinant
+        constant = math.prod([_permutation_sign(order), *(step.pivot for step in self._steps)])
+        return np.asarray(constant * self.block_determinants().prod(axis=1))
+
+    def block_determinants(self) -> Array:
+        """The determinants of what is solved together (T, k): where one of them vanishes the matrix is singular."""
+        determinants = [np.linalg.det(block.matrix) for block in self._blocks]
+        return np.stack(determinants, axis=1) if determinants else np.empty((self._samples, 0))
 
     def determinant_sign(self) -> Array:
         """Sign of the determinant (T,); 0 where the matrix is singular."""
@@ -141,10 +142,10 @@ def _permutation_sign(order: Mapping[int, int]) -> float:
     """+1 for an even permutation, -1 for an odd one: each cycle of even length changes it."""
     sign, seen = 1.0, set[int]()
     for start in order:
-        length = 0
-        while start not in seen:
-            seen.add(start)
-            start, length = order[start], length + 1
+        place, length = start, 0
+        while place not in seen:
+            seen.add(place)
+            place, length = order[place], length + 1
         sign = -sign if length and length % 2 == 0 else sign
     return sign
 
