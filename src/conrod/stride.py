@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.motion import Array
@@ -53,7 +54,7 @@ def stride(course: SmoothCourse, passed: Sequence[Place], goals: Array) -> list[
     ]
 
 
-def _first(marked: Array) -> int:
+def _first(marked: NDArray[np.bool_]) -> int:
     """Index of the first one that is marked; their number if none is."""
     return int(np.argmax([*marked, True]))
 
