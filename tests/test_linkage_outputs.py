@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import rolling_machines
-from catalogue import SCENES
 from conrod.kinematics import Kinematics
 from conrod.linkage.course import Course, CrankRange, course_of, crank_range
 from conrod.linkage.outputs import Output, outputs
 from conrod.linkage.quantities import instant_quantities, turn_quantities
 from conrod.linkage.transmission_angles import TransmissionAngle, transmission_angles
 from conrod.mechanism import Mechanism
+from conrod.rolling import Rolling
+from conrod.scenes import SCENES
 from conrod.transmission import least_transmission_angle
 from linkages import (
     crank_shaper,
@@ -113,7 +114,8 @@ def test_a_parallelogram_turns_smoothly_through_its_change_points() -> None:
     assert sorted(reach.change_points) == pytest.approx([math.pi - 0.7, TURN - 0.7], abs=1e-9)
     # The rocker turns as the crank does, and nothing turns back where the equations are singular.
     (rocker,) = outputs(course_of(kinematics))
-    assert (rocker.dead_centres, rocker.gain) == ((), pytest.approx(TURN, rel=1e-14))
+    assert rocker.dead_centres == ()
+    assert rocker.gain == pytest.approx(TURN, rel=1e-14)
 
 
 def test_a_part_of_a_parallelograms_turn_ends_at_its_change_points() -> None:
@@ -139,7 +141,8 @@ def test_an_in_line_slider_crank_turns_back_at_0_and_180_degrees() -> None:
     found = output("in-line")
     assert [(c.greatest, c.angle == c.until) for c in found.dead_centres] == [(False, True), (True, True)]
     assert sorted((angle + 0.5) % TURN for angle in angles_of(found)) == pytest.approx([0.0, math.pi], abs=1e-12)
-    assert (found.unit, found.stroke) == ("m", pytest.approx(0.2, rel=1e-14))
+    assert found.unit == "m"
+    assert found.stroke == pytest.approx(0.2, rel=1e-14)
     assert found.time_ratio == pytest.approx(1.0, rel=1e-12)
 
 
@@ -191,6 +194,7 @@ def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
 def test_a_geared_wheel_goes_on_by_the_ratio_of_its_radii(driving: float) -> None:
     machine = rolling_machines.gear_pair(driving)
     (pair,) = machine.meshes
+    assert isinstance(pair, Rolling)
     (found,) = outputs(course(machine))
     assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
     assert found.gain == pytest.approx(-TURN * pair.radius_a / pair.radius_b, rel=1e-12)

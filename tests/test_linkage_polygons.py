@@ -10,6 +10,7 @@ import pytest
 
 import rolling_machines
 from catalogue import EVERY_SCENE
+from conrod.cam import CamProfile
 from conrod.kinematics import Kinematics
 from conrod.linkage.accelerations import coincident_parts, contact_acceleration, link_parts, path_parts
 from conrod.linkage.points import linkage_points
@@ -127,6 +128,7 @@ def test_teeth_of_a_pair_of_gears_have_one_velocity_and_other_accelerations(driv
     assert max(velocities.gap, accelerations.gap) <= 1e-13
     (between,) = (vector for vector in accelerations.vectors if "/" in vector.name)
     (pair,) = machine.meshes
+    assert isinstance(pair, Rolling)
     turned = [state.angular_velocities[link] for link in (pair.a, pair.b)]
     closed = (turned[1] - turned[0]) ** 2 * abs(pair.radius_a * pair.radius_b) / pair.distance
     assert length(between.value) == pytest.approx(closed, rel=1e-12)
@@ -198,6 +200,7 @@ def test_on_a_cam_the_normal_part_is_that_of_the_pitch_curves_arc() -> None:
     parts = coincident_parts(state, contact.a, contact.b, contact.roller_centre)
     sliding = length(parts.relative_velocity)
     radius = sliding**2 / length(parts.normal)
+    assert isinstance(contact.profile, CamProfile)
     pitch_radii = [arc.radius + contact.roller_radius for arc in contact.profile.arcs]
     assert min(abs(radius / pitch - 1.0) for pitch in pitch_radii) <= 1e-10
 
