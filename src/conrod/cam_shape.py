@@ -16,7 +16,7 @@ Profile = CamProfile | LawProfile
 SAMPLES = 360
 # Of the roller's radius: less than this between roller and profile is rounding.
 TOUCHING = 1e-9
-HALVINGS, DOUBLINGS = 50, 40
+HALVINGS, DOUBLINGS = 50, 80
 
 
 def check_cut(profile: LawProfile) -> None:

@@ -30,8 +30,12 @@ def read_law(fields: Fields, roller_radius: float) -> LawProfile:
     offset = fields.number("offset", COORDINATE, "offset of the follower's line from the shaft, to the left of it", 0.0)
     begin = fields.number("begin", ANGLE, "direction in the cam's frame where its first segment begins", 0.0)
     sense = SENSES[fields.choice("sense", SENSES, "counter-clockwise")]
-    profile = LawProfile(base, roller_radius, _segments(fields), begin, sense, offset)
-    check_cut(profile)
+    segments = _segments(fields)
+    try:
+        profile = LawProfile(base, roller_radius, segments, begin, sense, offset)
+        check_cut(profile)
+    except InvalidInput as error:
+        raise InvalidInput(f"{fields.place}: {error}") from None
     return profile
 
 
