@@ -127,6 +127,12 @@ def test_a_start_just_before_a_change_point_is_no_obstacle(before: float) -> Non
     assert errors(scene, "B", GROUND, np.linspace(0.0, 7.0, 200), start)[0] < 1e-12
 
 
+@pytest.mark.parametrize("start", [0.0, math.pi])
+def test_a_start_at_a_change_point_is_refused_with_a_hint(start: float) -> None:
+    with pytest.raises(InvalidInput, match="a dead centre or a change point"):
+        scene_of(changed(PARALLELOGRAM, "driver.start", start))
+
+
 @pytest.mark.parametrize("stop", [119.9, 120.0, 120.1])
 def test_a_pass_may_end_at_a_change_point(stop: float) -> None:
     whole = changed(PARALLELOGRAM, "driver.from", 0.0)

@@ -156,17 +156,30 @@ class DescribedScene(Scene):
 
     # -- checks --------------------------------------------------------------------------------------------------
 
-    def _check_geometry(self) -> None:
-        start = self.kinematics.start
-        poses: dict[str, Pose] = {
-            name: (float(start[0, 3 * i]), float(start[0, 3 * i + 1]), float(start[0, 3 * i + 2]))
-            for name, i in self.mechanism().body_index.items()
-        }
-        if self.kinematics.conditioning(start)[0] < SINGULAR:
+    def _start(self) -> Array:
+        """Exact poses at crank angle 0; refuses a start where the crank does not determine them."""
+        given = np.array([self.mechanism().poses[body.name] for body in self.mechanism().bodies]).reshape(1, -1)
+        try:
+            start = self.kinematics.start
+            undetermined = self.kinematics.conditioning(start)[0] < SINGULAR
+        except InvalidInput:
+            # No iteration settles where links can move though the crank is held, not even from poses that fit.
+            if self.kinematics.conditioning(given)[0] >= SINGULAR:
+                raise
+            undetermined = True
+        if undetermined:
             raise InvalidInput(
                 f"{self.kind}: at crank angle 0 the crank does not determine the other bodies: a dead centre or a "
                 "change point, or a part that moves by itself while another one is locked"
             )
+        return start
+
+    def _check_geometry(self) -> None:
+        start = self._start()
+        poses: dict[str, Pose] = {
+            name: (float(start[0, 3 * i]), float(start[0, 3 * i + 1]), float(start[0, 3 * i + 2]))
+            for name, i in self.mechanism().body_index.items()
+        }
         check_meshes(self.mechanism(), start)
         for body, hint in self.described.hints.items():
             off = 0.0 if hint.turn is None else math.remainder(poses[body][2] - hint.turn, 2.0 * math.pi)
