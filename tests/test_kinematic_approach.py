@@ -17,7 +17,7 @@ LINKAGE = "two-slider-linkage"
 
 def off(engine: str, angle: Array, rate: bool = False) -> float:
     """Largest error of a point's position over L, or of its velocity over L times the crank's speed."""
-    scene = catalogue_scene(LINKAGE)
+    scene = catalogue_scene(LINKAGE).with_parameters(**{"driver.to": float(np.radians(60.0))})
     solved, exact = engine_named(engine).solve_kinematics(scene, angle), scene.motion(angle, scene.speed)
     worst = 0.0
     for name, (position, velocity) in solved.points.items():
