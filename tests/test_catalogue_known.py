@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conrod.comparison import compare
+from conrod.engines import engine_named
+from conrod.engines.mujoco.law import regularisation_errors
 from conrod.linkage.course import crank_range
 from conrod.mechanism_files.described_scene import DescribedScene, scene_of
 from conrod.motion import Array
@@ -38,13 +41,13 @@ def time_ratio(of: DescribedScene, point: str = "D") -> float:
     speed = of.motion(TURN, 1.0).point(point).velocity[:, 0]
     for k in np.flatnonzero(np.diff(np.sign(speed))):
         low, high = TURN[k], TURN[k + 1]
-        for _ in range(60):
+        for _ in range(40):
             middle = 0.5 * (low + high)
             same = of.motion(middle, 1.0).point(point).velocity[0, 0] * speed[k] > 0.0
             low, high = (middle, high) if same else (low, middle)
         ends.append(low)
     assert len(ends) == 2
-    forth = ends[1] - ends[0]
+    forth = float(ends[1] - ends[0])
     return max(forth, 2.0 * math.pi - forth) / min(forth, 2.0 * math.pi - forth)
 
 
@@ -193,3 +196,15 @@ def test_other_teeth_give_another_ratio() -> None:
     whole = changed(CATALOGUE / "planetary-gear.toml", "joints.sun-mesh.radii", ["18 mm", "17 mm"])
     whole["joints"]["ring-mesh"]["radii"] = ["17 mm", "52 mm"]
     assert turn_of(scene_of(whole), "carrier", TURN)[-1] == pytest.approx(2.0 * math.pi / (1.0 + 52.0 / 18.0))
+
+
+def test_mujocos_law_allows_for_the_legs_fast_reactions() -> None:
+    """Its foot's reactions peak within a tenth of a radian: what gives way to them moves faster than it opened."""
+    of, engine = scene("jansen-leg"), engine_named("mujoco")
+    settings = engine.presets["tuned"](of, 1000)
+    found = compare(engine.run(of, settings, 1.0, 0.0), of).worst("velocity")
+    softness = regularisation_errors(of, settings)[0]
+    opening = softness / (math.e * abs(of.speed) * settings.solref[0]) + softness
+    allowed = engine.expected_error(of, settings).velocity
+    assert allowed is not None
+    assert opening < found < allowed < 2.0 * found
