@@ -31,7 +31,7 @@ def series_error() -> Figure:
             axes.plot(on_grid(angles, 180.0), on_grid(errors[k], span), color=hue, label=label, linewidth=1.3)
         axes.axhline(0.0, color="#888888", linewidth=0.7, zorder=1)
         axes.set_ylabel(f"{name}, series less exact [{unit}]")
-        axes.set_xlim(60.0, 180.0)
+        axes.set_xlim(0.0, 180.0)
     for axes in panels[2:]:
         axes.set_xlabel("cam angle on the rise [°]")
     handles, labels = panels[0].get_legend_handles_labels()
