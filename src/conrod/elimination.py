@@ -61,9 +61,16 @@ class Elimination:
             self._steps.append(_eliminate(left, *place))
         self.order = order or Order(
             tuple((step.row, step.column) for step in self._steps),
-            triangular_blocks({i: tuple(sorted(row)) for i, row in left.items()}),
+            self._square(triangular_blocks({i: tuple(sorted(row)) for i, row in left.items()})),
         )
         self._blocks = [_Block(block, left, samples) for block in self.order.blocks]
+
+    def _square(self, blocks: tuple[Block, ...]) -> tuple[Block, ...]:
+        """Blocks as they are; that of a singular matrix with the columns in which there is nothing at all."""
+        if all(len(rows) == len(columns) for rows, columns in blocks):
+            return blocks
+        gone = {step.column for step in self._steps}
+        return tuple((rows, tuple(c for c in range(self._size) if c not in gone)) for rows, _ in blocks)
 
     def solve(self, right: Sequence[Entry]) -> Array:
         """Solutions (T, n) for one right-hand side, given row by row; not finite where the matrix is singular."""

@@ -144,8 +144,10 @@ class Equations:
         """
         poses = guess.copy()
         for _ in range(attempts):
-            bodies = pose_jets(self.mechanism, [poses])
-            step = self._eliminated(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
+            # A guess may lie where an equation has no slope, a roller on a cam's axis; what is not finite ends it.
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                bodies = pose_jets(self.mechanism, [poses])
+                step = self._eliminated(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
             poses -= step
             if not np.all(np.isfinite(step)):
                 break
