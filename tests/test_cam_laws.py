@@ -286,9 +286,7 @@ def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
     with pytest.raises(InvalidInput) as refused:
         scene_of(changed("cam-3-4-5", segments=segments))
     assert told in str(refused.value)
-    assert str(refused.value).startswith("joints.contact.profile") or "joints.contact.profile.segments" in str(
-        refused.value
-    )
+    assert "joints.contact.profile" in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
