@@ -6,10 +6,14 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; told to keep no bytecode, each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate sweep limits ablate test test-all lint types mjcf bench wheel check clean
+.PHONY: validate catalogue sweep limits ablate audit test test-all lint types mjcf bench wheel check clean
 
-validate: $(READY) ## compare both engines with the exact motion on all scenes, and rewrite reports/
+validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --out reports
+
+catalogue: $(READY) ## the same for the machines of the catalogue: rewrite reports/catalogue/ and the page on them
+	$(BIN)/conrod validate catalogue --out reports/catalogue
+	$(BIN)/python -m conrod.catalogue.page > docs/catalogue.md
 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep
@@ -23,6 +27,9 @@ limits: $(READY) ## find where the engines stop being trustworthy and rewrite re
 
 ablate: $(READY) ## what a model needs and what it merely carries: rewrite reports/ablate/; on an idle machine
 	$(BIN)/conrod ablate shear-press saw-500rpm cam-follower --out reports/ablate
+
+audit: $(READY) ## hold the documents' printed numbers and formulas against the exact motion: rewrite reports/audit/
+	$(BIN)/conrod audit --out reports/audit
 
 test: $(READY) ## the tests, about four minutes on two cores
 	$(BIN)/python -m pytest -n auto

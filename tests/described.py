@@ -11,7 +11,7 @@ from typing import Any
 import conrod
 
 CATALOGUE = Path(conrod.__file__).parent / "catalogue"
-SLIDER_CRANK, FOUR_BAR = CATALOGUE / "slider-crank.toml", CATALOGUE / "four-bar.toml"
+SLIDER_CRANK, FOUR_BAR = CATALOGUE / "slider-crank.toml", CATALOGUE / "swinging-four-bar.toml"
 SHIPPED = sorted(CATALOGUE.glob("*.toml"))
 
 

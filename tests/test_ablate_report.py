@@ -30,11 +30,12 @@ from conrod.report.ablate import words, writer
 from conrod.report.ablate.document import check_ablate_apart, check_ablate_folder, earlier_ablations, merged
 from conrod.report.ablate.figure import ingredients_figure
 from conrod.report.ablate.writer import ablate_report_again, ablate_report_batch
+from conrod.report.reproduction import Reproduction
 from conrod.studies.ablate.perform import COUNTED
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, Gruebler, Verdict
 from conrod.studies.ablate.variants import Role
 
-COMMAND = "conrod ablate {scene} --out reports/ablate"
+COMMAND = Reproduction("conrod ablate {scene} --out reports/ablate")
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +132,7 @@ def test_the_index_has_a_column_for_every_machine(pages: dict[str, str]) -> None
     assert "### MuJoCo" in index
     assert "### pymunk" in index
     assert row(index, "`noslip`")[2:] == ["harmful", "wear"]
-    assert f"`{COMMAND.replace('{scene}', SCENE)}`" in index
+    assert f"`{COMMAND.of(SCENE)}`" in index
 
 
 def test_torque_and_time_saved_are_told_in_words() -> None:
@@ -185,8 +186,8 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_one_engine_after_the_other_adds_up_to_both(tmp_path: Path) -> None:
-    one = COMMAND.replace(" --out", " --engine mujoco --out")
-    other = COMMAND.replace(" --out", " --engine pymunk --out")
+    one = Reproduction("conrod ablate {scene} --engine mujoco --out reports/ablate")
+    other = Reproduction("conrod ablate {scene} --engine pymunk --out reports/ablate")
     write_together([ablate_report_batch([ablation_study()], tmp_path, one)])
     write_together([ablate_report_batch([ablation_study(engine_study("pymunk"))], tmp_path, other)])
     entry = earlier_ablations(tmp_path)[SCENE]
@@ -198,7 +199,7 @@ def test_one_engine_after_the_other_adds_up_to_both(tmp_path: Path) -> None:
     # A study of both again: nothing of the two remains.
     both = ablation_study(engine_study(), engine_study("pymunk"))
     write_together([ablate_report_batch([both], tmp_path, COMMAND)])
-    assert earlier_ablations(tmp_path)[SCENE]["commands"] == [COMMAND.replace("{scene}", SCENE)]
+    assert earlier_ablations(tmp_path)[SCENE]["commands"] == [COMMAND.of(SCENE)]
 
 
 @pytest.mark.usefixtures("undrawn")

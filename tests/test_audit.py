@@ -14,6 +14,7 @@ from conrod.audit.documents import module, press
 from conrod.audit.documents.arc_cam import ArcCam
 from conrod.audit.documents.cam import CASES as CAM_CASES
 from conrod.audit.documents.module_linkages import RackLinkage, SixBar, least_misfit
+from conrod.audit.formulas import cam as formulas
 from conrod.audit.judging import Case, Explanation, Neighbour, judge
 from conrod.audit.printed import Item, Number, items_of, shipped_items
 from conrod.errors import InvalidInput
@@ -142,6 +143,20 @@ def test_the_arcs_of_a_cam_meet_in_lift_and_velocity_exactly_and_its_series_do_n
     assert np.abs(left - right)[:2].max() < 1e-9
     jump = cam.series(cam.joint_c, "nose")[:, 0] - cam.series(cam.joint_c, "flank")[:, 0]
     assert jump[:2] == pytest.approx([-2.432, -13.371], abs=1e-3)
+
+
+def test_the_falling_sectors_mirror_the_rising_ones_so_that_one_survey_serves_both() -> None:
+    cam = ArcCam(36.0, 118.0)
+    scene = cam.scene
+    letters = {"R": 36.0, "rho": 118.0, "R1": 29.0, "C": 80.0, "r": 9.0, "w": 1.0, "b": scene.joint_angles[0]}
+    parity = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+    falling = {
+        "flank": (formulas.eq_11, formulas.eq_15, formulas.eq_19, formulas.eq_23),
+        "nose": (formulas.eq_10, formulas.eq_14, formulas.eq_18, formulas.eq_22),
+    }
+    for arc, angles in (("flank", cam.flank_angles[::500]), ("nose", cam.nose_angles[::500])):
+        down = np.array([f(t=2.0 * math.pi - np.radians(angles), **letters) for f in falling[arc]])
+        assert np.abs(parity * down - cam.series(angles, arc)).max() < 1e-10
 
 
 def test_the_module_put_a_for_c_in_its_last_angular_acceleration() -> None:

@@ -8,16 +8,20 @@ import numpy as np
 import pytest
 
 from conrod.audit import Kind
-from conrod.audit.formulas import cam_checks, saw_listing
+from conrod.audit.formulas import cam_checks, listing_names, module_relations, press_steps, saw_listing, saw_vectors
 from conrod.audit.formulas import module as module_formulas
 from conrod.audit.formulas import press as press_formulas
 from conrod.audit.formulas import saw as saw_formulas
 from conrod.audit.formulas.published import SAME, derivative, discrepancy, verdict_on
+from conrod.audit.listing_survey import runs
 
 ARGUMENTS = {
     "000": (press_formulas.FORMULAS, press_formulas.arguments()),
+    "000-steps": (press_steps.FORMULAS, press_steps.arguments()),
     "001": (module_formulas.FORMULAS, module_formulas.arguments()),
+    "001-relations": (module_relations.FORMULAS, module_relations.arguments()),
     "002": (saw_formulas.FORMULAS, saw_formulas.arguments()),
+    "002-vectors": (saw_vectors.FORMULAS, saw_vectors.arguments()),
     "002-listing": (saw_listing.FORMULAS, saw_listing.arguments()),
     "004": (cam_checks.FORMULAS, cam_checks.arguments()),
 }
@@ -54,3 +58,38 @@ def test_matlab_divides_two_rows_into_one_number() -> None:
     a, b = np.array([1.0, 2.0, 4.0]), np.array([2.0, 4.0, 8.5])
     solved = np.linalg.lstsq(b[:, None], a, rcond=None)[0]
     assert saw_listing.matrix_right_division(a, b) == pytest.approx(float(solved[0]), rel=1e-14)
+
+
+def test_names_that_the_listing_never_assigns_are_told_and_put_right_they_are_not() -> None:
+    text = listing_names.listing()
+    told = {verdict.quantity: (verdict.line, verdict.should_be) for verdict in listing_names.verdicts(text)}
+    assert told == {
+        "theta3": (173, "theta3b in place of theta3"),
+        "kecepatanC": (175, "KecepatanC in place of kecepatanC"),
+        "percepatanC": (176, "PercepatanC in place of percepatanC"),
+    }
+    mended = (
+        text.replace("theta3*", "theta3b*").replace("kecepatanC", "KecepatanC").replace("percepatanC", "PercepatanC")
+    )
+    assert list(listing_names.verdicts(mended)) == []
+    assert [v.quantity for v in listing_names.verdicts(mended.replace("w2=input", "w=input"))] == ["w2"]
+
+
+def test_the_listing_is_right_with_elementwise_operators_and_radians_alone() -> None:
+    found = {(run.speed, run.way): (run.velocity_error, run.acceleration_error) for run in runs()}
+    right = "with ./ and .^, the speed typed in rad/s"
+    for (_, way), errors in found.items():
+        assert (max(errors) <= SAME) == (way == right)
+        assert way == right or min(errors) > 0.3
+
+
+def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
+    from conrod.audit.documents import module_names
+
+    right = replace(module_names.UNITS[1], unit="m/s^2")
+    assert module_names._unit(right).kind is Kind.AGREES
+    length = module_names.LENGTHS[1]
+    assert module_names._length(length).kind is Kind.MISPRINT
+    assert module_names._length(replace(length, name="O13A", right="O13A")).kind is Kind.AGREES
+    # A use that does not give the printed result shows nothing.
+    assert module_names._length(replace(length, length="0,66")).kind is Kind.NOT_REPRODUCIBLE

@@ -9,6 +9,7 @@ import pytest
 from conrod.audit import Kind
 from conrod.audit.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
 from conrod.audit.user_table import audit_table
+from conrod.catalogue import scene_named
 from conrod.errors import InvalidInput
 from conrod.scenes import ShearPress
 
@@ -51,7 +52,58 @@ def test_a_single_wrong_value_among_right_ones_is_given_no_cause() -> None:
     printed[3] = speeds(3.14 / 180.0)[3]
     assert printed[3] != speeds()[3]
     verdict = audit_table("mine", table(printed))[3]
+    # So near the right value that interpolation between its neighbours leaves room for it.
     assert (verdict.kind, verdict.should_be) == (Kind.NOT_REPRODUCIBLE, speeds()[3])
+
+
+def test_a_misprinted_digit_is_contradicted_by_the_rows_beside_it() -> None:
+    printed = speeds()
+    right = printed[3]
+    printed[3] = right[:-4] + ("1" if right[-4] != "1" else "2") + right[-3:]
+    verdicts = audit_table("mine", table(printed))
+    assert (verdicts[3].kind, verdicts[3].should_be) == (Kind.MISPRINT, right)
+    assert "interpolation between the rows at 20, 30, 50, 60 deg" in verdicts[3].reason
+    assert {v.kind for k, v in enumerate(verdicts) if k != 3} == {Kind.AGREES}
+
+
+def test_a_component_is_contradicted_by_the_size_and_the_other_one() -> None:
+    rows = "".join(
+        f"shear-press,G velocity {axis},60,{printed},mm/s\n"
+        for axis, printed in (("x", "62.3"), ("y", "-146.1"), ("size", "175.5"))
+    )
+    found = audit_table("mine", HEADING + rows)
+    assert [v.kind for v in found] == [Kind.AGREES, Kind.MISPRINT, Kind.AGREES]
+    assert found[1].should_be == "-164.1"
+    # Alone, nothing contradicts it.
+    assert audit_table("mine", HEADING + rows.splitlines()[1])[0].kind is Kind.NOT_REPRODUCIBLE
+
+
+def test_digits_cut_off_agree_after_rounding() -> None:
+    exact = PRESS.motion([math.radians(60.0)], PRESS.speed).point("G").velocity[0, 1] * 1e3
+    cut = f"{math.trunc(exact * 10) / 10:.1f}"
+    assert cut == "-164.0"
+    row = f"shear-press,G velocity y,60,{cut},mm/s"
+    assert audit_table("mine", HEADING + row)[0].kind is Kind.AFTER_ROUNDING
+
+
+def test_a_machine_of_one_pass_is_audited_where_it_goes_and_its_slips_do_not_lead_out() -> None:
+    scene = scene_named("swinging-four-bar")
+    angles = range(-10, 60, 10)
+    values = scene.motion([math.radians(k) for k in angles], scene.speed).point("B").velocity[:, 0]
+    rows = [
+        f"swinging-four-bar,B velocity x,{k},{value / 10.0:.3f},m/s" for k, value in zip(angles, values, strict=True)
+    ]
+    found = audit_table("mine", HEADING + "\n".join(rows))
+    assert Kind.WRONG_STEP in {v.kind for v in found}
+    assert all("a unit 10 times as large" in v.reason for v in found if v.kind is Kind.WRONG_STEP)
+
+
+def test_a_heading_gives_values_for_all_rows_and_a_row_its_own() -> None:
+    text = "# scene: shear-press\n# a remark\n# document: Mine\n# table: 3\n\nscene,quantity,angle_deg,printed,unit\n"
+    text += ",G velocity y,10,-33.3,mm/s\nsaw-40rpm,C position x,180,-200,mm\n"
+    found = audit_table("file", text)
+    assert [(v.document, v.place) for v in found] == [("Mine", "table 3")] * 2
+    assert found[0].kind is Kind.AGREES
 
 
 def test_parameters_of_a_row_are_used() -> None:
@@ -71,7 +123,7 @@ GOOD = "shear-press,G velocity y,10,-33.3,mm/s"
     (GOOD.replace("-33.3", "about 33"), "printed value 'about 33'"),
     (GOOD.replace("mm/s", "mm"), "'mm' is not a unit of m/s"),
     (GOOD.replace(",10,", ",ten,"), "angle_deg = 'ten' is not a number"),
-    ("shear-press", "quantity = ''"),
+    ("shear-press", "row 2: quantity: nothing is given"),
 ])  # fmt: skip
 def test_a_row_that_cannot_be_used_is_named(row: str, message: str) -> None:
     assert audit_table("mine", HEADING + GOOD)[0].kind is Kind.AGREES
@@ -104,6 +156,6 @@ def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> No
     cam = cams()[4]
     angle = 150.0
     sine = (cam.flank - cam.base) * math.sin(math.radians(angle - cam.joint_b)) / (cam.flank + 9.0)
-    found = float(pressure_angles(cam, [angle])[0])
+    found = float(pressure_angles(cam, cam.exact(angle), 9.0)[0])
     assert found == pytest.approx(math.degrees(math.asin(sine)), abs=1e-10)
     assert found > LARGEST_PRESSURE_ANGLE

@@ -332,7 +332,9 @@ def test_a_report_with_a_link_in_it_is_refused(name: str, tmp_path: Path) -> Non
 @pytest.fixture
 def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures take a second or two; tests of their files alone need not see them drawn."""
-    monkeypatch.setattr(writer, "figures", lambda study: dict.fromkeys(("mechanism", "motion", "error", "order"), "x"))
+    monkeypatch.setattr(
+        writer, "figures", lambda study, shown: dict.fromkeys(("mechanism", "motion", "error", "order"), "x")
+    )
 
 
 @pytest.mark.usefixtures("blank_figures")

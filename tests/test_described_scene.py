@@ -29,8 +29,8 @@ DOCUMENT = Path(conrod.__file__).parents[2] / "docs" / "mechanism-files.md"
 
 
 def example() -> dict[str, Any]:
-    """The example of the documentation."""
-    (text,) = re.findall(r"```toml\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)
+    """The example of the documentation, its first block of TOML; others show a part of a file."""
+    text, *_ = re.findall(r"```toml\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)
     return tomllib.loads(text)
 
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import pytest
 
-from conrod.scenes import scene_named
+from conrod.catalogue import scene_named
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import Case

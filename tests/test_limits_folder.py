@@ -14,11 +14,12 @@ from conrod.report.limits import writer
 from conrod.report.limits.document import check_limits_folder, earlier_limits
 from conrod.report.limits.merging import merged
 from conrod.report.limits.writer import limits_report_batch
+from conrod.report.reproduction import Reproduction
 from conrod.studies.limits.study import LimitStudy
 from limit_studies import exhibit, limit_study, of_axis, renamed
 from limit_walks import SCENE
 
-COMMAND = "conrod limits {scene} --out reports/limits"
+COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
 GALLERY = (exhibit("completed"), exhibit("opened", quiet=True, solver="stopped after 0 iterations"))
 
 
@@ -42,7 +43,7 @@ def test_scenes_of_an_earlier_report_stay(study: LimitStudy, tmp_path: Path) -> 
     assert "## Every way of ending" in index  # the gallery stays as well
     assert f"{SCENE}.md" not in batch.files
     assert set(json.loads(str(batch.files["results.json"]))["limits"]) == {SCENE, "saw-40rpm"}
-    assert f"`{COMMAND.replace('{scene}', f'saw-40rpm {SCENE}')}`" in index
+    assert f"`{COMMAND.of('saw-40rpm', SCENE)}`" in index
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -51,7 +52,7 @@ def test_one_axis_alone_replaces_that_axis_alone(study: LimitStudy, tmp_path: Pa
     again = of_axis(study, "mass-ratio")
     walks = (replace(w, probes=tuple(replace(p, key="new") for p in w.probes)) for w in again.walks)
     alone = replace(again, walks=tuple(walks))
-    command = "conrod limits {scene} --axis mass-ratio --out reports/limits"
+    command = Reproduction("conrod limits {scene} --axis mass-ratio --out reports/limits")
     write_together([limits_report_batch([alone], (), tmp_path, command)])
     entry = earlier_limits(tmp_path)[SCENE]
     kept = LimitStudy.of(entry["study"])
@@ -64,7 +65,7 @@ def test_one_axis_alone_replaces_that_axis_alone(study: LimitStudy, tmp_path: Pa
     assert len(entry["commands"]) == 2
     # The same study whole again: nothing of the two remains.
     write_together([limits_report_batch([study], (), tmp_path, COMMAND)])
-    assert earlier_limits(tmp_path)[SCENE]["commands"] == [COMMAND.replace("{scene}", SCENE)]
+    assert earlier_limits(tmp_path)[SCENE]["commands"] == [COMMAND.of(SCENE)]
 
 
 def test_nothing_is_kept_of_another_machine_or_another_engine(study: LimitStudy) -> None:

@@ -17,12 +17,13 @@ from conrod.files import Batch, write_together
 from conrod.report.limits import writer
 from conrod.report.limits.document import rounded
 from conrod.report.limits.writer import limits_report_again, limits_report_batch
+from conrod.report.reproduction import Reproduction
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.study import LimitStudy
 from limit_studies import exhibit, follower, limit_study, of_axis
 from limit_walks import SCENE, quietened
 
-COMMAND = "conrod limits {scene} --out reports/limits"
+COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
 GALLERY = (exhibit("completed"), exhibit("opened", quiet=True, solver="stopped after 0 iterations"))
 
 

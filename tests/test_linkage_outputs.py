@@ -9,13 +9,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from catalogue import SCENES
+import rolling_machines
 from conrod.kinematics import Kinematics
 from conrod.linkage.course import Course, CrankRange, course_of, crank_range
 from conrod.linkage.outputs import Output, outputs
 from conrod.linkage.quantities import instant_quantities, turn_quantities
 from conrod.linkage.transmission_angles import TransmissionAngle, transmission_angles
 from conrod.mechanism import Mechanism
+from conrod.rolling import Rolling
+from conrod.scenes import SCENES
 from conrod.transmission import least_transmission_angle
 from linkages import (
     crank_shaper,
@@ -93,6 +95,9 @@ def test_a_drivers_span_does_not_change_what_the_crank_could_do() -> None:
     spanned = replace(mechanism, driver=replace(mechanism.driver, span=(-0.5, 0.25)))
     reach, _ = swinging("example 5.6")
     assert crank_range(Kinematics(spanned)) == reach
+    turning = four_bar(*CRANK_ROCKER)
+    part = replace(turning, driver=replace(turning.driver, span=(-0.5, 0.25)))
+    assert crank_range(Kinematics(part)) == CrankRange(0.0, TURN, "none", "none")
     looked_at = course(spanned)
     assert looked_at.by_angle
     assert (looked_at.parameter[0], looked_at.parameter[-1]) == (-0.5, 0.25)
@@ -102,8 +107,20 @@ def test_a_crank_that_turns_has_no_limits() -> None:
     assert crank_range(Kinematics(four_bar(*CRANK_ROCKER))) == CrankRange(0.0, TURN, "none", "none")
 
 
-def test_a_parallelogram_ends_at_its_change_points() -> None:
-    reach = crank_range(Kinematics(four_bar(0.1, 0.3, 0.1, 0.3, 0.7)))
+def test_a_parallelogram_turns_smoothly_through_its_change_points() -> None:
+    kinematics = Kinematics(four_bar(0.1, 0.3, 0.1, 0.3, 0.7))
+    reach = crank_range(kinematics)
+    assert reach.full
+    assert sorted(reach.change_points) == pytest.approx([math.pi - 0.7, TURN - 0.7], abs=1e-9)
+    # The rocker turns as the crank does, and nothing turns back where the equations are singular.
+    (rocker,) = outputs(course_of(kinematics))
+    assert rocker.dead_centres == ()
+    assert rocker.gain == pytest.approx(TURN, rel=1e-14)
+
+
+def test_a_part_of_a_parallelograms_turn_ends_at_its_change_points() -> None:
+    turning = four_bar(0.1, 0.3, 0.1, 0.3, 0.7)
+    reach = crank_range(Kinematics(replace(turning, driver=replace(turning.driver, span=(-0.2, 0.2)))))
     assert (reach.start_end, reach.stop_end) == ("change point", "change point")
     # Two branches cross there, so that the place is known to the root of rounding only.
     assert (reach.start + 0.7, reach.stop + 0.7) == pytest.approx((0.0, math.pi), abs=1e-5)
@@ -124,7 +141,8 @@ def test_an_in_line_slider_crank_turns_back_at_0_and_180_degrees() -> None:
     found = output("in-line")
     assert [(c.greatest, c.angle == c.until) for c in found.dead_centres] == [(False, True), (True, True)]
     assert sorted((angle + 0.5) % TURN for angle in angles_of(found)) == pytest.approx([0.0, math.pi], abs=1e-12)
-    assert (found.unit, found.stroke) == ("m", pytest.approx(0.2, rel=1e-14))
+    assert found.unit == "m"
+    assert found.stroke == pytest.approx(0.2, rel=1e-14)
     assert found.time_ratio == pytest.approx(1.0, rel=1e-12)
 
 
@@ -169,6 +187,17 @@ def test_the_crank_shapers_time_ratio_is_that_of_its_tangents() -> None:
 def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
     found = output("Whitworth")
     assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
+    assert found.gain == pytest.approx(TURN, rel=1e-14)
+
+
+@pytest.mark.parametrize("driving", [0.02, -0.09])
+def test_a_geared_wheel_goes_on_by_the_ratio_of_its_radii(driving: float) -> None:
+    machine = rolling_machines.gear_pair(driving)
+    (pair,) = machine.meshes
+    assert isinstance(pair, Rolling)
+    (found,) = outputs(course(machine))
+    assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
+    assert found.gain == pytest.approx(-TURN * pair.radius_a / pair.radius_b, rel=1e-12)
 
 
 def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:

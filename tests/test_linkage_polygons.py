@@ -8,11 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import rolling_machines
 from catalogue import EVERY_SCENE
+from conrod.cam import CamProfile
 from conrod.kinematics import Kinematics
 from conrod.linkage.accelerations import coincident_parts, contact_acceleration, link_parts, path_parts
 from conrod.linkage.points import linkage_points
-from conrod.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.linkage.polygon import acceleration_polygon, velocity_polygon
+from conrod.linkage.polygon_vectors import Polygon
 from conrod.linkage.state import LinkageState, left_of, linkage_state
 from conrod.mechanism import Mechanism, ObservedPoint
 from conrod.motion import Array
@@ -93,6 +96,55 @@ def test_half_the_coriolis_part_leaves_the_polygon_open() -> None:
     assert replace(polygon, vectors=halved).gap > 0.01
 
 
+# -- rolling --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("track", "wheel"), [(0.3, 0.1), (-0.3, 0.1), (-0.3, 0.2), (0.05, 0.2)])
+def test_where_a_wheel_rolls_polygons_show_no_slip_and_what_its_point_is_drawn_to_its_centre_with(
+    track: float, wheel: float
+) -> None:
+    state = at(planetary_wheel(track, wheel), 0.4, 7.0, 3.0)
+    velocities, accelerations = both(state)
+    assert max(velocities.gap, accelerations.gap) <= 1e-14
+    assert length(velocities.vector("V_B").value) <= 1e-14
+    assert velocities.vector("V_B/A").value == pytest.approx(-velocities.vector("V_A").value, abs=1e-13)
+    turning = state.angular_velocities["wheel"]
+    # Document 001, figures 6.12 and 6.13: w^2 r R / (R + r) outside a track, w^2 r R / (R - r) inside one.
+    other = abs(track) + wheel if track > 0.0 else abs(track) - wheel
+    found = accelerations.vector("A_B3").value
+    assert length(found) == pytest.approx(turning**2 * wheel * abs(track) / other, rel=1e-12)
+    # From the contact towards the wheel's centre.
+    centre = state.links["wheel"].place((0.0, 0.0))
+    contact = centre * track / (track + wheel)
+    assert float(found @ (centre - contact)) == pytest.approx(length(found) * wheel, rel=1e-12)
+
+
+@pytest.mark.parametrize("driving", [0.02, -0.09])
+def test_teeth_of_a_pair_of_gears_have_one_velocity_and_other_accelerations(driving: float) -> None:
+    machine = rolling_machines.gear_pair(driving)
+    state = linkage_state(Kinematics(machine), 0.3, 7.0, 2.0)
+    velocities, accelerations = both(state)
+    assert len(velocities.vectors) >= 1
+    assert max(velocities.gap, accelerations.gap) <= 1e-13
+    (between,) = (vector for vector in accelerations.vectors if "/" in vector.name)
+    (pair,) = machine.meshes
+    assert isinstance(pair, Rolling)
+    turned = [state.angular_velocities[link] for link in (pair.a, pair.b)]
+    closed = (turned[1] - turned[0]) ** 2 * abs(pair.radius_a * pair.radius_b) / pair.distance
+    assert length(between.value) == pytest.approx(closed, rel=1e-12)
+
+
+def test_a_wheel_that_slips_leaves_both_polygons_open() -> None:
+    state = at(planetary_wheel(0.3, 0.1), 0.4)
+    wheel = state.links["wheel"]
+    slips = replace(wheel, angular_velocity=wheel.angular_velocity * (1.0 + 1e-6))
+    # The wheel's own point in contact moves then, and its acceleration is not that of rolling.
+    spoiled = replace(state, links={**state.links, "wheel": slips})
+    velocities, accelerations = both(spoiled)
+    assert length(velocities.vector("V_B").value) > 1e-8
+    assert accelerations.gap > 1e-8
+
+
 # -- closed forms ---------------------------------------------------------------------------------------------------
 
 
@@ -148,6 +200,7 @@ def test_on_a_cam_the_normal_part_is_that_of_the_pitch_curves_arc() -> None:
     parts = coincident_parts(state, contact.a, contact.b, contact.roller_centre)
     sliding = length(parts.relative_velocity)
     radius = sliding**2 / length(parts.normal)
+    assert isinstance(contact.profile, CamProfile)
     pitch_radii = [arc.radius + contact.roller_radius for arc in contact.profile.arcs]
     assert min(abs(radius / pitch - 1.0) for pitch in pitch_radii) <= 1e-10
 

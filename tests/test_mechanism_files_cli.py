@@ -47,9 +47,9 @@ def test_a_pass_is_exported_from_its_start_to_its_end() -> None:
     first, last = (
         dict(zip(rows[0].split(","), map(float, row.split(",")), strict=True)) for row in (rows[1], rows[-1])
     )
-    assert len(rows) == 1 + 61
-    assert (first["crank_angle [rad]"], last["crank_angle [rad]"]) == pytest.approx((-0.6981317, 0.3490659))
-    assert last["time [s]"] == pytest.approx(60.0 / 360.0 * 2.0 * 3.14159265 / 60.0)
+    assert len(rows) == 1 + 71
+    assert (first["crank_angle [rad]"], last["crank_angle [rad]"]) == pytest.approx((-0.1745329, 1.0471976))
+    assert last["time [s]"] == pytest.approx(70.0 / 360.0 * 2.0 * 3.14159265 / 60.0)
 
 
 def test_a_model_is_exported_whatever_its_texts(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_model_is_exported_whatever_its_texts(tmp_path: Path) -> None:
 
 
 def test_a_file_goes_by_its_own_name(tmp_path: Path) -> None:
-    assert list(select_scenes([str(FOUR_BAR), "saw-40rpm"], [])) == ["four-bar", "saw-40rpm"]
+    assert list(select_scenes([str(FOUR_BAR), "saw-40rpm"], [])) == ["swinging-four-bar", "saw-40rpm"]
 
 
 @pytest.mark.parametrize(

@@ -23,11 +23,12 @@ from conrod.report.canvas import drawing_style, svg_text
 from conrod.report.drawing import draw_mechanism, mechanism_svg
 from conrod.report.error_figure import error_figure
 from conrod.report.pages import scene_page
+from conrod.report.reproduction import Reproduction
 from conrod.report.writer import figures, write_report
 from conrod.scenes import SCENES
 from conrod.studies.results import QUANTITIES, Curve, PrintedCells, RefinementPoint, Result, SceneStudy, Tolerance
 
-COMMAND = "conrod validate {scene} --out reports"
+COMMAND = Reproduction("conrod validate {scene} --out reports")
 ALL = sorted(SCENES)
 
 
@@ -204,13 +205,13 @@ def test_figures_do_not_depend_on_the_users_settings_of_matplotlib() -> None:
 
 def test_an_unsupported_result_shows_its_reason() -> None:
     study = a_study("cam-follower", ended("cam-follower", "unsupported", "hardening does not apply to contact", None))
-    assert "unsupported: hardening does not apply to contact" in scene_page(study, COMMAND)
+    assert "unsupported: hardening does not apply to contact" in scene_page(study, COMMAND.of("saw-40rpm"))
 
 
 @pytest.mark.parametrize(("outcome", "passed"), [("opened", False), ("lost-contact", None), ("diverged", False)])
 def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome: str, passed: bool | None) -> None:
     study = a_study("saw-40rpm", ended("saw-40rpm", outcome, "seen at 12.5 deg", passed))
-    page = scene_page(study, COMMAND)
+    page = scene_page(study, COMMAND.of("saw-40rpm"))
     assert f"{outcome}: seen at 12.5 deg" in page
     assert "No run completed" in page
     assert "saw-40rpm-error.svg" not in page
@@ -219,7 +220,7 @@ def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome:
 
 def test_a_run_that_did_not_complete_is_in_no_table_of_errors() -> None:
     lost = ended("saw-40rpm", "opened", "pin: gap up to 0.1 m", False)
-    page = scene_page(a_study("saw-40rpm", a_result("saw-40rpm"), lost), COMMAND)
+    page = scene_page(a_study("saw-40rpm", a_result("saw-40rpm"), lost), COMMAND.of("saw-40rpm"))
     errors = page[page.index("## Errors") : page.index("## Tolerances")]
     assert "tuned" in errors
     assert "hardened" not in errors
@@ -227,12 +228,14 @@ def test_a_run_that_did_not_complete_is_in_no_table_of_errors() -> None:
 
 def test_a_result_out_of_tolerance_names_what_was_found_and_allowed() -> None:
     result = replace(a_result("saw-40rpm", 1e-4), passed=False)
-    assert "**out of tolerance**: position 1.5e-4 > 1.0e-5" in scene_page(a_study("saw-40rpm", result), COMMAND)
+    assert "**out of tolerance**: position 1.5e-4 > 1.0e-5" in scene_page(
+        a_study("saw-40rpm", result), COMMAND.of("saw-40rpm")
+    )
 
 
 def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_for_that() -> None:
     result = replace(a_result("shear-press"), passed=False, printed=PrintedCells(584, 467, 464, 0.6))
-    page = scene_page(a_study("shear-press", result), COMMAND)
+    page = scene_page(a_study("shear-press", result), COMMAND.of("saw-40rpm"))
     assert "the printed table, 464 of 467 cells met" in page
     assert "The other 117 cells" in page
 
@@ -240,12 +243,12 @@ def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_fo
 def test_a_plateau_is_named_as_such() -> None:
     flat = tuple(RefinementPoint(n, "completed", 0.1, 0.1, 0.1) for n in (125, 250, 500, 1000))
     result = replace(a_result("saw-40rpm"), refinement=flat, order=dict.fromkeys(QUANTITIES))
-    assert "none: plateau at 0.10" in scene_page(a_study("saw-40rpm", result), COMMAND)
+    assert "none: plateau at 0.10" in page
 
 
 def test_what_is_missing_is_not_printed_as_none_or_nan() -> None:
     kinematic = replace(a_result("saw-40rpm", preset=None), mode="kinematic", order=None, settings=None, curves=None)
-    page = scene_page(a_study("saw-40rpm", a_result("saw-40rpm"), kinematic), COMMAND)
+    page = scene_page(a_study("saw-40rpm", a_result("saw-40rpm"), kinematic), COMMAND.of("saw-40rpm"))
     assert "None" not in page
     assert "nan" not in page
 
@@ -264,7 +267,9 @@ def test_a_page_says_what_cannot_be_seen_and_how_it_is_reproduced(name: str) -> 
 @pytest.fixture
 def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures take a second or two; what is claimed here does not depend on what is in them."""
-    monkeypatch.setattr(writer, "figures", lambda study: dict.fromkeys(("mechanism", "motion", "error", "order"), "x"))
+    monkeypatch.setattr(
+        writer, "figures", lambda study, shown: dict.fromkeys(("mechanism", "motion", "error", "order"), "x")
+    )
 
 
 def contents(folder: Path) -> dict[str, bytes]:

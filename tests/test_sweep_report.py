@@ -21,6 +21,7 @@ from conrod.errors import InvalidInput
 from conrod.files import Batch, write_together
 from conrod.report import numbers
 from conrod.report.canvas import drawing_style, on_log_grid, svg_text
+from conrod.report.reproduction import Reproduction
 from conrod.report.summary import check_report_folder
 from conrod.report.sweep import writer
 from conrod.report.sweep.bands import Pooled, rows_of, shares_table
@@ -45,7 +46,7 @@ from conrod.studies.sweep_results import SweepStudy, SweptPoint
 from conrod.studies.transfer import Transfer
 from handmade import FAST, SENSITIVITY, STEPS, convergence, handmade_sweep, measurement
 
-COMMAND = "conrod sweep {scene} --out reports/sweep"
+COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
 LABEL = re.compile(r"[MP]\d+")
 
 

@@ -1,40 +1,33 @@
-"""The walk along an assembly branch from the start pose, around the turn or over a span, in steps that it allows."""
+"""The walk along an assembly branch from the start pose, around the turn or over a span, in steps that it allows.
+
+At a change point it goes on smoothly; from there on the determinant of the Jacobian, which tells branches apart, has
+the other sign.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.equations import Equations
 from conrod.errors import InvalidInput
 from conrod.mesh_geometry import check_meshes
-from conrod.motion import Array
+from conrod.motion import Array, Side
 from conrod.pose_table import PoseTable
+from conrod.smooth_course import STEPS_PER_TURN, Place, SmoothCourse
+from conrod.stride import LONGEST, stride
 
-STEPS_PER_TURN, LEAST_STEP = 64, 1e-12  # of the walk around the turn; the least one [rad]
-# A step of the walk is halved until its straight prediction is this good (lengths against the size), and keeps the
-# branch.
-WALK_MISS = 0.02
 # The table is refined until it predicts every pose this well, and no pose may lie further from its prediction: a
 # Newton iteration that moves more has left for another branch.
 TABLE_MISS, REFINEMENTS = 1e-5, 16
 STRAYED = 1e-3
 # What poses may differ by after a turn and yet be the same (lengths against the size).
 RETURNED = 1e-9
-
-
-@dataclass(frozen=True)
-class _Place:
-    """Where a walk is: crank angle [rad], poses there (1, 3 n) and their slope by the angle (1, 3 n)."""
-
-    angle: float
-    poses: Array
-    slope: Array
 
 
 class BranchWalk:
@@ -47,6 +40,7 @@ class BranchWalk:
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
         self._longer: PoseTable | None = None
+        self._course = SmoothCourse(equations)
 
     @cached_property
     def start(self) -> Array:
@@ -74,11 +68,58 @@ class BranchWalk:
         if table is None:
             return np.concatenate([self._walk(0.0, self.start, float(goal)) for goal in angle])
         guess = table.interpolate(angle)
-        poses = self.equations.newton(guess, angle)
+        if table.gain is None or not len(self._course.changes.angles):
+            poses = self._course.solved(guess, angle)
+        else:
+            within, turns = self._within(angle)
+            added = turns[:, None] * table.gain
+            poses = self._course.solved(guess - added, within) + added
         for k in np.flatnonzero(self.equations.distance(poses, guess) > STRAYED):
             near, here = table.nearest(float(angle[k]))
             poses[k] = self._walk(near, here, float(angle[k]))[0]
         return poses
+
+    def series(self, angle: Array, order: int, side: Side) -> list[Array]:
+        """Taylor coefficients of the poses by the crank angle at angles (T,) up to an order; each (T, 3 n).
+
+        Raises:
+            InvalidInput: the linkage does not reach an angle.
+        """
+        poses = self.poses(angle)
+        within, _ = self._within(angle)
+        near = self._course.changes.near(within)
+        if not near.any():
+            return self.equations.series(poses, angle, order, self.equations.arcs(poses, side))
+        coefficients = [np.empty_like(poses) for _ in range(order + 1)]
+        if not near.all():
+            away = self.equations.series(poses[~near], angle[~near], order, self.equations.arcs(poses[~near], side))
+            for filled, values in zip(coefficients, away, strict=True):
+                filled[~near] = values
+        self._course.changes.fill(within, coefficients)
+        coefficients[0] = poses
+        return coefficients
+
+    def sign(self, angle: Array) -> Array:
+        """What `branch_of` is on the smooth course at angles (T,) [rad] that were reached."""
+        return np.asarray(self.branch * self._course.changes.sign(self._within(angle)[0]))
+
+    @property
+    def change_angles(self) -> Array:
+        """Crank angles [rad] of the change points of the turn, or of the span, or of what was reached so far."""
+        low, high = (-math.inf, math.inf) if self.table is None else self.table.angles[[0, -1]]
+        angles = self._course.changes.angles
+        return angles[(angles >= low) & (angles <= high)]
+
+    def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
+        """Which angles (T,) [rad] are less than a distance [rad] from a change point."""
+        return self._course.changes.near(self._within(angle)[0], distance)
+
+    def _within(self, angle: Array) -> tuple[Array, Array]:
+        """Angles (T,) within the turn that repeats, where one does, and the whole turns (T,) left out."""
+        if self.table is None or self.table.gain is None:
+            return angle, np.zeros_like(angle)
+        turns = np.floor(angle / (2.0 * math.pi))
+        return angle - 2.0 * math.pi * turns, turns
 
     @cached_property
     def table(self) -> PoseTable | None:
@@ -96,7 +137,10 @@ class BranchWalk:
                 raise
             return None
         check_meshes(self.equations.mechanism, table.poses)
-        return table if span is not None else replace(table, gain=self._gain(table))
+        gain = self._gain(table) if span is None else None
+        if gain is not None:
+            self._course.changes.repeat(2.0 * math.pi, gain)
+        return replace(table, gain=gain)
 
     def _reaching(self, angle: Array) -> PoseTable | None:
         """The table, with the turns added that the angles ask for where poses do not repeat after a turn."""
@@ -116,14 +160,17 @@ class BranchWalk:
         places = [*reversed(back[1:]), *forth]
         stacked = np.concatenate([place.poses for place in places])
         angles = np.array([place.angle for place in places])
-        return self._refined(PoseTable(angles, stacked, self.equations.slope(stacked), None))
+        return self._refined(PoseTable(angles, stacked, self._course.slope(stacked, angles), None))
 
-    def _passed(self, goal: float) -> list[_Place]:
+    def _passed(self, goal: float) -> list[Place]:
         """Places from the start to an angle, in steps of no more than one of the turn's."""
-        passed = [self._place(0.0, self.start)]
-        steps = math.ceil(abs(goal) / (2.0 * math.pi) * STEPS_PER_TURN)
-        for following in np.linspace(0.0, goal, steps + 1)[1:]:
-            passed.extend(self._steps(passed[-1], float(following)))
+        passed = [self._course.place(0.0, self.start)]
+        goals = np.linspace(0.0, goal, math.ceil(abs(goal) / (2.0 * math.pi) * STEPS_PER_TURN) + 1)[1:]
+        length = 2
+        while len(goals := goals[np.abs(goals) > abs(passed[-1].angle)]):
+            found = stride(self._course, passed, goals[:length])
+            passed.extend(found or self._course.steps(passed[-1], float(goals[0]), goal))
+            length = min(2 * length, LONGEST) if len(found) == length else max(len(found), 1)
         return passed
 
     def _refined(self, table: PoseTable) -> PoseTable:
@@ -131,65 +178,28 @@ class BranchWalk:
         for _ in range(REFINEMENTS):
             middle = 0.5 * (table.angles[:-1] + table.angles[1:])
             guess = table.interpolate(middle)
-            poses = self.equations.newton(guess, middle)
+            poses = self._course.solved(guess, middle)
             miss = self.equations.distance(poses, guess)
             for k in np.flatnonzero(miss > STRAYED):
                 poses[k] = self._walk(float(table.angles[k]), table.poses[k : k + 1], float(middle[k]))[0]
             coarse = miss > TABLE_MISS
             if not coarse.any():
                 break
-            table = table.with_rows(middle[coarse], poses[coarse], self.equations.slope(poses[coarse]))
+            table = table.with_rows(middle[coarse], poses[coarse], self._course.slope(poses[coarse], middle[coarse]))
         return table
 
     def _walk(self, angle: float, poses: Array, goal: float) -> Array:
         """Poses (1, 3 n) at a goal angle, reached from those at another without leaving the branch."""
-        here = self._place(angle, poses)
-        return [here, *self._steps(here, goal)][-1].poses
-
-    def _place(self, angle: float, poses: Array) -> _Place:
-        return _Place(angle, poses, self.equations.slope(poses))
+        here = self._course.place(angle, poses)
+        return [here, *self._course.steps(here, goal)][-1].poses
 
     def reach(self, goal: float) -> float:
         """The crank angle [rad] where the way from the start to a goal ends; the goal, if nothing ends it before."""
-        here = self._place(0.0, self.start)
+        here = self._course.place(0.0, self.start)
         with suppress(InvalidInput):
-            for passed in self._steps(here, goal):
+            for passed in self._course.steps(here, goal):
                 here = passed
         return here.angle
-
-    def _steps(self, here: _Place, goal: float) -> Iterator[_Place]:
-        """Places on the way to a goal.
-
-        Raises:
-            InvalidInput: the linkage goes no further.
-        """
-        way = goal - here.angle
-        step = math.copysign(min(abs(way), 2.0 * math.pi / STEPS_PER_TURN), way)
-        while here.angle != goal:
-            following = goal if abs(goal - here.angle) <= abs(step) else here.angle + step
-            reached = self._try_step(here, following)
-            if reached is not None:
-                here, step = reached, 2.0 * step
-                yield here
-            elif abs(step) > LEAST_STEP:
-                step *= 0.5
-            else:
-                raise InvalidInput(self.equations.cannot_turn(np.array([following])))
-
-    def _try_step(self, here: _Place, following: float) -> _Place | None:
-        """The place after a step along the tangent; None if it strayed from it or changed branch."""
-        guess = here.poses + here.slope * (following - here.angle)
-        try:
-            reached = self.equations.newton(guess, np.array([following]))
-        except InvalidInput:
-            return None
-        if self.equations.distance(reached, guess)[0] > WALK_MISS:
-            return None
-        # The factors that tell the branch give the slope as well, for the step after this one.
-        factors = self.equations.elimination(reached)
-        if factors.determinant_sign()[0] != self.branch:
-            return None
-        return _Place(following, reached, self.equations.slope(reached, factors=factors))
 
     def _gain(self, turn: PoseTable) -> Array | None:
         """What one turn adds to the poses: turns of bodies, and nothing else; None if the next turn is another one."""

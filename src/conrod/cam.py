@@ -67,6 +67,11 @@ class CamProfile:
         """Centre x, centre y and radius [m] of the arcs of the given indices."""
         return self._centres[index, 0], self._centres[index, 1], self._radii[index]
 
+    def jumps(self, first: int, second: int) -> bool:
+        """Whether a roller's acceleration or jerk jumps from an arc to the next: whether they are two circles."""
+        one, other = self.arcs[first], self.arcs[second]
+        return (one.centre, one.radius) != (other.centre, other.radius)
+
     def distance(self, x: Array, y: Array) -> Array:
         """Signed distance [m] of points in the cam's frame to the profile, negative inside."""
         cx, cy, radius = self.arc_geometry(self.active_arc(x, y))
@@ -80,6 +85,22 @@ class CamProfile:
         index = np.minimum(np.searchsorted(stops, turned, side="left"), len(self.arcs) - 1)
         cx, cy, radius = self.arc_geometry(index)
         return np.column_stack([cx + radius * np.cos(normals), cy + radius * np.sin(normals)])
+
+    def outline(self, count: int) -> Array:
+        """Points (N, 2) [m] of the profile all the way round, counter-clockwise, the first one again at the end."""
+        return self.points(np.linspace(-np.pi, np.pi, count))
+
+    def joints(self) -> tuple[Array, Array]:
+        """Points (N, 2) [m] of the profile where arcs meet, and its outward normals there (N, 2); none of one arc."""
+        arcs = self.arcs if len(self.arcs) > 1 else ()
+        normals = np.array([(math.cos(arc.start), math.sin(arc.start)) for arc in arcs]).reshape(-1, 2)
+        centres = np.array([arc.centre for arc in arcs]).reshape(-1, 2)
+        return centres + np.array([arc.radius for arc in arcs]).reshape(-1, 1) * normals, normals
+
+    @property
+    def least_radius(self) -> float:
+        """Least radius of curvature of the profile [m]."""
+        return min(arc.radius for arc in self.arcs)
 
 
 def symmetric_cam(base_radius: float, flank_radius: float, nose_radius: float, centre_distance: float) -> CamProfile:

@@ -10,6 +10,7 @@ import click
 
 from conrod.commands import exit_status
 from conrod.commands.ablate import ablate
+from conrod.commands.audit import audit
 from conrod.commands.export import export
 from conrod.commands.harden import harden
 from conrod.commands.limits import limits
@@ -30,7 +31,7 @@ def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
 
 
-for command in (show, validate, sweep, recommend, limits, ablate, lint, harden, results, export):
+for command in (show, validate, sweep, recommend, limits, ablate, audit, lint, harden, results, export):
     cli.add_command(command)
 
 

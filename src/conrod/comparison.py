@@ -117,7 +117,7 @@ def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
     if trajectory.outcome is not Outcome.COMPLETED or trajectory.bodies is None:
         raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
     speed = abs(trajectory.speed)
-    peaks = {name: _peak(name, tracks, ruler) for name, tracks in trajectory.points.items()}
+    peaks = _peaks(trajectory.points, ruler)
     position, velocity = trajectory.bodies.position.instants, trajectory.bodies.velocity.instants
     phase = np.abs(position.angle - trajectory.speed * position.times)
     return Comparison(
@@ -149,6 +149,7 @@ class _Exact:
         self.lengths = ruler.lengths
         self._ruler = ruler
         self._at: dict[int, tuple[Instants, Motion]] = {}  # by identity of the instants, which are kept for it
+        self._steady: dict[int, tuple[Instants, Motion]] = {}
         self._nominal: dict[int, tuple[Instants, Motion]] = {}
 
     def at(self, instants: Instants) -> Motion:
@@ -157,6 +158,12 @@ class _Exact:
             motion = self._ruler.motion(instants.angle, instants.rate, instants.acceleration)
             self._at[id(instants)] = instants, motion
         return self._at[id(instants)][1]
+
+    def steady(self, instants: Instants) -> Motion:
+        """Where the crank was, had it turned steadily there."""
+        if id(instants) not in self._steady:
+            self._steady[id(instants)] = instants, self._ruler.motion(instants.angle, instants.rate)
+        return self._steady[id(instants)][1]
 
     def nominal(self, instants: Instants, speed: float) -> Motion:
         """Where it was to be."""
@@ -190,12 +197,15 @@ def signed_error(track: Track, ruler: Ruler, name: str, quantity: str) -> Array:
     return track.values - exact
 
 
-def _peak(name: str, tracks: PointTracks, ruler: Ruler) -> Peak:
-    at = tracks.acceleration.instants
-    exact = ruler.motion(at.angle, at.rate).point(name)
-    return Peak(
-        float(np.linalg.norm(exact.velocity, axis=1).max()), float(np.linalg.norm(exact.acceleration, axis=1).max())
-    )
+def _peaks(points: Mapping[str, PointTracks], ruler: Ruler) -> dict[str, Peak]:
+    """At the rate that was reached, without the drive's own acceleration."""
+    exact = _Exact(ruler)
+    found = {}
+    for name, tracks in points.items():
+        motion = exact.steady(tracks.acceleration.instants).point(name)
+        sizes = (np.linalg.norm(values, axis=1).max() for values in (motion.velocity, motion.acceleration))
+        found[name] = Peak(*map(float, sizes))
+    return found
 
 
 def _closure(trajectory: Trajectory, ruler: Ruler, length: float) -> Closure:

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from conrod.catalogue import catalogue_heading, catalogue_names
 from conrod.engines import ENGINES, Engine
 from conrod.errors import unknown_choice
+from conrod.execution.validation import run_jobs
 from conrod.export import as_csv, as_npz, exact_columns
-from conrod.facts import dead_centres, stroke
+from conrod.facts import dead_centres, jumps, stroke
 from conrod.scenes import SCENES, Scene
 from conrod.studies.results import Result, SceneStudy
-from conrod.studies.validate import Plan, jobs
+from conrod.studies.validate import Plan
+from conrod.studies.validation_job import jobs_of
 
 # Without a terminal there is no width to fit; tables then keep their columns whole.
 PLAIN_WIDTH = 140
+WIDE = 400  # for lines that tell of a source
 CSV_SAMPLES = 360
 
 
@@ -34,26 +40,20 @@ def console(plain_width: int = PLAIN_WIDTH) -> Console:
 
 
 def run_with_progress(
-    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, tuple[str, ...]], plan: Plan
+    scenes: Mapping[str, Scene],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, tuple[str, ...]],
+    plan: Plan,
+    executor: Executor,
 ) -> list[SceneStudy]:
     """Run everything, with a bar on standard error where that is a terminal."""
-    planned = {
-        name: [job for engine in engines for job in jobs(name, scene, engine, presets[engine.name], plan)]
-        for name, scene in scenes.items()
-    }
+    jobs = jobs_of(scenes, engines, presets, plan)
     err = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    studies = []
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        bar = progress.add_task("", total=sum(len(todo) for todo in planned.values()))
-        for name, todo in planned.items():
-            results = []
-            for label, job in todo:
-                progress.update(bar, description=label)
-                results.append(job())
-                progress.advance(bar)
-            studies.append(SceneStudy(name, scenes[name], tuple(results)))
-    return studies
+        bar = progress.add_task("", total=len(jobs))
+        found = run_jobs(jobs, executor, lambda job: progress.update(bar, advance=1, description=job.label))
+    return [SceneStudy(name, scenes[name], tuple(r for r in found if r.scene == name)) for name in scenes]
 
 
 # -- verdicts --------------------------------------------------------------------------------------------------------
@@ -108,14 +108,27 @@ def _missed(result: Result) -> str:
 
 
 def show_catalogue() -> None:
-    """One line for each scene and each engine."""
-    table = Table(box=None, show_header=False, pad_edge=False)
-    for name, scene in SCENES.items():
-        table.add_row(name, scene.title, scene.source)
-    out = console()
-    out.print("scenes")
-    out.print(table)
+    """One line for each scene, each machine of the catalogue, and each engine."""
+    out = console(WIDE)
+    scenes = [(name, scene.title, scene.source) for name, scene in SCENES.items()]
+    _listed(out, "scenes with a closed form", ("name", "title", "source"), scenes)
+    machines = []
+    for name in catalogue_names():
+        heading = catalogue_heading(name)
+        links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
+        machines.append((name, heading.title, links, heading.source))
+    _listed(out, "catalogue (machines from files)", ("name", "title", "moving links", "source"), machines)
     out.print(f"engines: {', '.join(ENGINES)}")
+
+
+def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for heading in headings:
+        table.add_column(heading, no_wrap=True, overflow="ellipsis")
+    for row in rows:
+        table.add_row(*map(escape, row))
+    out.print(table)
+    out.print()
 
 
 UNITS = {"m": ("mm", 1e3), "rad/s": ("rpm", 60.0 / (2.0 * math.pi)), "kg*m^2": ("kg m^2", 1.0)}
@@ -138,16 +151,17 @@ def show_scene(name: str, scene: Scene) -> None:
     out.print(table)
     bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m^2" for b in mechanism.bodies)
     out.print(f"\nbodies: {bodies}")
+    higher = len(mechanism.cam_contacts) + len(mechanism.meshes)
     out.print(
         f"mobility: {mechanism.mobility} (Gruebler: {len(mechanism.bodies)} moving links, "
-        f"{len(mechanism.joints) - len(mechanism.cam_contacts)} lower and {len(mechanism.cam_contacts)} higher pairs)"
+        f"{len(mechanism.joints) - higher} lower and {higher} higher pairs)"
     )
     out.print(f"stroke of {scene.output}: {1e3 * stroke(scene):.6g} mm")
     for centre in dead_centres(scene):
         x, y = (1e3 * v for v in centre.place)
         out.print(f"dead centre of {scene.output}: {math.degrees(centre.angle):.4f} deg, at ({x:.6g}, {y:.6g}) mm")
-    for angle in scene.break_angles():
-        out.print(f"acceleration jumps at: {math.degrees(angle):.4f} deg")
+    for angle, what in jumps(scene):
+        out.print(f"{what} jumps at: {math.degrees(angle):.4f} deg")
     points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
     out.print(f"observed points: {points}")
     generic = "generic Newton solver on the joint equations"

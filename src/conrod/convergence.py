@@ -60,14 +60,16 @@ def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
 
 def _fitted_floor(steps: Array, errors: Array) -> float:
     """Floor >= 0 of the best fit in relative least squares, over a fine grid of orders."""
+    shapes = (steps / steps[0]) ** -ORDERS[:, None]
+    columns = np.stack([shapes, np.ones_like(shapes)], axis=2) / errors[:, None]
+    # As `lstsq` solves each, all at once: small singular values count as zero from the same size on.
+    cutoff = np.finfo(float).eps * max(columns.shape[1:])
+    c, f = np.linalg.pinv(columns, rcond=cutoff).sum(axis=2).T
+    without = columns[:, :, 0].sum(axis=1) / (columns[:, :, 0] ** 2).sum(axis=1)
+    c, f = np.where(f < 0.0, without, c), np.maximum(f, 0.0)
+    misses = ((columns @ np.stack([c, f], axis=1)[:, :, None] - 1.0)[:, :, 0] ** 2).sum(axis=1)
     best, floor = math.inf, 0.0
-    for order in ORDERS:
-        shape = (steps / steps[0]) ** -order
-        columns = np.column_stack([shape, np.ones_like(shape)]) / errors[:, None]
-        (c, f), *_ = np.linalg.lstsq(columns, np.ones_like(shape), rcond=None)
-        if f < 0.0:
-            c, f = float(columns[:, 0].sum() / (columns[:, 0] ** 2).sum()), 0.0
-        miss = float(((columns @ np.array([c, f]) - 1.0) ** 2).sum())
-        if c > 0.0 and miss < best * (1.0 - 1e-9):
-            best, floor = miss, float(f)
+    for miss, size, candidate in zip(misses.tolist(), c.tolist(), f.tolist(), strict=True):
+        if size > 0.0 and miss < best * (1.0 - 1e-9):
+            best, floor = miss, candidate
     return floor

@@ -1,18 +1,21 @@
 """Linear systems of one sparse structure at many samples: an entry is a number, or an array over the samples.
 
 Most entries of joint equations are the numbers +-1 with which a pin or a slide ties the places of two bodies
-together. Elimination along them costs next to nothing, and leaves a small block that closes the mechanism's loops: one
-unknown in a slider-crank, two in a four-bar linkage.
+together. Elimination along them costs next to nothing, and leaves what closes the mechanism's loops: one unknown in a
+slider-crank, two in a four-bar linkage. Loops that follow each other are solved in that order, those that cannot be
+told apart together.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from conrod.block_triangular import Block, triangular_blocks
 from conrod.motion import Array
 
 Entry = float | Array
@@ -32,33 +35,42 @@ class _Step:
     factors: tuple[tuple[int, Entry], ...]
 
 
+@dataclass(frozen=True)
+class Order:
+    """How a matrix is taken apart: row and column of each number that is eliminated along, then blocks of the rest."""
+
+    pivots: Pivots
+    blocks: tuple[Block, ...]
+
+
 class Elimination:
     """The factors of a batch of square matrices.
 
     Args:
         rows: of the matrix, each its entries by column.
         samples: length of the entries that are arrays.
-        pivots: of matrices whose numbers are the same and stand at the same places; None looks for them, which takes
+        order: of matrices whose numbers are the same and stand at the same places; None looks for one, which takes
             longer than to eliminate.
     """
 
-    def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int, pivots: Pivots | None = None) -> None:
+    def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int, order: Order | None = None) -> None:
         self._samples, self._size = samples, len(rows)
         left = {i: {c: v for c, v in row.items() if not _is_zero(v)} for i, row in enumerate(rows)}
-        self._steps: list[_Step] = [_eliminate(left, *place) for place in pivots or ()]
-        while pivots is None and (place := _constant_pivot(left)) is not None:
+        self._steps: list[_Step] = [_eliminate(left, *place) for place in (order.pivots if order else ())]
+        while order is None and (place := _constant_pivot(left)) is not None:
             self._steps.append(_eliminate(left, *place))
-        gone = {step.column for step in self._steps}
-        self._rows, self._columns = list(left), [c for c in range(self._size) if c not in gone]
-        self._block = np.zeros((samples, len(left), len(left)))
-        for i, row in enumerate(left.values()):
-            for c, value in row.items():
-                self._block[:, i, self._columns.index(c)] = value
+        self.order = order or Order(
+            tuple((step.row, step.column) for step in self._steps),
+            self._square(triangular_blocks({i: tuple(sorted(row)) for i, row in left.items()})),
+        )
+        self._blocks = [_Block(block, left, samples) for block in self.order.blocks]
 
-    @property
-    def pivots(self) -> Pivots:
-        """Row and column of each number that was eliminated along, in order."""
-        return tuple((step.row, step.column) for step in self._steps)
+    def _square(self, blocks: tuple[Block, ...]) -> tuple[Block, ...]:
+        """Blocks as they are; that of a singular matrix with the columns in which there is nothing at all."""
+        if all(len(rows) == len(columns) for rows, columns in blocks):
+            return blocks
+        gone = {step.column for step in self._steps}
+        return tuple((rows, tuple(c for c in range(self._size) if c not in gone)) for rows, _ in blocks)
 
     def solve(self, right: Sequence[Entry]) -> Array:
         """Solutions (T, n) for one right-hand side, given row by row; not finite where the matrix is singular."""
@@ -68,8 +80,8 @@ class Elimination:
                 for row, factor in step.factors:
                     known[row] = known[row] - factor * known[step.row]
             unknown: list[Entry] = [0.0] * self._size
-            for column, value in zip(self._columns, self._solve_block([known[i] for i in self._rows]), strict=True):
-                unknown[column] = value
+            for block in self._blocks:
+                block.solve(known, unknown)
             for step in reversed(self._steps):
                 total = known[step.row]
                 for column, value in step.others.items():
@@ -80,25 +92,69 @@ class Elimination:
             solution[:, column] = value
         return solution
 
+    def determinant(self) -> Array:
+        """The determinant (T,)."""
+        order = dict(self.order.pivots)
+        for rows, columns in self.order.blocks:
+            order |= zip(rows, columns, strict=True)
+        constant = math.prod([_permutation_sign(order), *(step.pivot for step in self._steps)])
+        return np.asarray(constant * self.block_determinants().prod(axis=1))
+
+    def block_determinants(self) -> Array:
+        """The determinants of what is solved together (T, k): where one of them vanishes the matrix is singular."""
+        determinants = [np.linalg.det(block.matrix) for block in self._blocks]
+        return np.stack(determinants, axis=1) if determinants else np.empty((self._samples, 0))
+
     def determinant_sign(self) -> Array:
         """Sign of the determinant (T,); 0 where the matrix is singular."""
-        order = np.empty(self._size, dtype=int)
-        order[[*(s.row for s in self._steps), *self._rows]] = [*(s.column for s in self._steps), *self._columns]
-        constant = np.prod([step.pivot for step in self._steps]) * np.linalg.det(np.eye(self._size)[order])
-        return np.asarray(np.sign(constant) * np.sign(np.linalg.det(self._block)), dtype=float)
+        return np.asarray(np.sign(self.determinant()))
 
-    def _solve_block(self, right: list[Entry]) -> list[Entry]:
-        if len(right) <= 1:
-            return [value / self._block[:, 0, 0] for value in right]
+
+class _Block:
+    """Equations that are solved together, once the unknowns of those before are known."""
+
+    def __init__(self, block: Block, left: Mapping[int, Mapping[int, Entry]], samples: int) -> None:
+        self._rows, self._columns = block
+        self._samples = samples
+        self.matrix = np.zeros((samples, len(self._rows), len(self._columns)))
+        self._before: list[tuple[int, int, Entry]] = []
+        for i, row in enumerate(self._rows):
+            for column, value in left[row].items():
+                if column in self._columns:
+                    self.matrix[:, i, self._columns.index(column)] = value
+                else:
+                    self._before.append((row, column, value))
+
+    def solve(self, known: list[Entry], unknown: list[Entry]) -> None:
+        """Fill in the block's unknowns; what is known of its equations is changed by those before."""
+        for row, column, value in self._before:
+            known[row] = known[row] - value * unknown[column]
+        right = [known[row] for row in self._rows]
+        if len(right) == 1:
+            unknown[self._columns[0]] = right[0] / self.matrix[:, 0, 0]
+            return
         stacked = np.stack([np.broadcast_to(value, self._samples) for value in right], axis=1)
-        return list((self._inverse @ stacked[:, :, None])[:, :, 0].T)
+        for column, found in zip(self._columns, (self._inverse @ stacked[:, :, None])[:, :, 0].T, strict=True):
+            unknown[column] = found
 
     @cached_property
     def _inverse(self) -> Array:
         try:
-            return np.asarray(np.linalg.inv(self._block))
+            return np.asarray(np.linalg.inv(self.matrix))
         except np.linalg.LinAlgError:
-            return np.full_like(self._block, np.nan)
+            return np.full_like(self.matrix, np.nan)
+
+
+def _permutation_sign(order: Mapping[int, int]) -> float:
+    """+1 for an even permutation, -1 for an odd one: each cycle of even length changes it."""
+    sign, seen = 1.0, set[int]()
+    for start in order:
+        place, length = start, 0
+        while place not in seen:
+            seen.add(place)
+            place, length = order[place], length + 1
+        sign = -sign if length and length % 2 == 0 else sign
+    return sign
 
 
 def _is_zero(entry: Entry) -> bool:

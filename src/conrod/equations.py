@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.elimination import Elimination, Entry, Pivots
+from conrod.elimination import Elimination, Entry, Order
 from conrod.errors import InvalidInput
 from conrod.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.mechanism import GROUND, HigherPair, Joint, Mechanism
@@ -25,6 +25,7 @@ class Equations:
         mechanism: the mechanism.
         approximate: its given start poses (1, 3 n) [m, m, rad].
         size: the largest coordinate [m] in them.
+        scale: what poses are measured by (3 n,): the size [m] and one radian.
         crank: index of the driven body.
     """
 
@@ -35,9 +36,9 @@ class Equations:
         # Newton works on lengths in units of the mechanism's size, so that its tolerance fits mm and km alike.
         self.size = float(np.abs(start[:, :2]).max()) or 1.0
         self.approximate = start.reshape(1, -1)
-        self._scale = np.tile([self.size, self.size, 1.0], len(mechanism.bodies))
+        self.scale = np.tile([self.size, self.size, 1.0], len(mechanism.bodies))
         # The numbers in the Jacobian are the mechanism's, whatever its poses: they are looked through once.
-        self._pivots: Pivots | None = None
+        self._order: Order | None = None
 
     def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
         """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
@@ -58,8 +59,8 @@ class Equations:
         return self._eliminated(pose_jets(self.mechanism, [poses]), len(poses), arcs)
 
     def _eliminated(self, bodies: dict[str, PoseJet], samples: int, arcs: Arcs | None = None) -> Elimination:
-        factors = Elimination(self._rows(bodies, arcs), samples, self._pivots)
-        self._pivots = factors.pivots
+        factors = Elimination(self._rows(bodies, arcs), samples, self._order)
+        self._order = factors.order
         return factors
 
     def _rows(self, bodies: dict[str, PoseJet], arcs: Arcs | None = None) -> list[dict[int, Entry]]:
@@ -109,6 +110,18 @@ class Equations:
         residual = self.residual([poses, np.zeros_like(poses)], np.zeros(len(poses)), arcs)
         return -(factors or self.elimination(poses, arcs)).solve(residual)
 
+    def series(self, poses: Array, angle: Array, order: int, arcs: Arcs | None = None) -> list[Array]:
+        """Taylor coefficients of the poses by the crank angle, from the poses themselves up to an order; each (T, 3 n).
+
+        They are not finite where the Jacobian is singular.
+        """
+        # One matrix for all orders, so it is factored once.
+        factors = self.elimination(poses, arcs)
+        coefficients, zero = [poses], np.zeros_like(poses)
+        for _ in range(order):
+            coefficients.append(-factors.solve(self.residual([*coefficients, zero], angle, arcs)))
+        return coefficients
+
     def arcs(self, poses: Array, side: Side) -> Arcs:
         """The cam arcs in force on one side of each angle.
 
@@ -123,26 +136,28 @@ class Equations:
         moved = pose_jets(self.mechanism, [poses + width * self.slope(poses, here)])
         return {joint.name: active_arcs(joint, moved) for joint in contacts}
 
-    def newton(self, guess: Array, angle: Array) -> Array:
-        """Poses (T, 3 n) that fit the crank angles (T,), near a guess.
+    def newton(self, guess: Array, angle: Array, attempts: int = NEWTON_STEPS) -> Array:
+        """Poses (T, 3 n) that fit the crank angles (T,), near a guess, after so many steps at most.
 
         Raises:
             InvalidInput: the iteration does not converge at every angle.
         """
         poses = guess.copy()
-        for _ in range(NEWTON_STEPS):
-            bodies = pose_jets(self.mechanism, [poses])
-            step = self._eliminated(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
+        for _ in range(attempts):
+            # A guess may lie where an equation has no slope, a roller on a cam's axis; what is not finite ends it.
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                bodies = pose_jets(self.mechanism, [poses])
+                step = self._eliminated(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
             poses -= step
             if not np.all(np.isfinite(step)):
                 break
-            if np.abs(step / self._scale).max() <= NEWTON_DONE:
+            if np.abs(step / self.scale).max() <= NEWTON_DONE:
                 return poses
         raise InvalidInput(self.cannot_turn(angle))
 
     def distance(self, first: Array, second: Array) -> Array:
         """Largest difference of poses (T,), lengths against the mechanism's size."""
-        return np.asarray(np.abs((first - second) / self._scale).max(axis=1))
+        return np.asarray(np.abs((first - second) / self.scale).max(axis=1))
 
     def cannot_turn(self, angle: Array) -> str:
         """What to say of angles (T,) [rad] that the linkage does not reach."""

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.cam import Arc
+from conrod.cam import Arc, CamProfile
 from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, Body, CamContact, Driver, Mechanism, Point, Pose, Prismatic, Revolute, to_world
 from conrod.motion import BREAK_WIDTH, Array, Side
@@ -94,16 +94,12 @@ class EquivalentLinkage:
         ends at a + sqrt(l^2 - (e - b)^2).
         """
         guide, index = self._guide, self.active(angle, side)
-        cranks = np.array([guide.centre(self._profile[linkage.arc]) for linkage in self.arcs])[index]
+        cranks = np.array([guide.centre(arcs_of(self.whole)[linkage.arc]) for linkage in self.arcs])[index]
         rods = np.array([linkage.rod for linkage in self.arcs])[index]
         turn = self.whole.driver.start + self.whole.driver.sense * angle - guide.direction
         along = np.cos(turn) * cranks[:, 0] - np.sin(turn) * cranks[:, 1]
         across = np.sin(turn) * cranks[:, 0] + np.cos(turn) * cranks[:, 1]
         return np.asarray(along + guide.side * np.sqrt(rods**2 - (guide.offset - across) ** 2))
-
-    @property
-    def _profile(self) -> tuple[Arc, ...]:
-        return self.whole.cam_contacts[0].profile.arcs
 
     @cached_property
     def _guide(self) -> _Guide:
@@ -120,7 +116,7 @@ def equivalent_linkage(mechanism: Mechanism) -> EquivalentLinkage:
     if reason:
         raise InvalidInput(f"{mechanism.name}: {reason}")
     contact, guide = mechanism.cam_contacts[0], _guide_of(mechanism)
-    arcs, sense = contact.profile.arcs, mechanism.driver.sense
+    arcs, sense = arcs_of(mechanism), mechanism.driver.sense
     if len(arcs) == 1:
         return EquivalentLinkage(mechanism, (_arc_linkage(mechanism, guide, 0, (0.0, TURN)),))
     joints = [guide.crank_angle(mechanism, contact, arc) for arc in arcs]
@@ -134,11 +130,20 @@ def equivalent_linkage(mechanism: Mechanism) -> EquivalentLinkage:
     return EquivalentLinkage(mechanism, tuple(linkages))
 
 
+def arcs_of(mechanism: Mechanism) -> tuple[Arc, ...]:
+    """The arcs of the one cam of a mechanism that has an equivalent linkage."""
+    profile = mechanism.cam_contacts[0].profile
+    assert isinstance(profile, CamProfile)
+    return profile.arcs
+
+
 def linkage_refusal(mechanism: Mechanism) -> str | None:
     """None, or the reason why a mechanism has no equivalent linkage here."""
     if len(mechanism.cam_contacts) != 1:
         return f"it has {len(mechanism.cam_contacts)} cams; an equivalent linkage is made for one"
     contact = mechanism.cam_contacts[0]
+    if not isinstance(contact.profile, CamProfile):
+        return f"the cam {contact.a!r} is made from a motion law, and has no arcs to make an equivalent linkage of"
     if contact.a != mechanism.crank:
         return f"the cam {contact.a!r} is not the driven crank, which an equivalent linkage is made for"
     if _slide_of(mechanism) is None:
@@ -209,7 +214,7 @@ def _slide_of(mechanism: Mechanism) -> Prismatic | None:
 
 def _arc_linkage(mechanism: Mechanism, guide: _Guide, index: int, between: tuple[float, float]) -> ArcLinkage:
     contact = mechanism.cam_contacts[0]
-    arc = contact.profile.arcs[index]
+    arc = arcs_of(mechanism)[index]
     length = arc.radius + contact.roller_radius
     middle = mechanism.crank_turn(0.5 * (between[0] + between[1]))
     (cx, cy), (rx, ry) = guide.roller(middle, arc, length)

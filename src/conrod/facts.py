@@ -11,6 +11,10 @@ from conrod.scenes import Scene
 
 SAMPLES = 3600
 HALVINGS = 60
+AT_REST = 1e-6  # speed of a point at rest, against its stroke and the crank's speed
+STANDING = 1e-12  # likewise, of a dwell
+# Of omega^2 L: both sides of a break are taken so near to it that a continuous acceleration differs by less.
+SEEN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -27,9 +31,10 @@ def stroke(scene: Scene) -> float:
 
 
 def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
-    """Where the velocity of the output point along its path changes sign, by bisection on the exact motion.
+    """Where the output point comes to rest and turns back, by bisection on the exact motion.
 
-    A dwell is no dead centre: the follower of a cam rests there, and turns back at the nose alone.
+    A dwell is no dead centre: the follower of a cam rests there, and turns back at the nose alone. Nor is the end of a
+    coupler point's curve, which it passes without a rest.
     """
     span = scene.mechanism().driver.span
     step = 2.0 * np.pi / SAMPLES
@@ -38,18 +43,36 @@ def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
     angles = turn if span is None else np.linspace(*span, SAMPLES)
     along = _direction(scene)
     speeds = _speed(scene, angles, along)
+    # What a solver's rounding moves in a dwell turns nowhere back.
+    speeds[np.abs(speeds) <= STANDING * stroke(scene)] = 0.0
     found = np.flatnonzero(speeds[:-1] * speeds[1:] < 0.0)
+    if not found.size:
+        return ()
     low, high, sign = angles[found], angles[found + 1], np.sign(speeds[found])
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         before = np.sign(_speed(scene, middle, along)) == sign
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    places = scene.motion(low, scene.speed).point(scene.output).position
+    found_motion = scene.motion(low, 1.0).point(scene.output)
+    resting = np.linalg.norm(found_motion.velocity, axis=1) <= AT_REST * stroke(scene)
     centres = [
         DeadCentre(_once_around(float(angle)) if span is None else float(angle), (float(x), float(y)))
-        for angle, (x, y) in zip(low, places, strict=True)
+        for angle, (x, y) in zip(low[resting], found_motion.position[resting], strict=True)
     ]
     return tuple(sorted(centres, key=lambda centre: centre.angle))
+
+
+def jumps(scene: Scene) -> tuple[tuple[float, str], ...]:
+    """Each crank angle [rad] where an observed point's motion jumps, with the lowest derivative that does."""
+    found: dict[float, str] = {}
+    for beside in scene.breaks():
+        size = scene.lengths[beside.point] * scene.speed**2
+        jump = float(np.linalg.norm(beside.left_acceleration - beside.right_acceleration))
+        if jump > SEEN * size:
+            found[beside.angle] = "acceleration"
+        else:
+            found.setdefault(beside.angle, "jerk")
+    return tuple(sorted(found.items()))
 
 
 def _once_around(angle: float) -> float:

@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike
 from conrod.joint_equations import active_arcs, pose_jets
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
-from conrod.motion import Array, Break, Motion, Side, breaks_between
+from conrod.motion import BREAK_WIDTH, Array, Break, Motion, Side, breaks_between
 
 SAMPLES, HALVINGS = 720, 60
+ASIDE = 0.3  # of a sample's spacing
+TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -57,13 +59,22 @@ class GenericReference:
         return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)
 
     def break_angles(self) -> tuple[float, ...]:
-        """Angles [rad] in [0, 2 pi) where a roller passes from one arc of its cam to the next, by bisection."""
+        """Angles [rad] in [0, 2 pi) where a roller passes a joint of its cam's arcs or laws that jerks it."""
         found: list[float] = []
         angles = np.linspace(*self.kinematics.span, SAMPLES + 1)
-        for k in range(len(self.described.cam_contacts)):
+        if self.described.driver.span is None:
+            angles -= ASIDE * angles[1]  # a joint at angle 0 is met once, and within
+        for k, contact in enumerate(self.described.cam_contacts):
             arcs = self._arcs(angles, k)
-            for left in np.flatnonzero(arcs[:-1] != arcs[1:]):
-                found.append(self._bisect(float(angles[left]), float(angles[left + 1]), k))
+            passed = [
+                left
+                for left in np.flatnonzero(arcs[:-1] != arcs[1:])
+                if contact.profile.jumps(int(arcs[left]), int(arcs[left + 1]))
+            ]
+            if passed:
+                found += [float(angle) for angle in self._bisect(angles[passed], angles[np.array(passed) + 1], k)]
+        if self.described.driver.span is None:
+            found = [angle % TURN if angle % TURN < TURN - BREAK_WIDTH else 0.0 for angle in found]
         return tuple(sorted(found))
 
     def breaks(self) -> tuple[Break, ...]:
@@ -77,12 +88,11 @@ class GenericReference:
         bodies = pose_jets(self.described, [self.kinematics.poses(angles)])
         return active_arcs(self.described.cam_contacts[contact], bodies).astype(float)
 
-    def _bisect(self, low: float, high: float, contact: int) -> float:
-        before = self._arcs(np.array([low]), contact)[0]
+    def _bisect(self, low: Array, high: Array, contact: int) -> Array:
+        """Where the arc at the lower ends (B,) ceases to be in force."""
+        before = self._arcs(low, contact)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            if self._arcs(np.array([middle]), contact)[0] == before:
-                low = middle
-            else:
-                high = middle
-        return 0.5 * (low + high)
+            same = self._arcs(middle, contact) == before
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        return np.asarray(0.5 * (low + high))

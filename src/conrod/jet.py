@@ -85,6 +85,15 @@ def square_root(square: Jet) -> Jet:
     return Jet(root)
 
 
+def reciprocal(jet: Jet) -> Jet:
+    """1 / f of a jet whose value is not 0, from f (1 / f) = 1 term by term."""
+    a = jet.coefficients
+    inverse: list[Scalar] = [1.0 / a[0]]
+    for k in range(1, len(a)):
+        inverse.append(-_convolve(a, inverse, k, 1, k) / a[0])
+    return Jet(inverse)
+
+
 def direction(x: Jet, y: Jet) -> Jet:
     """Direction [rad] of a vector (x, y), within half a turn of +x, from (x^2 + y^2) f' = x y' - y x' term by term."""
     a, b = x.coefficients, y.coefficients

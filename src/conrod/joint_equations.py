@@ -12,6 +12,8 @@ from typing import assert_never
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.cam_law import LawProfile
+from conrod.cam_law_equation import law_gap, law_normal
 from conrod.jet import Array, Jet, direction, sine_cosine, square_root
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
 from conrod.rolling import Rack, Rolling
@@ -51,7 +53,7 @@ def pose_jets(mechanism: Mechanism, coefficients: Sequence[Array]) -> dict[str, 
 
 
 def active_arcs(joint: CamContact, poses: dict[str, PoseJet]) -> NDArray[np.intp]:
-    """Index of the cam's arc that the roller touches in each pose; (T,)."""
+    """Index of the cam's arc, or of its law's segment, that the roller touches in each pose; (T,)."""
     cam = poses[joint.a]
     x, y = _from_cam(joint, poses)
     c, s = cam.cosine.coefficients[0], cam.sine.coefficients[0]
@@ -63,7 +65,7 @@ def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
     """What is left of a joint's equations: lengths [m], but for a slide's second entry, an angle [rad].
 
     Args:
-        arcs: for a cam contact the arc in force at each sample, where it is not to be told from the poses.
+        arcs: for a cam contact the arc (or segment) in force at each sample, where it is not to be told from the poses.
     """
     a, b = poses[joint.a], poses[joint.b]
     match joint:
@@ -80,7 +82,10 @@ def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             return [(bx - ax) * normal_x + (by - ay) * normal_y, b.phi - a.phi - joint.angle]
         case CamContact():
             x, y = _from_cam(joint, poses)
-            cx, cy, radius = joint.profile.arc_geometry(active_arcs(joint, poses) if arcs is None else arcs)
+            active = active_arcs(joint, poses) if arcs is None else arcs
+            if isinstance(joint.profile, LawProfile):
+                return [law_gap(joint.profile, x, y, a.phi, active)]
+            cx, cy, radius = joint.profile.arc_geometry(active)
             dx = x - (a.cosine * cx - a.sine * cy)
             dy = y - (a.sine * cx + a.cosine * cy)
             return [square_root(dx * dx + dy * dy) - (radius + joint.roller_radius)]
@@ -128,11 +133,16 @@ def joint_jacobian(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             return [offset, ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))]
         case CamContact():
             bx, by = b.arm(joint.roller_centre)
-            cx, cy, _ = joint.profile.arc_geometry(active_arcs(joint, poses) if arcs is None else arcs)
-            ax, ay = a.arm((cx, cy))
-            dx, dy = b.x + bx - a.x - ax, b.y + by - a.y - ay
-            distance = np.hypot(dx, dy)
-            ux, uy = dx / distance, dy / distance
+            active = active_arcs(joint, poses) if arcs is None else arcs
+            if isinstance(joint.profile, LawProfile):
+                ax, ay = b.x + bx - a.x, b.y + by - a.y  # the whole way to the roller, along with which the cam turns
+                ux, uy = a.arm(law_normal(joint.profile, *a.own(ax, ay), active))
+            else:
+                cx, cy, _ = joint.profile.arc_geometry(active)
+                ax, ay = a.arm((cx, cy))
+                dx, dy = b.x + bx - a.x - ax, b.y + by - a.y - ay
+                distance = np.hypot(dx, dy)
+                ux, uy = dx / distance, dy / distance
             return [((-ux, -uy, ux * ay - uy * ax), (ux, uy, uy * bx - ux * by))]
         case Rolling():
             (ax, ay), (bx, by) = a.arm(joint.point_a), b.arm(joint.point_b)
@@ -168,3 +178,7 @@ class _Frame:
         if isinstance(px, float) and isinstance(py, float) and px == py == 0.0:
             return 0.0, 0.0
         return self._cosine * px - self._sine * py, self._sine * px + self._cosine * py
+
+    def own(self, x: Entry, y: Entry) -> tuple[Array, Array]:
+        """A vector of the document's directions in the body's own."""
+        return np.asarray(self._cosine * x + self._sine * y), np.asarray(self._cosine * y - self._sine * x)

@@ -11,6 +11,7 @@ import math
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.branch_walk import BranchWalk
 from conrod.equations import Arcs, Equations
@@ -56,13 +57,7 @@ class Kinematics:
 
     def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
         """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
-        poses = self.poses(angle)
-        arcs = self._equations.arcs(poses, side)
-        # One matrix for all orders, so it is factored once.
-        factors = self._equations.elimination(poses, arcs)
-        coefficients, zero = [poses], np.zeros_like(poses)
-        for _ in range(order):
-            coefficients.append(-factors.solve(self._equations.residual([*coefficients, zero], angle, arcs)))
+        coefficients = self._walk.series(angle, order, side)
         return [math.factorial(k) * c for k, c in enumerate(coefficients)]
 
     def branch(self, poses: Array) -> Array:
@@ -73,6 +68,19 @@ class Kinematics:
     def assembled_branch(self) -> float:
         """The branch that the start poses picked, +1 or -1."""
         return self._walk.branch
+
+    def branch_at(self, angle: Array) -> Array:
+        """The branch (T,) that exact poses at crank angles (T,) [rad] have; it changes at the change points."""
+        return self._walk.sign(angle)
+
+    @property
+    def change_angles(self) -> Array:
+        """Crank angles [rad] of change points of the turn or the span, where the motion goes on smoothly."""
+        return self._walk.change_angles
+
+    def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
+        """Which crank angles (T,) [rad] are less than a distance [rad] from a change point."""
+        return self._walk.near_change(angle, distance)
 
     def conditioning(self, poses: Array) -> Array:
         """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom."""

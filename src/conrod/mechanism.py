@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
-from conrod.cam import CamProfile
+from conrod.cam_shape import Profile
 from conrod.errors import InvalidInput
 from conrod.ranges import check_number
 from conrod.rolling import Mesh
@@ -72,9 +72,16 @@ class CamContact:
     name: str
     a: str
     b: str
-    profile: CamProfile  # in the frame of `a`
+    profile: Profile  # in the frame of `a`
     roller_centre: Point  # in the frame of `b`
     roller_radius: float  # [m]
+
+    def __post_init__(self) -> None:
+        made_for = getattr(self.profile, "roller_radius", self.roller_radius)
+        if made_for != self.roller_radius:
+            raise InvalidInput(
+                f"roller_radius = {self.roller_radius:g} m: the cam's profile is made for a roller of {made_for:g} m"
+            )
 
 
 HigherPair: TypeAlias = CamContact | Mesh

@@ -24,6 +24,8 @@ LOST_GAP = 0.01
 STALL = 0.5
 # A crank that turns back or stops near a pose where the Jacobian is singular has run into the linkage's limit.
 SINGULAR = 0.1
+# This near [rad] to a change point, where branches meet, the error of a state may be more than lies between them.
+MEETING = 0.1
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,9 @@ def _opened(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict
 
 
 def _flipped(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict | None:
-    other = kinematics.branch(bodies.position.poses) != kinematics.assembled_branch
+    at = bodies.position.instants.angle
+    other = kinematics.branch(bodies.position.poses) != kinematics.branch_at(at)
+    other &= ~kinematics.near_change(at, MEETING)
     if other.any():
         angle = float(np.degrees(bodies.position.instants.angle[int(np.argmax(other))]))
         return Verdict(Outcome.FLIPPED, f"on the other branch from {angle:.1f} deg on")

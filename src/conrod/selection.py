@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from conrod.catalogue import CATALOGUE, catalogue_names, scene_named
 from conrod.engines import ENGINES, Engine, engine_named
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.ranges import check_count, check_number
-from conrod.scenes import SCENES, Scene, scene_named
+from conrod.scenes import SCENES, Scene
 from conrod.studies.validate import Plan
 from conrod.units import parse_quantity
 
@@ -23,9 +24,10 @@ LARGEST_TOLERANCE = 1e6
 
 
 def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:
-    """Scenes by name or from files, all that ship where none is named; parameters may have other values.
+    """Scenes by name or from files, those in closed form where none is named; parameters may have other values.
 
-    An assignment `name=value` applies to every selected scene that has the parameter.
+    The word `catalogue` stands for all machines of the catalogue. An assignment `name=value` applies to every selected
+    scene that has the parameter.
 
     Raises:
         InvalidInput: unknown scene, parameter or unit, or a value out of range.
@@ -41,21 +43,49 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
 
 def select_scene(name: str, assignments: Sequence[str]) -> tuple[str, Scene]:
     """One scene, as `select_scenes` does, with the name that it goes by."""
+    if name == CATALOGUE:
+        raise InvalidInput(f"{name!r} stands for many machines: name one of them; `conrod show` lists them")
     ((known_as, scene),) = select_scenes([name], assignments).items()
     return known_as, scene
 
 
+def typed_names(names: Sequence[str]) -> dict[str, str]:
+    """What was typed for the scenes that come from files, by the names that `select_scenes` gives these.
+
+    Whoever makes a report again has to name the file, not the machine in it.
+    """
+    from conrod.mechanism_files.toml_file import read_tables
+
+    return {read_tables(Path(given))["name"]: given for given in names if is_file(given)}
+
+
+def is_file(given: str) -> bool:
+    """Whether what a user named is a mechanism file, and not the name of a scene."""
+    return given.lower().endswith(MECHANISM_FILE)
+
+
 def _named(names: Sequence[str]) -> dict[str, Scene]:
-    """Scenes by name; one from a file goes by the name that stands in it, which can be a file's name anywhere."""
+    """Scenes by name; one from a file goes by the name that stands in it, which can be a file's name anywhere.
+
+    A file may have the name of a machine of the catalogue, as a changed copy of it has, but not beside that machine.
+    """
     scenes: dict[str, Scene] = {}
-    for given in names:
-        from_file = given.lower().endswith(MECHANISM_FILE)
-        scene = _from_file(given) if from_file else scene_named(given)
-        name = scene.kind if from_file else given
-        if from_file and (name in SCENES or name in scenes):
+    files: dict[str, str] = {}
+    for given in _spelt_out(names):
+        scene = _from_file(given) if is_file(given) else scene_named(given)
+        name = scene.kind if is_file(given) else given
+        if is_file(given) and (name in SCENES or name in scenes):
             raise InvalidInput(f"{given}: name = {name!r} is taken by another scene; give it a name of its own")
+        if name in files:
+            raise InvalidInput(f"{name}: {files[name]} has this name too; give the one in the file another name")
+        if is_file(given):
+            files[name] = given
         scenes[name] = scene
     return scenes
+
+
+def _spelt_out(names: Sequence[str]) -> list[str]:
+    return [one for given in names for one in (catalogue_names() if given == CATALOGUE else (given,))]
 
 
 def _from_file(name: str) -> Scene:

@@ -17,6 +17,7 @@ EXAMPLES = {
     "kg": "6kg or 500g",
     "kg*m^2": "0.02 or 20 g*m^2",
     "m/s^2": "9.81 or 0",
+    "rad": "60deg or 1.0472",
     "": "a plain number",
 }
 # A number in ordinary notation: what Python's float() also takes ("1_000", "infinity") is more likely a slip.

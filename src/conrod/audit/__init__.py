@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from conrod.audit.auditing import DOCUMENTS, TITLES, audit, count
+from conrod.audit.audited import Audited
+from conrod.audit.auditing import DOCUMENTS, PAGES, TITLES, audit, audited, count
 from conrod.audit.verdict import Kind, Verdict
 
-__all__ = ["DOCUMENTS", "TITLES", "Kind", "Verdict", "audit", "count"]
+__all__ = ["DOCUMENTS", "PAGES", "TITLES", "Audited", "Kind", "Verdict", "audit", "audited", "count"]

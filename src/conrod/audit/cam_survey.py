@@ -7,6 +7,7 @@ each arc, the jumps that it leaves where the arcs meet, and the pressure angle a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -30,8 +31,9 @@ class CamSurvey:
         exact_peak: largest exact value on the rise, in size.
         flank_error, nose_error: largest deviation of the series from the geometry within the arc.
         jump_b, jump_c: what the series leaves between its arcs at the joints.
-        exact_jump_c: what is really there: none in lift and velocity.
+        exact_jump_b, exact_jump_c: what is really there: none in lift and velocity.
         pressure_angle: the largest [deg], from the geometry, and the cam's angle there.
+        pressure_angle_as_printed: the largest [deg] by the document's (6) and (7), which leave out the roller's radius.
     """
 
     base: float
@@ -44,9 +46,11 @@ class CamSurvey:
     nose_error: Array
     jump_b: Array
     jump_c: Array
+    exact_jump_b: Array
     exact_jump_c: Array
     pressure_angle: float
     pressure_angle_at: float
+    pressure_angle_as_printed: float
 
     @property
     def keeps_the_rule(self) -> bool:
@@ -63,6 +67,12 @@ def cams() -> tuple[ArcCam, ...]:
     return (*found, ArcCam(*LONGEST_FLANK))
 
 
+@cache
+def surveys() -> tuple[CamSurvey, ...]:
+    """All the cams that document 004 studies, measured."""
+    return tuple(survey(cam) for cam in cams())
+
+
 def survey(cam: ArcCam) -> CamSurvey:
     """Measure one cam."""
     flank, nose = cam.flank_angles, cam.nose_angles
@@ -72,7 +82,7 @@ def survey(cam: ArcCam) -> CamSurvey:
     least = cam.scene.is_one_circle
     nose_error = np.zeros(4) if least else np.abs(cam.series(nose, "nose") - on_nose).max(axis=1)
     jump_c = np.zeros(4) if least else cam.series(c, "nose")[:, 0] - cam.series(c, "flank")[:, 0]
-    tangent = pressure_angles(cam, angles)
+    tangent, printed = (pressure_angles(cam, exact, roller) for roller in (cam.scene.roller_radius / 1e-3, 0.0))
     worst = int(np.argmax(tangent))
     return CamSurvey(
         cam.base,
@@ -85,14 +95,20 @@ def survey(cam: ArcCam) -> CamSurvey:
         nose_error,
         cam.series(b, "flank")[:, 0],
         jump_c,
+        cam.exact(b, "right")[:, 0] - cam.exact(b, "left")[:, 0],
         cam.exact(c, "right")[:, 0] - cam.exact(c, "left")[:, 0],
         float(tangent[worst]),
         float(angles[worst]),
+        float(printed.max()),
     )
 
 
-def pressure_angles(cam: ArcCam, degrees: Array) -> Array:
-    """Angles (T,) [deg] of the contact's normal against the follower's axis: tan = dh/dtheta over the height."""
-    lift, slope = cam.exact(degrees)[:2]
-    height = cam.base + cam.scene.roller_radius / 1e-3 + lift
-    return np.asarray(np.degrees(np.arctan2(slope, height)))
+def pressure_angles(cam: ArcCam, motion: Array, roller: float) -> Array:
+    """Angles (T,) [deg] of the contact's normal against the follower's axis: tan = dh/dtheta over the height.
+
+    Args:
+        motion: lift and velocity in the first rows, at 1 rad/s.
+        roller: radius [mm] that is counted to the height.
+    """
+    lift, slope = motion[:2]
+    return np.asarray(np.degrees(np.arctan2(slope, cam.base + roller + lift)))

@@ -52,6 +52,7 @@ class Case:
         neighbours: printed quantities that fix this one.
         wrong_steps: formulas or substitutions in error.
         reading: half a division of the drawing that the number was measured from, in the printed unit.
+        instead: what is to be printed, where that is more than the right digits.
         certain: whether the exact value is what ought to be printed; not where it leans on a fitted pose.
     """
 
@@ -63,6 +64,7 @@ class Case:
     neighbours: tuple[Neighbour, ...] = ()
     wrong_steps: tuple[Explanation, ...] = ()
     reading: float = 0.0
+    instead: str | None = None
     certain: bool = True
 
 
@@ -100,7 +102,7 @@ def _first(case: Case, ways: tuple[Explanation, ...], kind: Kind, keeps: bool) -
         if rounded or (kind is not Kind.EXPLAINED and number.is_cut_of(way.value)):
             how = "" if rounded else ", cut off"
             reason = f"{way.text} gives {_number(way.value)}{how}; {case.why}"
-            return _verdict(case, kind, reason, None if keeps else _correct(case))
+            return _verdict(case, kind, reason, None if keeps else _correct(case), cause=way.text)
     return None
 
 
@@ -111,9 +113,9 @@ def _contradiction(case: Case) -> Verdict | None:
         apart = abs(neighbour.value - number.value) > room
         supported = case.exact is None or abs(neighbour.value - case.exact) <= room
         if apart and supported:
-            right = number.like(neighbour.value if case.exact is None else case.exact)
-            reason = f"{neighbour.text} wants {_number(neighbour.value)} +- {_number(room)}; {case.why}"
-            return _verdict(case, Kind.MISPRINT, reason, right)
+            right = neighbour.value if case.exact is None else case.exact
+            reason = f"by {neighbour.text} it is {_number(neighbour.value)} +- {room:.2g}; {case.why}"
+            return _verdict(case, Kind.MISPRINT, reason, case.instead or number.like(right), right)
     return None
 
 
@@ -125,11 +127,21 @@ def _read(case: Case) -> Verdict | None:
 
 
 def _correct(case: Case) -> str | None:
-    return case.item.number.like(case.exact) if case.exact is not None and case.certain else None
+    if case.exact is None or not case.certain:
+        return None
+    return case.instead or case.item.number.like(case.exact)
 
 
-def _verdict(case: Case, kind: Kind, reason: str, should_be: str | None = None) -> Verdict:
+def _verdict(
+    case: Case,
+    kind: Kind,
+    reason: str,
+    should_be: str | None = None,
+    right: float | None = None,
+    cause: str | None = None,
+) -> Verdict:
     item, exact = case.item, case.exact
+    against = exact if right is None else right
     return Verdict(
         item.document,
         item.place,
@@ -143,7 +155,14 @@ def _verdict(case: Case, kind: Kind, reason: str, should_be: str | None = None) 
         kind,
         reason,
         should_be,
+        None if against is None or should_be is None else _share(item.number.value, against),
+        cause,
     )
+
+
+def _share(value: float, right: float) -> float:
+    """How far a value is off, as a share of the right one; of itself where that is zero."""
+    return abs(value - right) / (abs(right) or abs(value) or 1.0)
 
 
 def _number(value: float) -> str:

@@ -14,6 +14,7 @@ from conrod.errors import InvalidInput
 
 # Digits with a decimal point or comma, as documents of either habit print them.
 DIGITS = re.compile(r"[+-]?([0-9]+)([.,][0-9]+)?")
+MOST_DIGITS = 30  # with sign and mark; a double holds 17
 # An exact value this close to the middle between two prints may be rounded to either.
 TIE = 1e-7
 COLUMNS = ("key", "place", "line", "quantity", "condition", "printed", "unit", "mechanism")
@@ -30,9 +31,9 @@ class Number:
     text: str
 
     def __post_init__(self) -> None:
-        if not DIGITS.fullmatch(self.text):
+        if len(self.text) > MOST_DIGITS or not DIGITS.fullmatch(self.text):
             raise InvalidInput(
-                f"printed value {self.text!r} is not a decimal number: give its digits, like 14.66 or 14,66"
+                f"printed value {self.text[:40]!r} is not a decimal number: give its digits, like 14.66 or 14,66"
             )
 
     @cached_property

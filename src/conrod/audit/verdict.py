@@ -30,6 +30,8 @@ class Verdict:
         kind: the verdict.
         reason: the computation that shows it, in one sentence.
         should_be: what is to be printed in its place; None where the print may stand.
+        off: how far the print is off, as a share of the right value or of its peak; None where there is none.
+        cause: what reproduces the print where that is not the exact motion, in words; items share it.
     """
 
     document: str
@@ -44,3 +46,5 @@ class Verdict:
     kind: Kind
     reason: str
     should_be: str | None = None
+    off: float | None = None
+    cause: str | None = None

@@ -13,6 +13,7 @@ from conrod.commands import options
 if TYPE_CHECKING:
     from conrod.commands.runner import Options
     from conrod.files import Batch
+    from conrod.report.reproduction import Reproduction
     from conrod.studies.ablate.plan import AblationPlan
     from conrod.studies.ablate.results import AblationStudy
 
@@ -55,7 +56,7 @@ def ablate(
     Ingredients are added to the minimal model one by one and all together, and taken from the fully dressed one.
     Finished runs are kept in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.commands.reproduction import command_line
+    from conrod.commands.reproduction import reproduction
     from conrod.commands.runner import Options
     from conrod.files import check_apart, file_to_write, folder_to_write
     from conrod.ranges import check_count
@@ -81,7 +82,7 @@ def ablate(
     studies = _studies(plans, how)
     given = {"--engine": engine, "--steps-per-rev": steps_per_rev, "--rounds": None if rounds == ROUNDS else rounds}
     _print_and_write(
-        studies, folder, file, None if folder is None else command_line("ablate", given, assignments, folder)
+        studies, folder, file, None if folder is None else reproduction("ablate", scenes, given, assignments, folder)
     )
 
 
@@ -103,7 +104,7 @@ def _studies(plans: Sequence[Sequence[AblationPlan]], how: Options) -> list[Abla
 
 
 def _print_and_write(
-    studies: Sequence[AblationStudy], folder: Path | None, file: Path | None, command: str | None
+    studies: Sequence[AblationStudy], folder: Path | None, file: Path | None, command: Reproduction | None
 ) -> None:
     from conrod.ablate_console import print_ablation
     from conrod.files import naming, write_together

@@ -13,6 +13,7 @@ from conrod.commands import options
 if TYPE_CHECKING:
     from conrod.commands.runner import Options
     from conrod.files import Batch
+    from conrod.report.reproduction import Reproduction
     from conrod.scenes import Scene
     from conrod.studies.limits.gallery import Exhibit
     from conrod.studies.limits.plan import LimitPlan
@@ -72,7 +73,7 @@ def limits(
     ledger: an interrupted study goes on where it stopped.
     """
     from conrod.commands.limits_request import request_of
-    from conrod.commands.reproduction import command_line
+    from conrod.commands.reproduction import reproduction
     from conrod.commands.runner import Options
     from conrod.files import check_apart
     from conrod.ranges import check_count
@@ -97,7 +98,7 @@ def limits(
     given |= {"--cell-timeout": cell_timeout, "--cell-memory": cell_memory}
     given |= {"--most-runs": None if most_runs == MOST_RUNS else most_runs}
     _print_and_write(
-        found, folder, file, None if folder is None else command_line("limits", given, assignments, folder)
+        found, folder, file, None if folder is None else reproduction("limits", scenes, given, assignments, folder)
     )
 
 
@@ -126,7 +127,7 @@ def _found(plans: Sequence[LimitPlan], how: Options, with_gallery: bool) -> Foun
         return pursue_plans(plans, run), pursue([gallery_search()], run)[0] if with_gallery else ()
 
 
-def _print_and_write(found: Found, folder: Path | None, file: Path | None, command: str | None) -> None:
+def _print_and_write(found: Found, folder: Path | None, file: Path | None, command: Reproduction | None) -> None:
     from conrod.files import naming, write_together
     from conrod.limits_console import print_limits
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
 from conrod.commands.model_options import ModelOptions
 from conrod.commands.places import places_of
-from conrod.commands.reproduction import SCENE, command_line
+from conrod.commands.reproduction import command_line
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.report.reproduction import Reproduction
 from conrod.scenes import Scene
 from conrod.studies.user_model.frame import UNITS, GivenFrame
 from conrod.units import parse_quantity
@@ -88,4 +88,4 @@ def model_command_line(
         "--revolutions": revolutions,
         "--tolerance": tolerance,
     }
-    return command_line("validate", given, assignments, folder).replace(SCENE, shlex.quote(file), 1)
+    return Reproduction(command_line("validate", given, assignments, folder)).of(file)

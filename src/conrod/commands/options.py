@@ -19,11 +19,12 @@ ledger = click.option(
     "--ledger", metavar="FILE", help="Where finished runs are kept [a file in the user's cache folder]."
 )
 retime = click.option("--retime", is_flag=True, help="Time again what the ledger has, without running it again.")
+jobs = click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine [one a core].")
 
 RUNS = (
     ledger,
     click.option("--fresh", is_flag=True, help="Do again what the ledger has."),
-    click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine [one a core]."),
+    jobs,
     click.option("--cluster", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."),
     click.option("--cell-timeout", type=float, metavar="SECONDS", help="End a run that takes longer [600]."),
     click.option("--cell-memory", metavar="SIZE", help="End a run that needs more, e.g. 4GB [no limit]."),

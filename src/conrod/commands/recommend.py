@@ -38,7 +38,8 @@ def recommend(
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
     Runs that the grid needs and the ledger lacks are made first. What is printed was confirmed on runs that the grid
-    does not contain: another start angle, five revolutions, speeds 10 % off.
+    does not contain: another start angle, five revolutions, speeds 10 % off; of an input that makes one pass, that
+    pass backwards, and those speeds.
 
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """

@@ -6,7 +6,21 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-SCENE = "{scene}"
+from conrod.report.reproduction import SCENE, Reproduction
+
+
+def reproduction(
+    command: str, scenes: Sequence[str], options: Mapping[str, object], assignments: Sequence[str], folder: Path
+) -> Reproduction:
+    """The command that makes a report on scenes again.
+
+    Args:
+        scenes: as they were typed.
+        options, assignments: as of `command_line`.
+    """
+    from conrod.selection import typed_names
+
+    return Reproduction(command_line(command, options, assignments, folder), typed_names(scenes))
 
 
 def command_line(command: str, options: Mapping[str, object], assignments: Sequence[str], folder: Path) -> str:

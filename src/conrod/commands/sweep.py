@@ -44,7 +44,7 @@ def sweep(
 
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
-    from conrod.commands.reproduction import command_line
+    from conrod.commands.reproduction import reproduction
     from conrod.commands.runner import Options, Runner
     from conrod.engines.rule import grid_named
     from conrod.files import check_apart, file_to_write, folder_to_write, naming, write_together
@@ -78,7 +78,7 @@ def sweep(
         from conrod.studies.transfer import transfers
 
         asked = {"--engine": engine, "--grid": None if grid == options.DEFAULT_GRID else grid}
-        command = command_line("sweep", asked, assignments, folder)
+        command = reproduction("sweep", scenes, asked, assignments, folder)
         batches.append(sweep_report_batch(studies, folder, command, transfers(studies)))
     write_together(batches)
     if folder:

@@ -16,11 +16,16 @@ from conrod.commands.table_options import TableOptions, of_a_table
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from conrod.files import Batch
     from conrod.scenes import Scene
     from conrod.studies.results import SceneStudy
 
 DEFAULT_REVOLUTIONS = 2
+# On the pages of so many machines: where it is, and how far off.
+FEW_FIGURES = "mechanism,error"
+FIGURES_HELP = f"Of the report: mechanism, motion, error, order [all; of the catalogue {FEW_FIGURES}]."
 MECHANISMS = ".toml"
 MODELS = (".xml", ".mjcf", ".mjb")
 TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
@@ -34,17 +39,20 @@ TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
 @click.option("--steps-per-rev", type=int, metavar="N", help="Time steps a revolution [1000; for contact 62832].")
 @click.option("--revolutions", type=int, metavar="K", help=f"Turns of the crank [{DEFAULT_REVOLUTIONS}].")
 @options.assignments
+@options.jobs
 @click.option("--tolerance", metavar="Q=T,...", help="Judge every preset by these, e.g. position=1e-4,velocity=1e-3.")
 @of_a_model
 @of_a_table
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
+@click.option("--figures", metavar="NAME,...", help=FIGURES_HELP)
 def validate(
     subjects: tuple[str, ...], scene: str | None, model: ModelOptions, table: TableOptions, **asked: Any
 ) -> None:
-    """Compare engines with the exact motion: all SCENEs and both engines, or those named.
+    """Compare engines with the exact motion: the SCENEs named, or all that have a closed form, in both engines.
 
-    A SCENE is one that ships, or a mechanism file of one's own (.toml). A FILE is judged instead, against the machine
+    A SCENE is one that `conrod show` lists, or a mechanism file of one's own (.toml); the word `catalogue` stands for
+    all machines of the catalogue. A FILE is judged instead, against the machine
     that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of any tool as a table (.csv, .parquet, .npz).
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
@@ -89,14 +97,19 @@ def validate_scenes(
     steps_per_rev: int | None,
     revolutions: int | None,
     assignments: tuple[str, ...],
+    jobs: int | None,
     tolerance: str | None,
     out: str | None,
     document: str | None,
+    figures: str | None,
 ) -> None:
     """Scenes in engines."""
-    from conrod.commands.reproduction import command_line
+    from conrod.catalogue import CATALOGUE
+    from conrod.commands.runner import available_cores
     from conrod.console import print_verdicts, run_with_progress
+    from conrod.execution.local import LocalProcesses
     from conrod.files import naming, write_together
+    from conrod.report.figure_names import figures_of
     from conrod.selection import make_plan, select_engines, select_presets, select_scenes
 
     chosen = select_scenes(scenes, assignments)
@@ -105,28 +118,46 @@ def validate_scenes(
     turns = DEFAULT_REVOLUTIONS if revolutions is None else revolutions
     plan = make_plan(chosen, steps_per_rev, turns, tolerance)
     folder, file = _checked_outputs(out, document, chosen)
-    studies = run_with_progress(chosen, engines, presets, plan)
-    with naming("standard output"):
-        print_verdicts(studies)
-    # All is rendered before anything is written, and then written together: an interrupt leaves all or nothing.
-    batches = [_results_file(studies, file)] if file else []
-    if folder:
-        from conrod.report.writer import report_batch
-
-        asked = {
-            "--engine": engine,
-            "--preset": preset,
-            "--steps-per-rev": steps_per_rev,
-            "--revolutions": None if turns == DEFAULT_REVOLUTIONS else turns,
-            "--tolerance": tolerance,
-        }
-        command = command_line("validate", asked, assignments, folder)
-        batches.append(report_batch(studies, folder, command))
+    figures_of(figures)
+    asked = {
+        "--engine": engine,
+        "--preset": preset,
+        "--steps-per-rev": steps_per_rev,
+        "--revolutions": None if turns == DEFAULT_REVOLUTIONS else turns,
+        "--tolerance": tolerance,
+        "--figures": FEW_FIGURES if figures is None and CATALOGUE in scenes else figures,
+    }
+    with LocalProcesses(available_cores() if jobs is None else jobs) as executor:
+        studies = run_with_progress(chosen, engines, presets, plan, executor)
+        with naming("standard output"):
+            print_verdicts(studies)
+        # All is rendered before anything is written, and then written together: an interrupt leaves all or nothing.
+        batches = [_results_file(studies, file)] if file else []
+        if folder:
+            batches.append(_report(studies, folder, scenes, asked, assignments, executor))
     write_together(batches)
     if folder:
         click.echo(f"report: {folder / 'README.md'}")
     if not all(study.passed for study in studies):
         sys.exit(exit_status.FAILED)
+
+
+def _report(
+    studies: Sequence[SceneStudy],
+    folder: Path,
+    scenes: Sequence[str],
+    asked: Mapping[str, Any],
+    assignments: Sequence[str],
+    executor: Executor,
+) -> Batch:
+    from conrod.commands.reproduction import reproduction
+    from conrod.report.figure_names import figures_of
+    from conrod.report.writer import report_batch
+
+    command = reproduction("validate", scenes, asked, assignments, folder)
+    # One page is drawn here and now; several by all processes.
+    draw = executor.map if len(studies) > 1 else map
+    return report_batch(studies, folder, command, figures_of(asked["--figures"]), draw)
 
 
 def _checked_outputs(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from pathlib import Path
 
@@ -102,7 +101,8 @@ def _command(
     file: str, scene: str, options: TableOptions, assignments: tuple[str, ...], tolerance: str | None, folder: Path
 ) -> str:
     """What makes the report again."""
-    from conrod.commands.reproduction import SCENE, command_line
+    from conrod.commands.reproduction import command_line
+    from conrod.report.reproduction import Reproduction
 
     given = {
         "--scene": scene,
@@ -111,4 +111,4 @@ def _command(
         "--estimate": options.estimate,
         "--tolerance": tolerance,
     }
-    return command_line("validate", given, assignments, folder).replace(SCENE, shlex.quote(file), 1)
+    return Reproduction(command_line("validate", given, assignments, folder)).of(file)

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.cam import CamProfile
+from conrod.cam_law import LawProfile
+from conrod.cam_shape import Profile
 from conrod.motion import Array
 
 
@@ -22,7 +26,8 @@ class CamPolygon:
     Attributes:
         vertices: (N, 2) [m] in the cam's frame, counter-clockwise.
         radius: what was taken off the profile, to be added again as a rounding [m].
-        facet_turns: for each arc of the profile, the turn of the normal from facet to facet [rad].
+        facet_turns: for each arc (or segment of a law) of the profile, the largest turn of the normal from facet to
+            facet [rad].
         error: bound on the normal distance between the rounded polygon and the profile [m].
     """
 
@@ -32,10 +37,15 @@ class CamPolygon:
     error: float
 
 
-def cam_polygon(profile: CamProfile, vertices: int, radius: float = 0.0) -> CamPolygon:
-    """The polygon of about so many vertices, inset by `radius` [m], less than the profile's least radius.
+def cam_polygon(profile: Profile, vertices: int, radius: float = 0.0) -> CamPolygon:
+    """The polygon of about so many vertices, inset by `radius` [m], less than the profile's least radius."""
+    if isinstance(profile, LawProfile):
+        return _law_polygon(profile, vertices, radius)
+    return _arc_polygon(profile, vertices, radius)
 
-    Facets per arc are even, so that a vertex stands at the middle of the dwell: the roller then starts in contact,
+
+def _arc_polygon(profile: CamProfile, vertices: int, radius: float) -> CamPolygon:
+    """Facets per arc are even, so that a vertex stands at the middle of the dwell: the roller then starts in contact,
     and not on a facet inside the curve with a fall ahead of it.
     """
     weights = np.array([math.sqrt(arc.radius - radius) * arc.extent for arc in profile.arcs])
@@ -50,3 +60,61 @@ def cam_polygon(profile: CamProfile, vertices: int, radius: float = 0.0) -> CamP
         reach = arc.radius - radius + outside
         corners.append(np.column_stack([np.cos(normals), np.sin(normals)]) * reach[:, None] + np.array(arc.centre))
     return CamPolygon(np.concatenate(corners), radius, tuple(turns), 0.5 * max(sagittas))
+
+
+# Points of a segment that spacing is worked out with, and halvings that find its depth between two vertices.
+GRID, HALVINGS = 2001, 24
+KEPT = 16
+
+
+@lru_cache(KEPT)
+def _law_polygon(profile: LawProfile, vertices: int, radius: float) -> CamPolygon:
+    """Facets of one sagitta: between two vertices, the root of the radius integrated over the normal's turn is equal.
+
+    Vertices stand where segments meet.
+    """
+    inset = profile.roller_radius + radius
+    grids, sums = [], []
+    for i, (begin, part) in enumerate(zip(profile.begins, profile.segments, strict=True)):
+        grid = np.linspace(begin, begin + part.over, GRID)
+        pitch = profile.pitch(grid, np.full(len(grid), i))
+        # sqrt(radius) x turn, with the radius 1 / curvature - inset and the turn curvature x rate.
+        density = np.sqrt(np.maximum(pitch.curvature * (1.0 - pitch.curvature * inset), 0.0)) * pitch.rate
+        steps = 0.5 * (density[1:] + density[:-1]) * np.diff(grid)
+        grids.append(grid)
+        sums.append(np.concatenate([[0.0], np.cumsum(steps)]))
+    weights = np.array([total[-1] for total in sums])
+    facets = 2 * np.maximum(1, np.rint(vertices * weights / weights.sum() / 2.0)).astype(int)
+    outside = 0.5 * (weights / facets) ** 2 / 8.0
+    angles, owner, reach = [], [], []
+    for i, n in enumerate(facets):
+        angles.append(np.interp(np.linspace(0.0, weights[i], n, endpoint=False), sums[i], grids[i]))
+        owner.append(np.full(n, i))
+        reach.append(np.full(n, outside[i]))
+        reach[i][0] = min(outside[i], outside[i - 1])  # a joint's vertex belongs to two segments
+    angle, owners = np.concatenate(angles), np.concatenate(owner)
+    pitch = profile.pitch(angle, owners)
+    corners = pitch.points + (np.concatenate(reach) - inset)[:, None] * pitch.normals
+    edges = np.roll(corners, -1, axis=0) - corners
+    turns = np.abs(_cross(np.roll(edges, 1, axis=0), edges)) / (np.hypot(*edges.T) * np.hypot(*np.roll(edges, 1, 0).T))
+    turn_of = [max(turns[owners == i].max(), turns[np.searchsorted(owners, i)]) for i in range(len(facets))]
+    depth = _depth(profile, np.append(angle, 2.0 * math.pi), owners, corners, inset)
+    in_order = corners[:: -profile.sense]
+    return CamPolygon(in_order, radius, tuple(float(turn) for turn in turn_of), max(float(outside.max()), depth))
+
+
+def _depth(profile: LawProfile, angle: Array, owners: NDArray[np.intp], corners: Array, inset: float) -> float:
+    """How deep facets lie under the curve at most [m]: where the curve's normal is the facet's, found by bisection."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    across = profile.sense * np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None]
+    low, high = angle[:-1].copy(), angle[1:].copy()
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = profile.sense * _cross(across, profile.pitch(middle, owners).normals) > 0.0
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    pitch = profile.pitch(low, owners)
+    return float(np.sum((pitch.points - inset * pitch.normals - corners) * across, axis=1).max())
+
+
+def _cross(first: Array, second: Array) -> Array:
+    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])

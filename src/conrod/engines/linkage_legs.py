@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.equivalent_linkage import ROD, TURN, ArcLinkage, EquivalentLinkage
+from conrod.equivalent_linkage import ROD, TURN, ArcLinkage, EquivalentLinkage, arcs_of
 from conrod.errors import InvalidInput
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
@@ -84,7 +84,7 @@ class Leg:
         contact, index = self.whole.cam_contacts[0], self.whole.body_index
         local = poses.copy()
         local[3 * index[contact.a] + 2] -= self._behind
-        first = _pin(local, rates, 3 * index[contact.a], contact.profile.arcs[self.linkage.arc].centre)
+        first = _pin(local, rates, 3 * index[contact.a], arcs_of(self.whole)[self.linkage.arc].centre)
         last = _pin(local, rates, 3 * index[contact.b], contact.roller_centre)
         (dx, dy), (vx, vy) = last[0] - first[0], last[1] - first[1]
         near = self.linkage.mechanism.poses[ROD][2]

@@ -7,6 +7,8 @@ import numpy as np
 from conrod.kinematics import Kinematics
 
 SAMPLES = 720
+# Why there are no bounds for a linkage with a change point: there is no largest motion of links per gap of a joint.
+UNDETERMINED = "none at a change point: there any give of the joints, however small, leaves the motion open"
 
 
 def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:

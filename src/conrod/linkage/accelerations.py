@@ -177,6 +177,22 @@ def contact_acceleration(state: LinkageState, joint: Mesh) -> Array:
     return b.acceleration_at(b.own(centre[:2])) - a.acceleration_at(a.own(centre[:2]))
 
 
+def rolling_acceleration(state: LinkageState, joint: Mesh) -> Array:
+    """The same from the links' turning alone, omega^2 r R / (R + r) along the normal with signed radii; (2,) [m/s^2].
+
+    With omega their relative angular velocity.
+    """
+    a, b = state.links[joint.a], state.links[joint.b]
+    turning = (b.angular_velocity - a.angular_velocity) ** 2
+    centre = a.place(joint.point_a)
+    if isinstance(joint, Rolling):
+        share = joint.radius_a * joint.radius_b / (joint.radius_a + joint.radius_b) ** 2
+        return np.asarray(turning * share * (b.place(joint.point_b) - centre))
+    contact = joint_centre(state, joint)
+    assert contact is not None
+    return np.asarray(turning * (contact[:2] - centre))
+
+
 def _only_pins(mechanism: Mechanism, body: str, slide: Joint) -> list[Point]:
     """Pins of a body to moving links, if it has no joint but these and a slide."""
     others = [joint for joint in mechanism.joints if body in (joint.a, joint.b) and joint is not slide]

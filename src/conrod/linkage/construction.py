@@ -13,6 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
+from conrod.cam_law import LawProfile
 from conrod.joint_equations import active_arcs, pose_jets
 from conrod.linkage.centres import Pair, joint_centre, primary_joints
 from conrod.linkage.state import LinkageState, link_numbers
@@ -69,13 +70,20 @@ class _Work:
             self.steps.append((pair, ()))
         for contact in state.mechanism.cam_contacts:
             roller = state.links[contact.b].place(contact.roller_centre)
-            arc, wheel = (self._point(np.array([*place, 1.0])) for place in (self._arc_centre(contact), roller))
-            self._lines[frozenset((contact.a, contact.b))] = _unit(np.cross(arc, wheel))
+            inside, wheel = (self._point(np.array([*place, 1.0])) for place in (self._on_normal(contact), roller))
+            self._lines[frozenset((contact.a, contact.b))] = _unit(np.cross(inside, wheel))
 
-    def _arc_centre(self, joint: CamContact) -> Array:
+    def _on_normal(self, joint: CamContact) -> Array:
+        """A point on the common normal of cam and roller: the arc's centre, or as far from the roller as the shaft."""
+        cam, profile = self._state.links[joint.a], joint.profile
+        if isinstance(profile, LawProfile):
+            x, y = cam.own(self._state.links[joint.b].place(joint.roller_centre))
+            angle = profile.law_angle(np.array([x]), np.array([y]))
+            inwards = profile.prime_radius * profile.pitch(angle).normals[0]
+            return cam.place((float(x - inwards[0]), float(y - inwards[1])))
         bodies = pose_jets(self._state.mechanism, [self._state.derivatives[0]])
-        cx, cy, _ = joint.profile.arc_geometry(active_arcs(joint, bodies))
-        return self._state.links[joint.a].place((float(np.squeeze(cx)), float(np.squeeze(cy))))
+        cx, cy, _ = profile.arc_geometry(active_arcs(joint, bodies))
+        return cam.place((float(np.squeeze(cx)), float(np.squeeze(cy))))
 
     def _point(self, centre: Array) -> Array:
         x, y, w = centre

@@ -9,13 +9,16 @@ from typing import assert_never
 
 import numpy as np
 
-from conrod.linkage.course import TURN, Course, bisect
+from conrod.linkage.continuation import TURN, bisect
+from conrod.linkage.course import Course
 from conrod.mechanism import GROUND, CamContact, Joint, Prismatic, Revolute
 from conrod.motion import Array
 from conrod.rolling import Rack, Rolling
 
 # A rate this much smaller than its largest is that of a link at rest.
 AT_REST = 1e-11
+# So small a share of a link's way is rounding of a way that leads back.
+RETURNED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,8 @@ class Output:
         joint: name of the joint that guides it.
         unit: "m" of a slide, "rad" of a pin.
         dead_centres: in the order of the crank angle.
-        stroke: greatest less least value [m] or [rad]; None for a link that turns round and round.
+        gain: what a turn of the crank adds to the link's way or turn [m] or [rad]; 0 for a link that comes back.
+        stroke: greatest less least value [m] or [rad]; None for a link that does not come back.
         forward: crank angle [rad] between least and greatest value, at rest not counted; None without one stroke to and
             one fro in a turn.
         backward: the same from greatest to least.
@@ -54,6 +58,7 @@ class Output:
     joint: str
     unit: str
     dead_centres: tuple[DeadCentre, ...]
+    gain: float
     stroke: float | None
     forward: float | None
     backward: float | None
@@ -90,10 +95,8 @@ def _output(course: Course, link: str | None, joint: Joint) -> Output | None:
     parameter = course.parameter
     values, rates = course.samples @ weights, course.tangents @ weights
     full = course.periodic
-    turned = float(values[-1] - values[0]) if full else 0.0
+    gain = float(values[-1] - values[0]) if full else 0.0
     unit = "m" if isinstance(joint, Prismatic) else "rad"
-    if abs(turned) > math.pi:
-        return Output(link, joint.name, unit, (), None, None, None)
     signs = _signs(rates)
     if full:
         # Twice round, so that a rest across angle 0 is seen whole.
@@ -105,10 +108,12 @@ def _output(course: Course, link: str | None, joint: Joint) -> Output | None:
         for before, after in _turns(signs, len(course.parameter) - 1 if full else len(signs))
     ]
     centres.sort(key=lambda centre: centre.angle)
+    if abs(gain) > RETURNED * float(np.ptp(values)):
+        return Output(link, joint.name, unit, tuple(centres), gain, None, None, None)
     reached = [*values, *(centre.value for centre in centres)]
     stroke = float(max(reached) - min(reached))
     ways = _ways(centres) if full and len(centres) == 2 else (None, None)
-    return Output(link, joint.name, unit, tuple(centres), stroke, *ways)
+    return Output(link, joint.name, unit, tuple(centres), 0.0, stroke, *ways)
 
 
 def _weights(course: Course, link: str, joint: Joint) -> Array:

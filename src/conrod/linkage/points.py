@@ -12,6 +12,7 @@ from conrod.linkage.accelerations import coincident_point
 from conrod.linkage.centres import SAME
 from conrod.linkage.state import link_numbers
 from conrod.mechanism import GROUND, Joint, Mechanism, Point, Prismatic, Revolute
+from conrod.rolling import Mesh
 
 POLE = "O"  # of a polygon
 
@@ -32,11 +33,13 @@ class NamedPoint:
         name: its letter, or what it is called in the mechanism.
         carriers: the links that it is a point of, those that the ground guides first.
         joined: whether links meet there; else it is a point of one link that is only looked at.
+        fixed: whether the other link that it rolls on is the ground.
     """
 
     name: str
     carriers: tuple[Carrier, ...]
     joined: bool = True
+    fixed: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,11 +65,30 @@ class SlidingPair:
 
 
 @dataclass(frozen=True)
+class RollingContact:
+    """Where two links roll on each other, another point of both at every crank angle.
+
+    Attributes:
+        name: its letter.
+        joint: the pair that rolls.
+    """
+
+    name: str
+    joint: Mesh
+
+    @property
+    def on_ground(self) -> bool:
+        """Whether one of the two is the ground."""
+        return GROUND in (self.joint.a, self.joint.b)
+
+
+@dataclass(frozen=True)
 class LinkagePoints:
-    """All moving points that a polygon shows, from the crank on, and those that coincide on a moving slide or cam."""
+    """All moving points that a polygon shows, from the crank on, those that coincide in slides and cams, contacts."""
 
     points: tuple[NamedPoint, ...]
     pairs: tuple[SlidingPair, ...]
+    contacts: tuple[RollingContact, ...]
 
 
 def pivot_of(mechanism: Mechanism, link: str) -> Point | None:
@@ -108,7 +130,8 @@ def linkage_points(mechanism: Mechanism) -> LinkagePoints:
     for name, guide, at in pairs:
         # Where the guide's point is in the guide's frame changes with the pose: it is not told here.
         named.append(SlidingPair(name, guide, f"{at.name}{numbers[guide]}", at))
-    return LinkagePoints(tuple(naming.points), tuple(named))
+    contacts = [RollingContact(naming.letter(), joint) for joint in naming.joints if isinstance(joint, Mesh)]
+    return LinkagePoints(tuple(naming.points), tuple(named), tuple(contacts))
 
 
 class _Naming:
@@ -143,15 +166,21 @@ class _Naming:
 
     def add(self, name: str | None, carriers: list[Carrier], joined: bool = True) -> NamedPoint:
         """Name a point; without a name it gets that of an observed point, or a letter."""
-        name = name or self._observed(carriers) or next(letter for letter in _letters() if letter not in self._taken)
+        name = name or self._observed(carriers) or self.letter()
         self._taken.add(name)
         point = NamedPoint(name, self._ordered(carriers), joined)
         self.points.append(point)
         return point
 
+    def letter(self) -> str:
+        """The next letter that nothing is called by."""
+        letter = next(letter for letter in _letters() if letter not in self._taken)
+        self._taken.add(letter)
+        return letter
+
     def _ordered(self, carriers: list[Carrier]) -> tuple[Carrier, ...]:
         def order(carrier: Carrier) -> tuple[bool, int]:
-            return not _guided(self._mechanism, carrier.link), self._numbers[carrier.link]
+            return not guided(self._mechanism, carrier.link), self._numbers[carrier.link]
 
         return tuple(sorted(carriers, key=order))
 
@@ -162,7 +191,13 @@ class _Naming:
         return None
 
 
-def _guided(mechanism: Mechanism, link: str) -> bool:
+def place_name(point: str) -> str:
+    """The name of a point's place in a polygon, as the course has it: in small letters."""
+    return point.lower()
+
+
+def guided(mechanism: Mechanism, link: str) -> bool:
+    """Whether a pin or a slide guides a link in the ground."""
     return pivot_of(mechanism, link) is not None or slides_on_ground(mechanism, link)
 
 

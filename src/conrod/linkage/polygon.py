@@ -8,84 +8,28 @@ that the links move together, and is not made so.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
 from conrod.linkage.accelerations import coincident_parts, link_parts
+from conrod.linkage.contacts import contact_vector, parted_points, shared_point
 from conrod.linkage.points import (
     POLE,
     Carrier,
     LinkagePoints,
     NamedPoint,
     SlidingPair,
+    guided,
     linkage_points,
     pivot_of,
-    slides_on_ground,
+    place_name,
 )
+from conrod.linkage.polygon_vectors import Kind, Polygon, PolygonVector
 from conrod.linkage.state import LinkageState, left_of, link_numbers
 from conrod.mechanism import Prismatic
 from conrod.motion import Array
-
-Kind = Literal["absolute", "relative", "sliding", "normal", "tangential", "coriolis"]
-
-
-@dataclass(frozen=True)
-class PolygonVector:
-    """One vector of a polygon.
-
-    Attributes:
-        name: as the course writes it: V_A, V_B/A, A^n_B/A, A^t_B/A, A^c_B/B4.
-        start, stop: places in the polygon that it leads from and to, keys of `Polygon.places`.
-        value: (2,) [m/s] or [m/s^2].
-        kind: what it is.
-        link: the link whose turning gives it; None for others.
-    """
-
-    name: str
-    start: str
-    stop: str
-    value: Array
-    kind: Kind
-    link: str | None
-
-
-@dataclass(frozen=True)
-class Polygon:
-    """A velocity or acceleration polygon.
-
-    Attributes:
-        quantity: "velocity" or "acceleration".
-        places: end of the absolute velocity or acceleration of each point, in small letters, (2,) [m/s] or [m/s^2];
-            the pole O at (0, 0); and the corners between a normal and a tangential part.
-        vectors: in the order in which they are drawn.
-    """
-
-    quantity: Literal["velocity", "acceleration"]
-    places: Mapping[str, Array]
-    vectors: tuple[PolygonVector, ...]
-
-    @property
-    def size(self) -> float:
-        """The longest vector [m/s] or [m/s^2]."""
-        return max((float(np.linalg.norm(vector.value)) for vector in self.vectors), default=0.0)
-
-    @property
-    def gap(self) -> float:
-        """The farthest that a vector misses the place that it leads to, against the longest vector [1]."""
-        misses = [
-            float(np.linalg.norm(self.places[vector.start] + vector.value - self.places[vector.stop]))
-            for vector in self.vectors
-        ]
-        return max(misses, default=0.0) / (self.size or 1.0)
-
-    def vector(self, name: str) -> PolygonVector:
-        """The vector of a name; KeyError if there is none."""
-        found = {vector.name: vector for vector in self.vectors}
-        return found[name]
 
 
 def velocity_polygon(state: LinkageState) -> Polygon:
@@ -110,16 +54,19 @@ class _Drawing(ABC):
         self.vectors: list[PolygonVector] = []
 
     def polygon(self) -> Polygon:
-        points = [*self.points.points, *(self.guide_point(pair) for pair in self.points.pairs)]
+        pairs, contacts = self.points.pairs, self.contact_points()
+        points = [*self.points.points, *(self.guide_point(pair) for pair in pairs), *contacts]
         for point in points:
             # The first carrier gives the vectors from the pole, so the last one, where there are two, the place.
             self.places[place_name(point.name)] = self.absolute(point.carriers[-1])
         for point in points:
-            self.from_pole(point)
+            if not point.fixed:
+                self.from_pole(point)
         for link in link_numbers(self.state.mechanism):
             self._image(link, points)
-        for pair in self.points.pairs:
+        for pair in pairs:
             self.slide(pair)
+        self.roll()
         return Polygon(self.quantity, self.places, tuple(self.vectors))
 
     def guide_point(self, pair: SlidingPair) -> NamedPoint:
@@ -130,8 +77,7 @@ class _Drawing(ABC):
 
     def _image(self, link: str, points: list[NamedPoint]) -> None:
         """The sides of a floating link's image."""
-        mechanism = self.state.mechanism
-        if pivot_of(mechanism, link) is not None or slides_on_ground(mechanism, link):
+        if guided(self.state.mechanism, link):
             return
         carried = [(point.name, c) for point in points if point.joined for c in point.carriers if c.link == link]
         for (first, origin), (second, carrier) in pairwise(carried):
@@ -166,6 +112,14 @@ class _Drawing(ABC):
         """Vectors of a side of a floating link's image."""
 
     @abstractmethod
+    def contact_points(self) -> list[NamedPoint]:
+        """Points of the links that roll on others."""
+
+    @abstractmethod
+    def roll(self) -> None:
+        """Vectors between points of links that roll on each other."""
+
+    @abstractmethod
     def slide(self, pair: SlidingPair) -> None:
         """Vectors from a guide's point to the one that slides."""
 
@@ -198,6 +152,12 @@ class _Velocities(_Drawing):
         parts = coincident_parts(self.state, pair.guide, moving.link, moving.point)
         ends = (place_name(pair.guide_point), place_name(pair.moving.name))
         self.add(f"V_{pair.moving.name}/{pair.guide_point}", ends, parts.relative_velocity, "sliding")
+
+    def contact_points(self) -> list[NamedPoint]:
+        return [shared_point(self.state, contact) for contact in self.points.contacts]
+
+    def roll(self) -> None:
+        """Nothing to draw: they have one velocity."""
 
 
 class _Accelerations(_Drawing):
@@ -238,7 +198,10 @@ class _Accelerations(_Drawing):
             chain += [(f"A^n_{name}", parts.normal, "normal"), (f"A^t_{name}", parts.tangential, "tangential")]
         self.chain((place_name(pair.guide_point), place_name(pair.moving.name)), chain, pair.guide)
 
+    def contact_points(self) -> list[NamedPoint]:
+        return [point for contact in self.points.contacts for point in parted_points(self.state, contact)]
 
-def place_name(point: str) -> str:
-    """The name of a point's place in a polygon, as the course has it: in small letters."""
-    return point.lower()
+    def roll(self) -> None:
+        for contact in self.points.contacts:
+            name, ends, value = contact_vector(self.state, contact)
+            self.add(name, ends, value, "normal")

@@ -5,12 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from conrod.kinematics import Kinematics
+from conrod.linkage.accelerations import PathParts, path_parts
 from conrod.linkage.centres import InstantCentre, KennedyLine, instant_centres, kennedy_lines
 from conrod.linkage.course import CrankRange, course_of, crank_range
 from conrod.linkage.outputs import Output, outputs
-from conrod.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.linkage.points import linkage_points
+from conrod.linkage.polygon import acceleration_polygon, velocity_polygon
+from conrod.linkage.polygon_vectors import Polygon
 from conrod.linkage.state import LinkageState, link_numbers, linkage_state
-from conrod.linkage.transmission_angles import TransmissionAngle, transmission_angles
+from conrod.linkage.transmission_angles import TransmissionAngle, pushes_at, transmission_angles
+from conrod.motion import Array
+from conrod.transmission import Push
 
 
 @dataclass(frozen=True)
@@ -33,11 +38,32 @@ class TurnQuantities:
 
 
 @dataclass(frozen=True)
+class PointQuantities:
+    """Motion of a point where links meet, or that is observed.
+
+    Attributes:
+        name: its letter, or what it is called in the mechanism.
+        links: that it is a point of.
+        place: (2,) [m].
+        velocity: (2,) [m/s].
+        parts: of its acceleration, by its path.
+    """
+
+    name: str
+    links: tuple[str, ...]
+    place: Array
+    velocity: Array
+    parts: PathParts
+
+
+@dataclass(frozen=True)
 class InstantQuantities:
     """What a linkage does at a crank angle.
 
     Attributes:
         state: motion of every link; its angular velocities and accelerations.
+        points: motion of the pins between moving links, and of the observed points.
+        pushes: how the driven links are pushed; their arrays have one row.
         centres: the instant centres, n (n - 1) / 2 of them.
         lines: how well Kennedy's theorem holds for every three links.
         velocities: the velocity polygon.
@@ -45,6 +71,8 @@ class InstantQuantities:
     """
 
     state: LinkageState
+    points: tuple[PointQuantities, ...]
+    pushes: tuple[Push, ...]
     centres: tuple[InstantCentre, ...]
     lines: tuple[KennedyLine, ...]
     velocities: Polygon
@@ -78,5 +106,23 @@ def instant_quantities(
     state = linkage_state(kinematics, angle, speed, acceleration)
     centres = instant_centres(state)
     return InstantQuantities(
-        state, centres, kennedy_lines(state, centres), velocity_polygon(state), acceleration_polygon(state)
+        state,
+        _points(state),
+        tuple(pushes_at(kinematics, state)),
+        centres,
+        kennedy_lines(state, centres),
+        velocity_polygon(state),
+        acceleration_polygon(state),
     )
+
+
+def _points(state: LinkageState) -> tuple[PointQuantities, ...]:
+    found = []
+    for point in linkage_points(state.mechanism).points:
+        carrier = point.carriers[0]
+        link = state.links[carrier.link]
+        links = tuple(carrier.link for carrier in point.carriers)
+        parts = path_parts(state, carrier.link, carrier.point)
+        place, velocity = link.place(carrier.point), link.velocity_at(carrier.point)
+        found.append(PointQuantities(point.name, links, place, velocity, parts))
+    return tuple(found)

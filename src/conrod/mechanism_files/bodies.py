@@ -53,6 +53,11 @@ def _read_body(fields: Fields, name: str) -> tuple[Body, dict[str, Point]]:
             radius = fields.number("radius", LENGTH, f"radius of the uniform disc {name}")
             centre = fields.pair("centre_of_gravity", COORDINATE, f"centre of the uniform disc {name}", (0.0, 0.0))
             inertia = 0.5 * mass * radius**2
+        if inertia < INERTIA.lowest:
+            raise InvalidInput(
+                f"{fields.place}: the inertia of this uniform {kind} is {inertia:.3g} kg m^2: at least "
+                f"{INERTIA.lowest:g} is wanted"
+            )
     fields.end()
     return Body(name, mass, inertia, centre), points
 

@@ -1,4 +1,4 @@
-"""Cam profiles of a file: one of a named shape, or arc by arc."""
+"""Cam profiles of a file: one of a named shape, arc by arc, or from a motion law."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import math
 from itertools import pairwise
 
 from conrod.cam import Arc, CamProfile, symmetric_cam
+from conrod.cam_shape import Profile
 from conrod.errors import InvalidInput
+from conrod.mechanism_files.cam_laws import read_law
 from conrod.mechanism_files.fields import Fields
 from conrod.mechanism_files.numbers import ANGLE, COORDINATE, LENGTH, shown
 
@@ -15,14 +17,23 @@ MOST_ARCS = 2000
 JOINED = 1e-6
 
 
-def read_profile(fields: Fields) -> CamProfile:
+def read_profile(fields: Fields, roller_radius: float) -> Profile:
     """The profile of a cam, in the frame of its body.
+
+    Args:
+        roller_radius: of the roller that a motion law's profile is made for [m].
 
     Raises:
         InvalidInput: it is not closed, not convex, or something in it cannot be used.
     """
-    kind = fields.choice("kind", ("symmetric", "arcs"))
-    profile = _symmetric(fields) if kind == "symmetric" else _arcs(fields)
+    profile: Profile
+    match fields.choice("kind", ("symmetric", "arcs", "law")):
+        case "symmetric":
+            profile = _symmetric(fields)
+        case "arcs":
+            profile = _arcs(fields)
+        case _:
+            profile = read_law(fields, roller_radius)
     fields.end()
     return profile
 

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -16,7 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.generic_reference import GenericReference
 from conrod.mechanism import Mechanism, Pose
 from conrod.mechanism_files.description import Description, read_description
-from conrod.mechanism_files.reach import check_reach
+from conrod.mechanism_files.reach import check_reach, check_travel
 from conrod.mechanism_files.toml_file import read_tables
 from conrod.mesh_geometry import check_meshes
 from conrod.motion import Array, PointDerivatives, Side, diameter
@@ -28,6 +28,7 @@ STRAYED = math.radians(60.0)
 # Smallest singular value of the scaled equations: below it, something moves though the crank is held.
 SINGULAR = 1e-9
 POSE_DIGITS = 9  # of a start pose [m, rad]
+SCENES_KEPT = 128  # of those that came from another process
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class DescribedScene(Scene):
         super().__post_init__()
 
     def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (self.document, self.given_anew)
+        # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
+        return _met, (type(self), self.document, self.given_anew)
 
     @cached_property
     def described(self) -> Description:
@@ -78,10 +80,22 @@ class DescribedScene(Scene):
     @property
     def description(self) -> str:
         # Reports fill parameters in where braces stand; a file has none to fill in.
-        return " ".join([self.described.about, *self._assumed()]).replace("{", "{{").replace("}", "}}")
+        return (
+            " ".join([self.described.about, *self._assumed(), *self._changes()]).replace("{", "{{").replace("}", "}}")
+        )
 
     def _assumed(self) -> list[str]:
         return [f"Assumed: {'; '.join(self.described.assumptions)}."] if self.described.assumptions else []
+
+    def _changes(self) -> list[str]:
+        angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]
+        if not angles:
+            return []
+        listed = " and ".join([", ".join(angles[:-1]), angles[-1]] if angles[1:] else angles)
+        return [
+            f"Change points: at crank angles of {listed} deg the linkage could go on in another assembly as well; the "
+            "exact motion is the smooth continuation."
+        ]
 
     @property
     def frame(self) -> str:
@@ -142,17 +156,30 @@ class DescribedScene(Scene):
 
     # -- checks --------------------------------------------------------------------------------------------------
 
-    def _check_geometry(self) -> None:
-        start = self.kinematics.start
-        poses: dict[str, Pose] = {
-            name: (float(start[0, 3 * i]), float(start[0, 3 * i + 1]), float(start[0, 3 * i + 2]))
-            for name, i in self.mechanism().body_index.items()
-        }
-        if self.kinematics.conditioning(start)[0] < SINGULAR:
+    def _start(self) -> Array:
+        """Exact poses at crank angle 0; refuses a start where the crank does not determine them."""
+        given = np.array([self.mechanism().poses[body.name] for body in self.mechanism().bodies]).reshape(1, -1)
+        try:
+            start = self.kinematics.start
+            undetermined = self.kinematics.conditioning(start)[0] < SINGULAR
+        except InvalidInput:
+            # No iteration settles where links can move though the crank is held, not even from poses that fit.
+            if self.kinematics.conditioning(given)[0] >= SINGULAR:
+                raise
+            undetermined = True
+        if undetermined:
             raise InvalidInput(
                 f"{self.kind}: at crank angle 0 the crank does not determine the other bodies: a dead centre or a "
                 "change point, or a part that moves by itself while another one is locked"
             )
+        return start
+
+    def _check_geometry(self) -> None:
+        start = self._start()
+        poses: dict[str, Pose] = {
+            name: (float(start[0, 3 * i]), float(start[0, 3 * i + 1]), float(start[0, 3 * i + 2]))
+            for name, i in self.mechanism().body_index.items()
+        }
         check_meshes(self.mechanism(), start)
         for body, hint in self.described.hints.items():
             off = 0.0 if hint.turn is None else math.remainder(poses[body][2] - hint.turn, 2.0 * math.pi)
@@ -162,6 +189,12 @@ class DescribedScene(Scene):
                     f"{math.degrees(hint.turn + off):.6g} deg: give it nearer to the one that is meant"
                 )
         check_reach(self.kinematics)
+        check_travel(self.kinematics)
+
+
+@lru_cache(SCENES_KEPT)
+def _met(scene_class: type[DescribedScene], document: str, given_anew: tuple[tuple[str, float], ...]) -> DescribedScene:
+    return scene_class(document, given_anew)
 
 
 def read_scene(path: Path) -> DescribedScene:

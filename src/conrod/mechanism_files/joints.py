@@ -149,7 +149,8 @@ def _cam(fields: Fields, name: str, places: Places) -> CamContact:
     if cam.name != ORIGIN:
         raise InvalidInput(f"{fields.at('cam')}: name the body alone; the profile is given in its frame")
     radius = fields.number("roller_radius", LENGTH, f"radius of the roller on {roller.body}")
-    return CamContact(name, cam.body, roller.body, read_profile(fields.table("profile")), roller.point, radius)
+    profile = read_profile(fields.table("profile"), radius)
+    return CamContact(name, cam.body, roller.body, profile, roller.point, radius)
 
 
 _READERS: dict[str, Callable[[Fields, str, Places], Joint]] = {

@@ -31,7 +31,7 @@ COORDINATE = Measure("m", 0.0, 1e6, magnitude=True)
 ANGLE = Measure("rad", 0.0, 1e3, magnitude=True)
 SPEED = Measure("rad/s", 1e-6, 1e6, magnitude=True)
 MASS = Measure("kg", 1e-9, 1e12)
-INERTIA = Measure("kg*m^2", 1e-18, 1e24)
+INERTIA = Measure("kg*m^2", 1e-14, 1e24)  # MuJoCo compiles no body of less than 1e-15
 FREE_FALL = Measure("m/s^2", 0.0, 1e5, magnitude=True)
 FORCE = Measure("N", 0.0, 1e12, magnitude=True)
 

@@ -1,4 +1,4 @@
-"""How far an input reaches."""
+"""How far an input reaches, and what it moves."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.kinematics import Kinematics
+
+# Errors are told over the travel of a point: over less than this part of the machine's size, rounding alone is 1e-10.
+LEAST_TRAVEL = 1e-6
 
 
 def check_reach(kinematics: Kinematics) -> None:
@@ -36,3 +39,17 @@ def _passes(kinematics: Kinematics, span: tuple[float, float]) -> bool:
     except InvalidInput:
         return False
     return True
+
+
+def check_travel(kinematics: Kinematics) -> None:
+    """Refuse an observed point that stands still.
+
+    Raises:
+        InvalidInput: names it.
+    """
+    for name, travel in kinematics.lengths.items():
+        if travel < LEAST_TRAVEL * kinematics.size:
+            raise InvalidInput(
+                f"observed.{name}: the point moves {travel:.3g} m in all, which errors cannot be told over: observe "
+                f"points that move by a millionth of the machine's size, {kinematics.size:.3g} m, at least"
+            )

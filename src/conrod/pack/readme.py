@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Sequence
 from typing import assert_never
 
+from conrod.cam_law import LawProfile
 from conrod.mechanism import CamContact, Mechanism, Prismatic, Revolute
 from conrod.pack.tolerances import Tolerance
 from conrod.report import numbers
@@ -161,8 +162,7 @@ def _joints(mechanism: Mechanism) -> str:
             case CamContact():
                 what = (
                     f"contact: a roller of radius {_mm(joint.roller_radius)} mm of {joint.b} about "
-                    f"{_place(joint.roller_centre)} on the profile of {joint.a}: arcs in `mechanism.json`, each from "
-                    "`start` to `stop`, directions of its outward normal [rad] in the frame of that body"
+                    f"{_place(joint.roller_centre)} on the profile of {joint.a}{_profile(joint)}"
                 )
             case Rolling():
                 what = (
@@ -181,6 +181,18 @@ def _joints(mechanism: Mechanism) -> str:
         rows.append((joint.name, joint.a, joint.b, what))
     points = [f"{point.name} is {_place(point.point)} of {point.body}" for point in mechanism.observed]
     return table(("joint", "a", "b", "what [mm]"), rows) + f"\n\nObserved: {'; '.join(points)}."
+
+
+def _profile(contact: CamContact) -> str:
+    if isinstance(contact.profile, LawProfile):
+        return (
+            ": the envelope of the roller whose centre follows the law in `mechanism.json`, segment by segment against "
+            "the cam's turn, on a line fixed beside the shaft"
+        )
+    return (
+        ": arcs in `mechanism.json`, each from `start` to `stop`, directions of its outward normal [rad] in the frame "
+        "of that body"
+    )
 
 
 def _loads(mechanism: Mechanism) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from conrod.cam_law import LawProfile
 from conrod.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Prismatic, pins_of, to_world
 from conrod.report import numbers
 
@@ -38,6 +39,7 @@ class Radius:
 
 
 Dimension = Length | Radius
+SYMMETRIC = 4  # arcs of a symmetric cam
 
 
 def dimensions(mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
@@ -84,14 +86,20 @@ def _offset(slide: Prismatic, mechanism: Mechanism, poses: Poses) -> list[Dimens
 
 
 def _cam(contact: CamContact, poses: Poses) -> tuple[Dimension, ...]:
-    """Radii of a profile of one arc, or of nose, flank, base and flank; and the roller's."""
+    """Radii of a profile of one arc, of nose, flank, base and flank, or of a law's base circle; and the roller's."""
     cam = poses[contact.a]
     roller = to_world(poses[contact.b], contact.roller_centre)
     of_roller = Radius(f"roller {_mm(contact.roller_radius)}", roller, contact.roller_radius, math.radians(30.0), 1.9)
-    if len(contact.profile.arcs) == 1:
-        arc = contact.profile.arcs[0]
+    profile = contact.profile
+    if isinstance(profile, LawProfile):
+        direction = cam[2] + profile.begin - profile.sense * profile.lowest_angle
+        return (Radius(f"base {_mm(profile.base_radius)}", (cam[0], cam[1]), profile.base_radius, direction), of_roller)
+    if len(profile.arcs) == 1:
+        arc = profile.arcs[0]
         return (Radius(f"one circle {_mm(arc.radius)}", to_world(cam, arc.centre), arc.radius, cam[2]), of_roller)
-    nose, flank, base, _ = contact.profile.arcs
+    if len(profile.arcs) != SYMMETRIC:
+        return (of_roller,)
+    nose, flank, base, _ = profile.arcs
     axis = cam[2]
     return (
         Radius(f"base {_mm(base.radius)}", to_world(cam, base.centre), base.radius, axis + math.radians(130.0)),

@@ -55,7 +55,8 @@ def mechanism_svg(scene: Scene) -> str:
 
 def mechanism_figure(scene: Scene) -> Figure:
     """The mechanism at a telling crank angle, with the paths of the observed points over a turn."""
-    angle = math.radians(TELLING_ANGLES.get(scene.kind, OTHERWISE))
+    # A machine from a file may have any name, also one of these.
+    angle = math.radians(TELLING_ANGLES[scene.kind] if scene.closed_form else OTHERWISE)
     if scene.kinematics.mechanism.driver.span is not None:
         angle = float(np.mean(scene.kinematics.span))
     view = _view(scene, angle)
@@ -151,10 +152,9 @@ def _cam(view: View, contact: CamContact) -> None:
     outline = MM * np.array(profile(contact, _in_metres(view.poses)[contact.a]))
     view.axes.fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
     view.axes.plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
-    for arc in contact.profile.arcs if len(contact.profile.arcs) > 1 else ():
-        end = np.array(arc.centre) + arc.radius * parts.unit(arc.start)
+    for end, normal in zip(*contact.profile.joints(), strict=True):
         place = np.array(to_world(pose, (MM * end[0], MM * end[1])))
-        outward = parts.unit(arc.start + pose[2])
+        outward = np.array(to_world((0.0, 0.0, pose[2]), (normal[0], normal[1])))
         ends = np.array([place - 0.4 * view.size * outward, place + 0.4 * view.size * outward])
         view.axes.plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
     roller = _world(view, contact.b, contact.roller_centre)

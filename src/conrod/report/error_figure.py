@@ -6,11 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
 from conrod.motion import Array
 from conrod.report.canvas import on_grid, on_log_grid, whole_decades
 from conrod.report.styles import completed, curve_style, label
+from conrod.scenes import Scene
 from conrod.studies.results import QUANTITIES, Result, SceneStudy
 
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
@@ -33,12 +34,10 @@ def error_figure(study: SceneStudy) -> Figure:
         whole_decades(axes, drawn)
         axes.set_ylabel(f"{name} error / {NORMS[name]}")
         if runs:
-            turns = np.degrees(2.0 * np.pi * max(run.revolutions for run in runs))
-            # The end of the run is on the right, also where the angle falls.
-            end = np.copysign(turns, study.scene.speed)
-            axes.set_xlim(0.0, end)
+            begin, end = _ends(study.scene, max(run.revolutions for run in runs))
+            axes.set_xlim(begin, end)
             _mark_tolerances(axes, runs, name, at=end)
-    panels[-1].xaxis.set_major_locator(MultipleLocator(90.0))
+            panels[-1].xaxis.set_major_locator(_ticks(abs(end - begin)))
     panels[-1].set_xlabel("crank angle [deg]")
     handles, labels = panels[0].get_legend_handles_labels()
     handles.append(Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6))
@@ -47,6 +46,19 @@ def error_figure(study: SceneStudy) -> Figure:
     figure.subplots_adjust(left=0.085, right=0.97, top=0.93, bottom=0.06, hspace=0.13)
     figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
     return figure
+
+
+def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
+    """Crank angles [deg] at which a run begins and ends; the end is on the right, also where the angle falls."""
+    if scene.kinematics.mechanism.driver.span is None:
+        return 0.0, float(np.copysign(np.degrees(2.0 * np.pi * revolutions), scene.speed))
+    low, high = (float(angle) for angle in np.degrees(scene.kinematics.span))
+    return (low, high) if scene.speed > 0.0 else (high, low)
+
+
+def _ticks(degrees: float) -> Locator:
+    """Quarters of a turn; of less than two of them whatever divides it well."""
+    return MultipleLocator(90.0) if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10])
 
 
 def _error_curve(run: Result, name: str) -> tuple[Array, Array]:

@@ -29,8 +29,8 @@ def index_page(scenes: Mapping[str, Any], command: str | None) -> str:
         scenes: summaries as `summary.scene_summary` makes them, by name.
         command: what reproduces the report; None where no single command does.
     """
-    rows = [_row(name, entry) for name, scene in scenes.items() for entry in scene["results"]]
-    head = ["machine", "engine", "preset", "steps per revolution", "largest position error / L", "verdict"]
+    # Where files are among the machines the verdicts' reasons are told here: there may be too many pages to look at.
+    rows, head = _wide(scenes) if any("ruler" in scene for scene in scenes.values()) else _narrow(scenes)
     failed = [name for name, scene in scenes.items() if not scene["passed"]]
     verdict = f"**Not passed: {', '.join(failed)}.**" if failed else "**All judged results are within tolerance.**"
     return (
@@ -40,6 +40,7 @@ def index_page(scenes: Mapping[str, Any], command: str | None) -> str:
             verdict,
             "\n".join(f"- [{name}]({name}.md): {scene['title']}" for name, scene in scenes.items()),
             table(head, rows),
+            *_unsupported(scenes),
             KINEMATIC,
             prose.PRESETS,
             prose.ERRORS,
@@ -49,6 +50,45 @@ def index_page(scenes: Mapping[str, Any], command: str | None) -> str:
         )
         + "\n"
     )
+
+
+def _narrow(scenes: Mapping[str, Any]) -> tuple[list[list[str]], list[str]]:
+    rows = [_row(name, entry) for name, scene in scenes.items() for entry in scene["results"]]
+    return rows, ["machine", "engine", "preset", "steps per revolution", "largest position error / L", "verdict"]
+
+
+def _wide(scenes: Mapping[str, Any]) -> tuple[list[list[str]], list[str]]:
+    """The same with what is allowed; the verdict of a run that did not complete tells what ended it."""
+    rows = []
+    for name, scene in scenes.items():
+        for entry in scene["results"]:
+            *first, verdict = _row(name, entry)
+            ended = entry["outcome"] not in (Outcome.COMPLETED.slug, Outcome.UNSUPPORTED.slug)
+            rows.append([*first, _allowed(entry), f"{verdict}: {entry['reason']}" if ended else verdict])
+    return rows, [
+        *("machine", "engine", "preset", "steps per revolution", "largest position error / L"),
+        *("position allowed / L", "verdict"),
+    ]
+
+
+def _allowed(entry: Mapping[str, Any]) -> str:
+    allowed = (entry.get("tolerance") or {}).get("position")
+    if allowed is None:
+        return numbers.MISSING
+    return allowed if isinstance(allowed, str) else numbers.measured(allowed)
+
+
+def _unsupported(scenes: Mapping[str, Any]) -> list[str]:
+    """What an engine cannot do, with the reason; nothing where both can do everything, or all is in closed form."""
+    found = {
+        (name, entry["engine"], entry["reason"]): None
+        for name, scene in scenes.items()
+        if "ruler" in scene
+        for entry in scene["results"]
+        if entry["outcome"] == Outcome.UNSUPPORTED.slug
+    }
+    rows = [[f"[{name}]({name}.md)", engine_title(engine), reason] for name, engine, reason in found]
+    return ["## What an engine cannot do", table(["machine", "engine", "why"], rows)] if rows else []
 
 
 def _row(name: str, entry: Mapping[str, Any]) -> list[str]:

@@ -25,8 +25,7 @@ def outline(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
 
 def profile(contact: CamContact, pose: Pose) -> list[tuple[float, float]]:
     """Points [m] of a cam's outline in a pose."""
-    normals = np.linspace(-np.pi, np.pi, SAMPLES)
-    return [to_world(pose, (float(x), float(y))) for x, y in contact.profile.points(normals)]
+    return [to_world(pose, (float(x), float(y))) for x, y in contact.profile.outline(SAMPLES)]
 
 
 def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:

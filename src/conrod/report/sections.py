@@ -7,11 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from conrod.convergence import PAIRS_AGREE, observed_order
+from conrod.follower_lift import follower_lift
 from conrod.report import numbers, prose
 from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs, table
 from conrod.report.verdicts import verdict
-from conrod.scenes import CamFollower
+from conrod.scenes import CamFollower, Scene
 from conrod.studies.results import QUANTITIES, Result, SceneStudy
 from conrod.trajectory import Outcome
 
@@ -178,7 +179,9 @@ def kinematic(study: SceneStudy) -> str:
     ]
     head = ["engine", "position error / L, max", "velocity error / (ω L), max", "gap / L, max"]
     head += ["position allowed", "velocity allowed", "because", "verdict"]
-    return paragraphs(prose.KINEMATIC, prose.KINEMATIC_CONTACT if has_contact(study) else "", table(head, rows))
+    one_pass = study.scene.kinematics.mechanism.driver.span is not None
+    text = prose.KINEMATIC.format(stretch="its one pass" if one_pass else "one turn")
+    return paragraphs(text, prose.KINEMATIC_CONTACT if has_contact(study) else "", table(head, rows))
 
 
 def tolerances(study: SceneStudy) -> str:
@@ -210,12 +213,8 @@ def printed_table(study: SceneStudy) -> str:
 
 def cam(study: SceneStudy) -> str:
     """What is particular to contact; nothing for a linkage."""
-    scene = study.scene
-    if not isinstance(scene, CamFollower):
+    if not has_contact(study):
         return ""
-    breaks = ", ".join(numbers.quantity(float(np.degrees(a))) for a in scene.break_angles())
-    facts = {"preload": numbers.quantity(scene.preload), "force": numbers.quantity(scene.preload_force)}
-    lift, rms, acceleration, jumps, preload = (text.format(breaks=breaks, **facts) for text in prose.CAM)
     rows = [
         [*name_of(r), numbers.measured(r.lift_error)]
         + [numbers.measured(r.largest(q, m)) for q, m in (("velocity", "rms"), ("acceleration", "rms"))]
@@ -223,12 +222,24 @@ def cam(study: SceneStudy) -> str:
         if r.errors is not None
     ]
     head = ["engine", "preset", "lift error / lift", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]
-    full = f"Full lift: {numbers.quantity(1e3 * scene.full_lift)} mm."
-    notes = [lift, rms, acceleration, jumps if breaks else prose.ONE_CIRCLE, preload]
+    full, notes = _contact_notes(study.scene)
     return paragraphs("## Contact", full, table(head, rows), *notes)
+
+
+def _contact_notes(scene: Scene) -> tuple[str, list[str]]:
+    """The full lift of a cam, and what explains its table."""
+    breaks = ", ".join(numbers.quantity(float(np.degrees(a))) for a in scene.break_angles())
+    if not isinstance(scene, CamFollower):
+        lift = follower_lift(scene.kinematics)
+        full = f"Full lift: {numbers.quantity(1e3 * lift.full)} mm." if lift else ""
+        return full, [*prose.CAM[:3], prose.CAM_BREAKS.format(breaks=breaks) if breaks else ""]
+    facts = {"preload": numbers.quantity(scene.preload), "force": numbers.quantity(scene.preload_force)}
+    told, rms, acceleration, jumps, preload = (text.format(breaks=breaks, **facts) for text in prose.CAM)
+    full = f"Full lift: {numbers.quantity(1e3 * scene.full_lift)} mm."
+    return full, [told, rms, acceleration, jumps if breaks else prose.ONE_CIRCLE, preload]
 
 
 def blind_spots(study: SceneStudy) -> str:
     """What the comparison cannot see."""
     first = prose.BLIND_SPOTS_CONTACT if has_contact(study) else prose.BLIND_SPOTS_LINKAGE
-    return "\n".join(f"- {text}" for text in (first, *prose.BLIND_SPOTS))
+    return "\n".join(f"- {text}" for text in (first, *prose.blind_spots(study.scene.closed_form)))

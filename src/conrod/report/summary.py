@@ -10,6 +10,7 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.apart import check_beside
+from conrod.report.figure_names import FIGURE_NAMES
 from conrod.report.own_folder import check_own_folder, document_in, holds_document
 from conrod.report.pages import FIGURES
 from conrod.report.verdicts import short_verdict
@@ -19,10 +20,11 @@ from conrod.studies.serialise import result_entry
 SCHEMA = 1
 FILE = "results.json"
 INDEX = "README.md"
-ALWAYS_DRAWN, DRAWN_OF_RUNS = ("mechanism",), ("motion", "error", "order")
 # Inputs, written as they are; everything else that is a fraction was measured.
 INPUTS = {"parameters", "settings", "revolutions"}
 INPUT_DIGITS = 12
+# Said of scenes whose exact motion is not known in closed form.
+GENERIC_RULER = "generic solver"
 # What the index reads of an earlier report.
 SCENE_KEYS = {"title", "passed", "results"}
 ENTRY_KEYS = {"engine", "engine_version", "preset", "steps_per_revolution", "outcome", "verdict"}
@@ -36,6 +38,7 @@ def scene_summary(study: SceneStudy, command: str) -> dict[str, Any]:
         "command": command,
         "conrod": version("conrod"),
         "passed": study.passed,
+        **({} if study.scene.closed_form else {"source": study.scene.source, "ruler": GENERIC_RULER}),
         "results": [_entry(result) for result in study.results],
     }
 
@@ -115,7 +118,7 @@ def check_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
 
 
 def _figures(scenes: Iterable[str]) -> list[str]:
-    return [figure_file(scene, figure) for scene in scenes for figure in (*ALWAYS_DRAWN, *DRAWN_OF_RUNS)]
+    return [figure_file(scene, figure) for scene in scenes for figure in FIGURE_NAMES]
 
 
 def summary_text(scenes: Mapping[str, Any], conrod: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from conrod.errors import unknown_choice
 from conrod.scenes.cam_follower import CamFollower
 from conrod.scenes.saw import RPM, Saw
 from conrod.scenes.scene import Scene
@@ -15,16 +14,4 @@ SCENES: dict[str, Scene] = {
     "cam-follower": CamFollower(),
 }
 
-
-def scene_named(name: str) -> Scene:
-    """The scene of a name that ships.
-
-    Raises:
-        InvalidInput: there is none; names the choices.
-    """
-    if name not in SCENES:
-        raise unknown_choice("scene", name, SCENES)
-    return SCENES[name]
-
-
-__all__ = ["RPM", "SCENES", "CamFollower", "Saw", "Scene", "ShearPress", "scene_named"]
+__all__ = ["RPM", "SCENES", "CamFollower", "Saw", "Scene", "ShearPress"]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 from conrod.engines import engine_named
+from conrod.engines.engine import run_of
 from conrod.scenes import Scene
 from conrod.scenes.scene import CANONICAL
 from conrod.trajectory import Settings
@@ -17,6 +18,7 @@ RESULT_VERSION = 1
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.
 SIGNED_ANGLES = 20
+LEAST_STEPS = 3  # of a run: before the first acceleration that is a difference of velocities
 
 
 @dataclass(frozen=True)
@@ -62,3 +64,29 @@ class Cell:
         text = CANONICAL.encode(self._identity(None))
         text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
         return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+AnyCell = TypeVar("AnyCell", bound=Cell)
+
+
+def as_run(cell: AnyCell) -> AnyCell:
+    """The cell with the stretch that is run: of an input that cannot turn fully its one pass, whatever is asked."""
+    if cell.scene.kinematics.mechanism.driver.span is None:
+        return cell
+    start, revolutions = run_of(cell.scene, cell.settings.steps_per_revolution, cell.revolutions)
+    return replace(cell, start_angle=start, revolutions=revolutions)
+
+
+def too_coarse(cell: Cell) -> str | None:
+    """None, or why the one pass of an input that cannot turn fully is not run with so few steps.
+
+    Args:
+        cell: with the stretch that is run, see `as_run`.
+    """
+    taken = round(cell.settings.steps_per_revolution * cell.revolutions)
+    if cell.scene.kinematics.mechanism.driver.span is None or taken >= LEAST_STEPS:
+        return None
+    return (
+        f"the pass is {taken} steps long at {cell.settings.steps_per_revolution} steps a revolution; "
+        f"{LEAST_STEPS} are needed to have accelerations"
+    )

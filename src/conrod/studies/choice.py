@@ -173,13 +173,20 @@ def _confirmed(candidate: Candidate, allowed: Mapping[str, float], runs: Runs) -
 
 
 def confirming_cells(swept: SweptRule, cell: Cell) -> Iterator[tuple[str, Cell]]:
-    """Runs that the grid does not contain: another start, more revolutions, other speeds."""
+    """Runs that the grid does not contain: another start, more revolutions, other speeds.
+
+    An input that makes one pass has one start and one length of a run: it makes the pass backwards instead.
+    """
     steps = cell.settings.steps_per_revolution
-    yield "start at 37 deg", Cell(cell.name, cell.scene, cell.settings, start_angle=OTHER_START)
-    yield "five revolutions", Cell(cell.name, cell.scene, cell.settings, revolutions=MORE_REVOLUTIONS)
-    for factor in OTHER_SPEEDS:
+    backwards = []
+    if cell.scene.kinematics.mechanism.driver.span is None:
+        yield "start at 37 deg", Cell(cell.name, cell.scene, cell.settings, start_angle=OTHER_START)
+        yield "five revolutions", Cell(cell.name, cell.scene, cell.settings, revolutions=MORE_REVOLUTIONS)
+    else:
+        backwards = [("the pass backwards", -1.0)]
+    for what, factor in [*backwards, *((f"speed {factor - 1.0:+.0%}", factor) for factor in OTHER_SPEEDS)]:
         scene: Scene = cell.scene.with_parameters(speed=factor * cell.scene.speed)
-        yield f"speed {factor - 1.0:+.0%}", Cell(cell.name, scene, swept.rule.settings(scene, steps))
+        yield what, Cell(cell.name, scene, swept.rule.settings(scene, steps))
 
 
 def _confirmation(what: str, measurement: Measurement, allowed: Mapping[str, float]) -> Confirmation:

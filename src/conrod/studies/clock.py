@@ -10,13 +10,13 @@ import math
 import os
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, run_of
 from conrod.studies.timing import Timing
 from conrod.trajectory import Settings
 
@@ -44,6 +44,8 @@ def time_run(
 ) -> Timing | None:
     """The least CPU time of a revolution in so many repeats, after a warm-up of one revolution, or of its first steps.
 
+    An input that makes one pass makes it as often as a repeat is long, and each time a new machine.
+
     Args:
         settings: of this engine, such that a run with them completes: what a step costs after a run has diverged is
             of no use, and may be fifty times as much (MuJoCo, cam).
@@ -55,17 +57,20 @@ def time_run(
     """
     end = clock() + round(1e9 * limit)
     reference, advance = engine.reference_loop(), engine.stepper(machine, settings)
-    turn = settings.steps_per_revolution
+    turns, turn = machine.kinematics.mechanism.driver.span is None, settings.steps_per_revolution
+    length = max(1, round(turn * run_of(machine, turn, 1.0)[1]))  # a revolution, or the pass
     reference(REFERENCE_STEPS)
-    first = min(turn, BLOCK)
-    warm_up = _spent(advance, first, clock, end)
+    first = min(length, BLOCK)
+    warm_up = _spent([(advance, first)], clock, end)
     if warm_up is None:
         return None
-    steps = turn * max(1, min(MOST_REVOLUTIONS, math.ceil(1e9 * LEAST_TIME / max(1.0, warm_up * turn / first))))
+    runs = max(1, min(MOST_REVOLUTIONS, math.ceil(1e9 * LEAST_TIME / max(1.0, warm_up * length / first))))
+    steps = runs * length
     references, spent = list[int](), list[int]()
     for _ in range(repeats):
         # In turns, so that whatever else the machine is doing then slows both alike.
-        one, other = _spent(reference, REFERENCE_STEPS, clock, end), _spent(advance, steps, clock, end)
+        timed = [(advance, steps)] if turns else [(engine.stepper(machine, settings), length) for _ in range(runs)]
+        one, other = _spent([(reference, REFERENCE_STEPS)], clock, end), _spent(timed, clock, end)
         if one is None or other is None:
             break
         references.append(one)
@@ -76,13 +81,14 @@ def time_run(
     return Timing(seconds, reference_seconds, seconds / reference_seconds, steps, len(spent), fingerprint())
 
 
-def _spent(advance: Callable[[int], None], steps: int, clock: Clock, end: float) -> int | None:
-    """CPU time [ns] of so many steps; None where it is not over by the `end` of the clock."""
+def _spent(timed: Sequence[tuple[Callable[[int], None], int]], clock: Clock, end: float) -> int | None:
+    """CPU time [ns] of so many steps of each; None where it is not over by the `end` of the clock."""
     begin = clock()
-    for done in range(0, steps, BLOCK):
-        if done and clock() > end:
-            return None
-        advance(min(BLOCK, steps - done))
+    for advance, steps in timed:
+        for done in range(0, steps, BLOCK):
+            if done and clock() > end:
+                return None
+            advance(min(BLOCK, steps - done))
     now = clock()
     return None if now > end else now - begin
 

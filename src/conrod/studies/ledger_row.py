@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -19,7 +20,8 @@ def tidy_row(
     """The row of a run; what it does not have is None.
 
     Columns, in this order:
-        key, scene, kind; parameter.NAME [SI]; engine, engine_version; setting.NAME [SI];
+        key, scene, kind; parameter.NAME [SI], of a machine from a file its mechanism as JSON; engine, engine_version;
+        setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
         position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
         closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
@@ -32,7 +34,7 @@ def tidy_row(
         "key": key,
         "scene": name,
         "kind": identity["scene"],
-        **{f"parameter.{n}": value for n, value in identity["parameters"].items()},
+        **{f"parameter.{n}": _plain(value) for n, value in identity["parameters"].items()},
         "engine": identity["engine"],
         "engine_version": identity["engine_version"],
         **{f"setting.{n}": _plain(value) for n, value in settings.items()},
@@ -47,6 +49,8 @@ def tidy_row(
 
 def _plain(value: Any) -> Any:
     """A value that a cell of a table can hold: what a setting holds several of becomes text."""
+    if isinstance(value, Mapping):
+        return json.dumps(value, sort_keys=True)
     return " ".join(str(part) for part in value) if isinstance(value, list | tuple) else value
 
 

@@ -12,11 +12,10 @@ from conrod.closure_prediction import predicted_errors
 from conrod.comparison import QUANTITIES as COMPARED
 from conrod.comparison import compare, signed_error, size_of
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
 from conrod.motion import Array
 from conrod.running import run
 from conrod.scenes import Scene
-from conrod.studies.cell import Cell
+from conrod.studies.cell import Cell, as_run, too_coarse
 from conrod.studies.results import QUANTITIES
 from conrod.trajectory import BodyStates, BodyTracks, Outcome, PointTracks, Track, Trajectory
 
@@ -81,11 +80,11 @@ def measure(cell: Cell) -> Measurement:
     Raises:
         InvalidInput: as `conrod.run`.
     """
-    engine = engine_named(cell.settings.engine)
-    refusal = engine.refusal(cell.scene, cell.settings)
+    engine, cell = engine_named(cell.settings.engine), as_run(cell)
+    refusal = engine.refusal(cell.scene, cell.settings) or too_coarse(cell)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    trajectory = run(cell.scene, cell.settings, *_length_and_start(cell))
+    trajectory = run(cell.scene, cell.settings, cell.revolutions, cell.start_angle)
     if trajectory.outcome is not Outcome.COMPLETED:
         return Measurement(trajectory.outcome.slug, trajectory.reason)
     found = compare(trajectory, cell.scene)
@@ -99,14 +98,6 @@ def measure(cell: Cell) -> Measurement:
         prediction=prediction_sizes(cell.scene, some),
         signed=signed_errors(cell, trajectory),
     )
-
-
-def _length_and_start(cell: Cell) -> tuple[float, float]:
-    """Revolutions and start angle [rad] of a cell's run: of an input that cannot turn, its one pass."""
-    if cell.scene.kinematics.mechanism.driver.span is None:
-        return cell.revolutions, cell.start_angle
-    start, revolutions = run_of(cell.scene, cell.settings.steps_per_revolution, cell.revolutions)
-    return revolutions, start
 
 
 def prediction_sizes(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str, float]]:

@@ -1,8 +1,8 @@
-"""The main job: a scene in an engine, kinematic and dynamic mode, against the exact motion."""
+"""Dynamic mode: a scene in an engine, stepped through time, against the exact motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -10,24 +10,19 @@ from typing import Any
 import numpy as np
 
 from conrod.comparison import QUANTITIES as COMPARED
-from conrod.comparison import Comparison, ErrorSeries, compare, size_of
+from conrod.comparison import Comparison, ErrorSeries, PointErrors, compare, point_errors
 from conrod.convergence import observed_order
 from conrod.engines import Engine
-from conrod.engines.engine import KinematicResult, default_steps, run_of
-from conrod.motion import Array
-from conrod.outcome import joint_gaps
+from conrod.engines.engine import default_steps, run_of
+from conrod.follower_lift import follower_lift
 from conrod.scenes import CamFollower, Scene
 from conrod.studies import printed_table
 from conrod.studies.measurement import prediction_sizes
-from conrod.studies.results import QUANTITIES, Curve, Mode, RefinementPoint, Result, Tolerance
+from conrod.studies.result_of import result_of, sizes_of
+from conrod.studies.results import QUANTITIES, Curve, RefinementPoint, Result, Tolerance
 from conrod.trajectory import Outcome, Track, Trajectory
 
 JUDGED_PRESETS = ("tuned", "hardened")
-# The model is right when its joints, solved by the engine itself, give the exact pose to rounding (guard 4).
-KINEMATIC_POSITION, KINEMATIC_VELOCITY, KINEMATIC_DIGITS = 1e-12, 1e-9, 0.1
-KINEMATIC_ANGLES = 360
-# The preset whose model kinematic mode solves; what it cannot have, no other can.
-KINEMATIC_PRESET = "tuned"
 
 # Refinement path: everything a preset states in steps or periods follows the step; nothing else changes.
 LINKAGE_PATH, CONTACT_PATH = (8, 4, 2, 1), (16, 8, 4, 2)
@@ -63,63 +58,6 @@ def refinement_path(scene: Scene, steps: int) -> tuple[int, ...]:
     return tuple(dict.fromkeys(max(2, round(steps / d)) for d in divisors))
 
 
-Job = Callable[[], Result]
-
-
-def jobs(
-    name: str, scene: Scene, engine: Engine[Any], presets: tuple[str, ...], plan: Plan
-) -> Iterator[tuple[str, Job]]:
-    """The jobs for one scene and engine with a label each: kinematic mode first, then each preset."""
-    yield f"{name} {engine.name} kinematic", lambda: validate_kinematic(name, scene, engine)
-    for preset in presets:
-        yield f"{name} {engine.name} {preset}", _dynamic_job(name, scene, engine, preset, plan)
-
-
-def _dynamic_job(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> Job:
-    return lambda: validate_dynamic(name, scene, engine, preset, plan)
-
-
-# -- kinematic mode --------------------------------------------------------------------------------------------------
-
-
-def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Result:
-    """Prove the model: the engine's own joints against the exact poses, over one turn, or the driver's span."""
-    refusal = engine.refusal(scene, engine.presets[KINEMATIC_PRESET](scene, default_steps(scene)))
-    if refusal:
-        outcome = Outcome.UNSUPPORTED
-        return _result(name, scene, engine, "kinematic", outcome=outcome, reason=refusal, revolutions=1.0)
-    angle = scene.kinematics.angles(KINEMATIC_ANGLES)
-    solved = engine.solve_kinematics(scene, angle)
-    exact = scene.motion(angle, scene.speed)
-    errors: dict[str, dict[str, Mapping[str, float] | None]] = {}
-    for point, (position, velocity) in solved.points.items():
-        length, truth = scene.lengths[point], exact.point(point)
-        errors[point] = dict.fromkeys(COMPARED)
-        errors[point]["position"] = _size(np.linalg.norm(position - truth.position, axis=1) / length)
-        if velocity is not None:
-            off = np.linalg.norm(velocity - truth.velocity, axis=1)
-            errors[point]["velocity"] = _size(off / (length * abs(scene.speed)))
-    tolerance = _kinematic_tolerance(scene, solved)
-    result = _result(name, scene, engine, "kinematic", errors=errors, tolerance=tolerance, revolutions=1.0)
-    gaps = joint_gaps(scene.kinematics.mechanism, [solved.poses]).values()
-    gap = max(float(np.abs(g).max()) for g in gaps) / max(scene.lengths.values())
-    closure = {"position": gap, "velocity": None, "acceleration": None}
-    return replace(result, closure=closure, passed=not result.exceeded())
-
-
-def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
-    if solved.shape_error is None:
-        reason = "rounding: the engine's own joint equations are solved to the last digit"
-        # A machine many times larger than its travel loses digits of the travel, by the ratio of the two.
-        kinematics = scene.kinematics
-        cancelled = max(1.0, KINEMATIC_DIGITS * kinematics.size / kinematics.travel)
-        return Tolerance(KINEMATIC_POSITION * cancelled, KINEMATIC_VELOCITY * cancelled, reason=reason)
-    length = max(scene.lengths.values())
-    return Tolerance(
-        solved.shape_error / length, reason="the collision shape's own error: half a sagitta of its polygon"
-    )
-
-
 # -- dynamic mode ----------------------------------------------------------------------------------------------------
 
 
@@ -129,7 +67,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     settings = engine.presets[preset](scene, steps)
     refusal = engine.refusal(scene, settings)
     if refusal:
-        return _result(
+        return result_of(
             name,
             scene,
             engine,
@@ -143,7 +81,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     start, revolutions = run_of(scene, steps, plan.revolutions)
     trajectory = engine.run(scene, settings, revolutions, start)
     tolerance = _tolerance(scene, engine, preset, settings, plan)
-    result = _result(
+    result = result_of(
         name,
         scene,
         engine,
@@ -157,11 +95,13 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         tolerance=tolerance,
     )
     judged = bool(tolerance.judged())
-    refinement = _refine(scene, engine, preset, plan, steps)
+    comparison = compare(trajectory, scene) if trajectory.outcome is Outcome.COMPLETED else None
+    finest = RefinementPoint(steps, trajectory.outcome.slug, **_worst(comparison.points if comparison else None))
+    refinement = _refine(scene, engine, preset, plan, finest, (start, revolutions))
     result = replace(result, refinement=refinement, order=_orders(refinement))
-    if trajectory.outcome is not Outcome.COMPLETED:
+    if comparison is None:
         return replace(result, passed=False if judged else None)
-    result = _compared(result, scene, trajectory)
+    result = _compared(result, scene, trajectory, comparison)
     passed = not result.exceeded() if judged else None
     if preset in JUDGED_PRESETS and printed_table.applies(scene):
         printed = printed_table.compare_with_print(scene, engine, preset)
@@ -172,11 +112,10 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     return replace(result, passed=passed)
 
 
-def _compared(result: Result, scene: Scene, trajectory: Trajectory) -> Result:
-    comparison = compare(trajectory, scene)
+def _compared(result: Result, scene: Scene, trajectory: Trajectory, comparison: Comparison) -> Result:
     return replace(
         result,
-        errors={p: {q: _size(getattr(e, q).error) for q in COMPARED} for p, e in comparison.points.items()},
+        errors={p: {q: sizes_of(getattr(e, q).error) for q in COMPARED} for p, e in comparison.points.items()},
         peak={p: {"velocity": k.velocity, "acceleration": k.acceleration} for p, k in comparison.peaks.items()},
         closure=vars(comparison.closure),
         phase={"max": comparison.phase_max, "final": comparison.phase_final},
@@ -199,17 +138,30 @@ def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any, pl
     return Tolerance(law.position, law.velocity, law.acceleration, reason=law.law)
 
 
-def _refine(scene: Scene, engine: Engine[Any], preset: str, plan: Plan, steps: int) -> tuple[RefinementPoint, ...]:
+def _refine(
+    scene: Scene, engine: Engine[Any], preset: str, plan: Plan, finest: RefinementPoint, stretch: tuple[float, float]
+) -> tuple[RefinementPoint, ...]:
+    """The refinement path; `finest` is the run that is judged, over a stretch from a start angle."""
     points = []
-    path = refinement_path(scene, steps)
+    path = refinement_path(scene, finest.steps_per_revolution)
     # Of one pass all take the part that the longest steps have room for.
     start, revolutions = run_of(scene, min(path), plan.revolutions)
     for n in path:
+        if (n, (start, revolutions)) == (finest.steps_per_revolution, stretch):
+            points.append(finest)
+            continue
         trajectory = engine.run(scene, engine.presets[preset](scene, n), revolutions, start)
-        found = compare(trajectory, scene) if trajectory.outcome is Outcome.COMPLETED else None
-        sizes = {q: found.worst(q) if found else None for q in QUANTITIES}
+        completed = trajectory.outcome is Outcome.COMPLETED
+        sizes = _worst(point_errors(trajectory, scene) if completed else None)
         points.append(RefinementPoint(n, trajectory.outcome.slug, **sizes))
     return tuple(points)
+
+
+def _worst(errors: Mapping[str, PointErrors] | None) -> dict[str, float | None]:
+    """Largest errors over all observed points; None for a run that did not complete."""
+    if errors is None:
+        return dict.fromkeys(QUANTITIES)
+    return {q: max(float(getattr(e, q).size.max) for e in errors.values()) for q in QUANTITIES}
 
 
 def _orders(refinement: tuple[RefinementPoint, ...]) -> dict[str, float | None]:
@@ -223,16 +175,13 @@ def _orders(refinement: tuple[RefinementPoint, ...]) -> dict[str, float | None]:
 
 def _lift_error(scene: Scene, trajectory: Trajectory) -> float | None:
     if not isinstance(scene, CamFollower):
-        return None
+        lift = follower_lift(scene.kinematics) if _has_contact(scene) else None
+        return lift.error(trajectory.points[lift.point].position.values) if lift else None
     reached = trajectory.points["roller"].position.values[:, 1].max() - scene.base_radius - scene.roller_radius
     return abs(float(reached) / scene.full_lift - 1.0)
 
 
 # -- results ---------------------------------------------------------------------------------------------------------
-
-
-def _size(errors: Array) -> dict[str, float]:
-    return vars(size_of(errors))
 
 
 def _curves(trajectory: Trajectory, comparison: Comparison) -> dict[str, dict[str, Curve]]:
@@ -252,26 +201,3 @@ def _curve(track: Track, errors: ErrorSeries) -> Curve:
     worst = np.array([errors.error[a:b].max() for a, b in spans])
     middle = np.array([errors.angle[a:b].mean() for a, b in spans])
     return Curve(angle[keep], track.values[keep], middle, worst)
-
-
-def _result(
-    name: str,
-    scene: Scene,
-    engine: Engine[Any],
-    mode: Mode,
-    *,
-    preset: str | None = None,
-    settings: Mapping[str, Any] | None = None,
-    steps: int | None = None,
-    revolutions: float,
-    outcome: Outcome = Outcome.COMPLETED,
-    reason: str = "",
-    errors: Mapping[str, Mapping[str, Mapping[str, float] | None]] | None = None,
-    tolerance: Tolerance | None = None,
-) -> Result:
-    return Result(
-        scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
-        settings=settings, mode=mode, steps_per_revolution=steps, revolutions=revolutions, outcome=outcome.slug,
-        reason=reason, errors=errors, peak=None, closure=None, phase=None, drive=None, order=None,
-        tolerance=tolerance or Tolerance(), passed=None,
-    )  # fmt: skip

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from conrod.audit.documents import module_accelerations, module_velocities
+from conrod.audit.documents import module_accelerations, module_names, module_velocities
+from conrod.audit.formulas import module_relations
 from conrod.audit.formulas.module import FORMULAS, arguments
 from conrod.audit.formulas.published import verdict_on
 from conrod.audit.judging import judge
@@ -14,6 +15,9 @@ CASES = module_velocities.CASES | module_accelerations.CASES
 
 
 def verdicts() -> tuple[Verdict, ...]:
-    """Every printed number, then every formula."""
+    """Every printed number, then every formula, unit and name."""
     values = tuple(judge(CASES[item.key](item)) for item in shipped_items(DOCUMENT, "module.csv"))
-    return values + tuple(verdict_on(formula, arguments()) for formula in FORMULAS)
+    formulas = [verdict_on(formula, arguments()) for formula in FORMULAS]
+    formulas += [verdict_on(formula, module_relations.arguments()) for formula in module_relations.FORMULAS]
+    formulas += module_names.verdicts()
+    return values + tuple(sorted(formulas, key=lambda verdict: verdict.line))

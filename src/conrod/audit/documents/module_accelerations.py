@@ -32,7 +32,7 @@ def pose() -> str:
     """What is known of the pose of Example 6.15, in words."""
     return (
         f"no pose of the printed lengths gives the velocity polygon: the best of all misses a side by "
-        f"{least_misfit():.2f} m/s; this value is of a pose fitted to it"
+        f"{least_misfit():.2f} m/s; this value is of a pose fitted to it, so that agreement with it is partly circular"
     )
 
 

@@ -8,6 +8,12 @@ from dataclasses import dataclass
 from conrod.audit.documents.module_linkages import RackLinkage
 from conrod.audit.documents.module_velocities import gruebler
 
+SLIDER = (
+    "a slider does not turn. The drawing is lost; six links and seven joints with these instant centres make a machine "
+    "of one degree of freedom if link 4 is the slider at B, as in the catalogue's two-slider-linkage; nothing printed "
+    "shows it"
+)
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -22,12 +28,13 @@ class Answer:
 
 
 def answers() -> tuple[Answer, ...]:
-    """All that the print determines; omega 4 of Example 4.10 is not among them, for want of its drawing."""
+    """All that the print determines, and omega 4 of Example 4.10, which also takes an assumption."""
     across_c, across_rod = RackLinkage().tangential(6.0**2 / 0.3)
     normal_c = 6.9**2 / 0.13
     return (
         Answer("section 3.6", 488, "instant centres of a six-bar", math.comb(6, 2), "", "pairs of six links"),
         Answer("Example 4.10", 706, "degrees of freedom", gruebler(6, 7), "", "n = 6, j = 7"),
+        Answer("Example 4.10", 707, "omega 4", 0.0, "rad/s", SLIDER),
         Answer("Example 6.15", 1179, "degrees of freedom", gruebler(6, 7), "", "n = 6, j = 7"),
         Answer("Example 6.15", 1272, "omega 4", 9.4 / 0.45, "rad/s", "V_D/C over CD, as the line sets it out"),
         Answer("Example 6.18", 1428, "degrees of freedom", gruebler(5, 5, 1), "", "n = 5, j = 5, h = 1"),

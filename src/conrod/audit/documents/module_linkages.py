@@ -5,32 +5,43 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
 from conrod.audit.pin_instant import PinInstant, Vectors, size, turned
+from conrod.catalogue import catalogue_scene
+from conrod.mechanism import Prismatic, Revolute
 from conrod.motion import Array
 
+SIX_BAR = "six-bar"  # in the catalogue
 SIX_BAR_SPEED = 600.0 * 2.0 * math.pi / 60.0  # [rad/s], clockwise
 
 
 class SixBar:
     """Example 6.15 in the frame of link 4: B at the origin, D on +x, X4 the auxiliary point on the line AB.
 
-    The printed lengths of link 4 fix B, C, D and X4, and with them the slide (at right angles to D-X4) and A. The
-    directions of O12-A and O15-C are lost: they were fitted to the printed velocities.
+    The places are those of the catalogue's file at its crank angle 0, the printed instant: the printed lengths of link
+    4 fix B, C, D and X4, and with them the slide (at right angles to D-X4) and A. The directions of O12-A and O15-C are
+    lost: they were fitted to the printed velocities. Velocities and accelerations are computed here from the places
+    alone, by other equations than the catalogue's motion.
     """
 
-    places: ClassVar[Vectors] = {
-        "O12": np.array([0.1321876681663548, -0.5962326718926764]),
-        "O15": np.array([-0.3337894419168863, 0.19285692639131724]),
-        "A": np.array([0.273047619047619, -0.45425213013526566]),
-        "B": np.array([0.0, 0.0]),
-        "C": np.array([0.15330188679245285, 0.24616768980894704]),
-        "D": np.array([0.53, 0.0]),
-    }
-    slide = np.array([0.9999260726247986, 0.01215932914046104])
+    @cached_property
+    def places(self) -> Vectors:
+        """Points [m] by name, each (2,)."""
+        scene = catalogue_scene(SIX_BAR)
+        points = scene.motion([0.0], scene.speed).points
+        pivots = {joint.name: joint for joint in scene.mechanism().joints if isinstance(joint, Revolute)}
+        return {
+            **{name: np.array(pivots[name].point_a) for name in ("O12", "O15")},
+            **{name: points[name].position[0] for name in "ABCD"},
+        }
+
+    @cached_property
+    def slide(self) -> Array:
+        """Unit vector (2,) along which D slides."""
+        guides = [joint for joint in catalogue_scene(SIX_BAR).mechanism().joints if isinstance(joint, Prismatic)]
+        return np.array([math.cos(guides[0].direction), math.sin(guides[0].direction)])
 
     @cached_property
     def auxiliary(self) -> Array:

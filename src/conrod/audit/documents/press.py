@@ -12,7 +12,8 @@ from importlib.resources import files
 
 import numpy as np
 
-from conrod.audit.formulas.press import FORMULAS, arguments
+from conrod.audit.formulas import press_steps
+from conrod.audit.formulas.press import FORMULAS
 from conrod.audit.formulas.published import verdict_on
 from conrod.audit.judging import Case, Explanation, Neighbour, judge
 from conrod.audit.printed import Item, Number
@@ -41,7 +42,8 @@ MEANINGS = {
 def verdicts() -> tuple[Verdict, ...]:
     """Every cell of the table, then every formula."""
     cells = tuple(judge(case) for case in cases(table()))
-    return cells + tuple(verdict_on(formula, arguments()) for formula in FORMULAS)
+    formulas = [verdict_on(formula, press_steps.arguments()) for formula in (*FORMULAS, *press_steps.FORMULAS)]
+    return cells + tuple(sorted(formulas, key=lambda verdict: verdict.line))
 
 
 def table() -> list[dict[str, str]]:

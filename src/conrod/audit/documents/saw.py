@@ -5,7 +5,7 @@ Its other numbers are given lengths and speeds, and its results are figures, whi
 
 from __future__ import annotations
 
-from conrod.audit.formulas import saw, saw_listing
+from conrod.audit.formulas import listing_names, saw, saw_listing, saw_vectors
 from conrod.audit.formulas.published import verdict_on
 from conrod.audit.judging import Case, judge
 from conrod.audit.printed import Item, shipped_items
@@ -16,10 +16,12 @@ DOCUMENT = "002"
 
 
 def verdicts() -> tuple[Verdict, ...]:
-    """The number, then every formula, then the listing."""
+    """The number, then every formula, then the listing with its names."""
     values = tuple(judge(_reference_place(item)) for item in shipped_items(DOCUMENT, "saw.csv"))
-    formulas = tuple(verdict_on(formula, saw.arguments()) for formula in saw.FORMULAS)
-    return values + formulas + tuple(verdict_on(line, saw_listing.arguments()) for line in saw_listing.FORMULAS)
+    formulas = tuple(verdict_on(formula, saw.arguments()) for formula in (*saw_vectors.FORMULAS, *saw.FORMULAS))
+    lines = [verdict_on(line, saw_listing.arguments()) for line in saw_listing.FORMULAS]
+    lines += listing_names.verdicts(listing_names.listing())
+    return values + formulas + tuple(sorted(lines, key=lambda verdict: verdict.line))
 
 
 def _reference_place(item: Item) -> Case:

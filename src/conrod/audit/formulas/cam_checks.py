@@ -27,6 +27,9 @@ def arguments() -> dict[str, Any]:
         "w": 1.0 + s,
         "h": 0.03 + 0.01 * np.sin(s),
         "phi": s,
+        "n": np.arange(2, 62),
+        "f1": np.arange(60) % 7,
+        "f2": np.arange(60) % 3,
     }
 
 
@@ -125,6 +128,10 @@ def _nose_rate(
 
 
 FORMULAS = (
+    Published("004", "(1)", 36, "mobility", "3(n - 1) - 2 f1 - f2", lambda n, f1, f2, **_: 3 * (n - 1) - 2 * f1 - f2,
+              lambda n, f1, f2, **_: 3 * n - 3 - (2 * f1 + f2), "three a moving link, less what the pairs take"),
+    Published("004", "(2)", 76, "harmonic lift", "h/2 - h/2 cos phi = h/2 (1 - cos phi)", cam.eq_2,
+              lambda h, phi, **_: h * np.sin(phi / 2.0) ** 2, "the projection of a turning radius h/2"),
     Published("004", "(3)", 86, "harmonic lift", "h/2 (1 - cos(pi t/b))", cam.eq_3,
               lambda **k: cam.eq_2(h=k["h"], phi=np.pi * k["t"] / k["b"]), "(2) with phi = pi t/b"),
     _rate(4, 90, "harmonic velocity", "pi h w/(2b) sin(pi t/b)", cam.eq_4, cam.eq_3, "3"),

@@ -42,13 +42,23 @@ def x_rate_as_printed(*, t: Any, r: Any, w: Any, **_: Any) -> Any:
     return 2.0 / 3.0 * r * w * np.sin(t)
 
 
+def x_rate_dotted(*, t: Any, r: Any, dw: Any, **_: Any) -> Any:
+    """Document 000, line 57, second line: 2/3 w' r cos t, w' being printed for w (zero at constant speed)."""
+    return 2.0 / 3.0 * dw * r * np.cos(t)
+
+
+def x_acceleration_dotted(*, t: Any, r: Any, dw: Any, **_: Any) -> Any:
+    """Document 000, line 61: -2/3 w'^2 r sin t, w' being printed for w."""
+    return -2.0 / 3.0 * dw**2 * r * np.sin(t)
+
+
 def x_rate(*, t: Any, r: Any, w: Any, **_: Any) -> Any:
-    """Document 000, line 57, second line, dots mended (printed as x_G'' with omega dotted): 2/3 w r cos t."""
+    """The same with w: x_G' = 2/3 w r cos t."""
     return 2.0 / 3.0 * w * r * np.cos(t)
 
 
 def x_acceleration(*, t: Any, r: Any, w: Any, **_: Any) -> Any:
-    """Document 000, line 61, dot on omega dropped: x_G'' = -2/3 w^2 r sin t."""
+    """The same with w: x_G'' = -2/3 w^2 r sin t."""
     return -2.0 / 3.0 * w**2 * r * np.sin(t)
 
 
@@ -138,7 +148,8 @@ def _hypot(first: Any, second: Any) -> Any:
 def arguments() -> dict[str, Any]:
     """Crank angles of a turn for machines of many proportions: arrays (60,) to compare formulas on."""
     turn = np.linspace(0.1, 6.2, 60)
-    return {"t": turn, "r": 0.02 + 0.01 * np.sin(7.0 * turn), "a": 0.3 + 0.1 * np.cos(5.0 * turn), "w": 5.0 + turn}
+    return {"t": turn, "r": 0.02 + 0.01 * np.sin(7.0 * turn), "a": 0.3 + 0.1 * np.cos(5.0 * turn), "w": 5.0 + turn,
+            "dw": 0.0 * turn}  # fmt: skip
 
 
 def _formula(line: int, quantity: str, text: str, function: Any, truth: Any, against: str, **more: Any) -> Published:
@@ -153,9 +164,10 @@ FORMULAS = (
     _formula(53, "x_G", "2/3 r sin theta", x, x_from_rod, "2/3 a sin phi"),
     _formula(57, "velocity x_G", "2/3 r theta' sin theta", x_rate_as_printed, _in_time(x), "the derivative of x_G",
              mended=x_rate, change="cos in place of sin"),
-    _formula(57, "velocity x_G", "2/3 omega r cos theta", x_rate, _in_time(x), "the derivative of x_G"),
-    _formula(61, "acceleration x_G", "-2/3 omega^2 r sin theta", x_acceleration, _in_time(x_rate),
-             "the second derivative of x_G"),
+    _formula(57, "velocity x_G (printed x_G'')", "2/3 omega' r cos theta", x_rate_dotted, _in_time(x),
+             "the derivative of x_G", mended=x_rate, change="x_G' with one dot, omega without"),
+    _formula(61, "acceleration x_G", "-2/3 omega'^2 r sin theta", x_acceleration_dotted, _in_time(x_rate),
+             "the second derivative of x_G", mended=x_acceleration, change="omega without a dot"),
     _formula(65, "y_G", "r cos theta + 1/3 a cos theta", y_from_rod_as_printed, y,
              "the form with the root, two lines on",
              mended=y_from_rod, change="phi in place of the second theta"),

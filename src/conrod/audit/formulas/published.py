@@ -50,6 +50,7 @@ class Published:
         mended: the formula put right, where it has to be.
         change: what is put right, in words.
         kind: the verdict where the print fails and the mended formula holds.
+        hindrance: why it cannot be evaluated where there is no function.
     """
 
     document: str
@@ -63,23 +64,26 @@ class Published:
     mended: Formula | None = None
     change: str = ""
     kind: Kind = Kind.MISPRINT
+    hindrance: str = "cannot be evaluated"
 
 
 def verdict_on(formula: Published, arguments: Mapping[str, Any]) -> Verdict:
     """Compare a formula, and its mended form, with the truth over all arguments."""
     error = None if formula.function is None else discrepancy(formula.function, formula.truth, arguments)
     if error is not None and error <= SAME:
-        return _verdict(formula, Kind.AGREES, f"equals {formula.against} to {error:.0e}")
-    printed = "cannot be evaluated" if error is None else f"differs from {formula.against} by {error:.2g} of its peak"
+        return _verdict(formula, Kind.AGREES, f"equals {formula.against}")
+    printed = f"differs from {formula.against} by {error:.2g} of its peak" if error is not None else formula.hindrance
     if formula.mended is not None:
         left = discrepancy(formula.mended, formula.truth, arguments)
         if left <= SAME:
-            reason = f"as printed it {printed}; {formula.change} leaves {left:.0e}"
-            return _verdict(formula, formula.kind, reason, formula.change)
-    return _verdict(formula, Kind.NOT_REPRODUCIBLE, f"as printed it {printed}")
+            reason = f"as printed it {printed}; with {formula.change} nothing is left"
+            return _verdict(formula, formula.kind, reason, formula.change, error)
+    return _verdict(formula, Kind.NOT_REPRODUCIBLE, f"as printed it {printed}", None, error)
 
 
-def _verdict(formula: Published, kind: Kind, reason: str, should_be: str | None = None) -> Verdict:
+def _verdict(
+    formula: Published, kind: Kind, reason: str, should_be: str | None = None, error: float | None = None
+) -> Verdict:
     return Verdict(
         formula.document,
         formula.place,
@@ -93,4 +97,6 @@ def _verdict(formula: Published, kind: Kind, reason: str, should_be: str | None 
         kind,
         reason,
         should_be,
+        error,
+        formula.change if kind is Kind.EXPLAINED else None,
     )

@@ -50,17 +50,12 @@ def rod_acceleration(*, t2: Any, t3: Any, r2: Any, r3: Any, w2: Any, w3: Any, a2
 
 
 def rotating_velocity(*, r: Any, v: Any, w2: Any, **_: Any) -> Any:
-    """Document 002, line 55, dots restored, along the vector and across it: r' and r w."""
+    """First derivative of a vector r e^(i t), along it and across it: r' and r w."""
     return np.concatenate([v, r * w2])
 
 
-def rotating_acceleration_as_printed(*, r: Any, v: Any, a: Any, w2: Any, a2: Any, **_: Any) -> Any:
-    """Document 002, line 56, dots restored, along the vector and across it: r'' - w^2 and 2 r' w r a."""
-    return np.concatenate([a - w2**2, 2.0 * v * w2 * r * a2])
-
-
 def rotating_acceleration(*, r: Any, v: Any, a: Any, w2: Any, a2: Any, **_: Any) -> Any:
-    """The same mended: r'' - r w^2 and 2 r' w + r a."""
+    """Second derivative of a vector r e^(i t), along it and across it: r'' - r w^2 and 2 r' w + r a."""
     return np.concatenate([a - r * w2**2, 2.0 * v * w2 + r * a2])
 
 
@@ -117,15 +112,11 @@ def arguments() -> dict[str, Any]:
 
 
 def _formula(line: int, quantity: str, text: str, function: Formula, truth: Formula, **more: Any) -> Published:
-    return Published("002", "section 3.1" if line > 100 else "section 2.1", line, quantity, text, function, truth,
+    return Published("002", "section 3.1", line, quantity, text, function, truth,
                      "the derivative by time of the vectors", **more)  # fmt: skip
 
 
 FORMULAS = (
-    _formula(55, "velocity of a vector", "r' e^(i t) + r w e^(i(t + pi/2))", rotating_velocity, rotating(1)),
-    _formula(56, "acceleration of a vector", "r'' e^(i t) + (2 r' w r a) e^(i(t + pi/2)) + w^2 e^(i(t + pi))",
-             rotating_acceleration_as_printed, rotating(2), mended=rotating_acceleration,
-             change="(2 r' w + r a) and r w^2"),
     _formula(122, "velocity of C", "-r2 w2 sin t2 - r3 w3 sin t3", slider_velocity, in_time("slider velocity")),
     _formula(124, "w3", "-w2 r2 cos t2/(r3 cos t3)", rod_speed, in_time("rod speed")),
     _formula(128, "acceleration of C", "-r2(w2^2 cos t2 + a2 sin t2) - r3(w3^2 cos t3 + a3 sin t3)",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, run_of
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.recorder import round_state, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings
@@ -35,8 +35,8 @@ class BareRun:
 
 
 def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
-    """A machine in the exact state of crank angle 0, compiled without sensors."""
+    """A machine in the exact state of its start, compiled without sensors."""
     made = build(machine, settings, sensors=False)
     data = mujoco.MjData(made.model)
-    data.qpos[:], data.qvel[:] = made.start_state(machine, 0.0)
+    data.qpos[:], data.qvel[:] = made.start_state(machine, run_of(machine, 1, 1.0)[0])
     return BareRun(made.model, data, settings.rounded_state)

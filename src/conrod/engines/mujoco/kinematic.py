@@ -7,6 +7,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from conrod.engines.approach import StraightAhead, approached
 from conrod.engines.engine import KinematicResult, Machine
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build
@@ -23,13 +24,19 @@ def solve(machine: Machine, settings: MuJoCoSettings, angle: Array) -> Kinematic
     made = build(machine, replace(settings, hardening=None))
     data = mujoco.MjData(made.model)
     contacts = made.tree.mechanism.cam_contacts
-    rows = []
-    for theta in angle:
+    rows, course = [], StraightAhead()
+    for theta, asked in approached(machine.kinematics, angle):
+        # Only where assemblies meet does it matter where the iteration begins.
+        ahead = course.at(theta) if machine.kinematics.change_angles.size else None
+        data.qpos[:] = data.qpos if ahead is None else ahead
         data.qpos[made.crank_dof] = theta
         if contacts:
             _place_follower(made, data, contacts[0])
         else:
             _close_loops(made, data)
+        course.found(theta, data.qpos)
+        if not asked:
+            continue
         mujoco.mj_forward(made.model, data)
         rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
         data.qvel[made.crank_dof] = machine.speed

@@ -24,8 +24,9 @@ from conrod.engines.engine import ExpectedError, Machine
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.left_out_rod import BODY
 from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.pass_defect import left_of_defects
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.smoothness import SAMPLES, largest_derivatives, rounding
+from conrod.engines.smoothness import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.reactions import reactions
@@ -45,17 +46,24 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
         return ExpectedError(None, None, None)
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
+    if machine.kinematics.change_angles.size:
+        return ExpectedError(None, None, None, law=UNDETERMINED)
     if settings.rod != BODY or not settings.gravity:
         return ExpectedError(None, None, None)
     if settings.integrator != "RK4" or settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:
         return ExpectedError(None, None, None)
-    softness = regularisation_error(machine, settings)
+    softness, its_rate = regularisation_errors(machine, settings)
     constant = abs(machine.speed) * settings.solref[0]
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 8)
     floor = rounding(machine.kinematics, 2 * settings.steps_per_revolution)
-    yielding = (softness, softness / (math.e * constant) + softness, softness / constant**2 + softness)
-    integration = [RK4_LOCAL * step**4 * (2.0 * constant * sizes[k + 5] + constant**2 * sizes[k + 6]) for k in range(3)]
+    # At the start the gap opens; later on it follows the reactions, which may change fast.
+    opening = softness / (math.e * constant) + softness
+    yielding = (softness, max(opening, its_rate), softness / constant**2 + softness)
+    local = RK4_LOCAL * step**4
+    integration = [local * (2.0 * constant * sizes[k + 5] + constant**2 * sizes[k + 6]) for k in range(3)]
+    if machine.kinematics.mechanism.driver.span is not None:
+        integration = list(left_of_defects(machine, local, constant))
     reduction = order_reduction(constant / step)
     stiff = [sizes[2] * reduction[k] * step ** (2 - k) for k in range(3)]
     bounds = [y + i + s + floor for y, i, s in zip(yielding, integration, stiff, strict=True)]
@@ -93,6 +101,15 @@ def order_reduction(constant: float) -> tuple[float, float, float]:
 
 def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
     """Largest position error of an observed point, over its L, from the loops' giving way to their reactions."""
+    return regularisation_errors(machine, settings)[0]
+
+
+def regularisation_errors(machine: Machine, settings: MuJoCoSettings) -> tuple[float, float]:
+    """The same, and the largest rate by the crank angle [1/rad] at which that error changes.
+
+    What follows the reactions late, as a weighted mean of those before (the answer of a critically damped gap is never
+    negative), changes no faster than they make it.
+    """
     kinematics = machine.kinematics
     made = build(machine, settings)
     angles = kinematics.angles(SAMPLES)
@@ -109,7 +126,8 @@ def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
         if joint in made.tree.cuts or isinstance(joint, Mesh):
             gaps[:, row : row + rows] = compliance(made, joint.name, settings) * forces[joint.name]
         row += rows
-    return _largest_point_error(kinematics, angles, gaps) * (1.0 + 3.0 * constant**2)
+    error, rate = _largest_point_errors(kinematics, angles, gaps)
+    return error * (1.0 + 3.0 * constant**2), rate
 
 
 def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:
@@ -123,18 +141,18 @@ def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:
     return (1.0 - settings.solimp[0]) * weight * settings.solref[0] ** 2
 
 
-def _largest_point_error(kinematics: Kinematics, angles: Array, gaps: Array) -> float:
-    """What gaps of the joints (T, 3 n) move the observed points by, over their L."""
+def _largest_point_errors(kinematics: Kinematics, angles: Array, gaps: Array) -> tuple[float, float]:
+    """What gaps of the joints (T, 3 n) move the observed points by, over their L, and its rate by the crank angle."""
     poses = kinematics.poses(angles)
     given_way = poses.copy()
     for _ in range(2):  # the second step takes in what the gaps themselves change of the geometry
         left = kinematics.residual([given_way], angles) - gaps
         given_way -= np.linalg.solve(kinematics.jacobian(given_way), left[:, :, None])[:, :, 0]
     exact, moved = kinematics.point_derivatives([poses]), kinematics.point_derivatives([given_way])
-    return max(
-        float(np.linalg.norm(moved[name][0] - exact[name][0], axis=1).max()) / kinematics.lengths[name]
-        for name in exact
-    )
+    off = [(moved[name][0] - exact[name][0]) / kinematics.lengths[name] for name in exact]
+    rates = [np.gradient(error, angles, axis=0, edge_order=2) for error in off]
+    largest, fastest = (max(float(np.linalg.norm(e, axis=1).max()) for e in errors) for errors in (off, rates))
+    return largest, fastest
 
 
 def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:

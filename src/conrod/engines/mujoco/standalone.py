@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Mapping
@@ -9,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from conrod.engines.engine import Machine, default_steps
+from conrod.engines.engine import Machine, default_steps, run_of
 from conrod.engines.mujoco.mjcf import Dress, mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import spanning_tree
@@ -42,8 +43,10 @@ class DescribedMachine(Machine, Protocol):
 def standalone_mjcf(name: str, machine: DescribedMachine, steps_per_revolution: int | None = None) -> str:
     """MJCF text of a machine with the tuned settings, geoms to look at and a keyframe to start from."""
     kinematics = machine.kinematics
-    tree = spanning_tree(kinematics.mechanism, kinematics.start[0])
-    poses, slopes = kinematics.derivatives(np.zeros(1), 1)
+    poses, slopes = kinematics.derivatives(np.array([run_of(machine, 1, 1.0)[0]]), 1)
+    # Coordinates count from the poses that the model begins in: an input that makes one pass begins where that does.
+    turns = kinematics.mechanism.driver.span is None
+    tree = spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
     rates = tree.rates(poses, slopes * machine.speed)[0]
     settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
     dress = Dress(_header(name, machine, settings), tuple(float(rate) for rate in rates))
@@ -63,7 +66,7 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> s
         "reaction to gravity is in it, where there is gravity). Sensor values after mj_step belong to the instant "
         "before the step.",
         "LOAD THE KEYFRAME 'start' FIRST: it sets the machine in motion (mj_resetDataKeyframe(model, data, 0)). "
-        "Without it the machine stands still.",
+        f"Without it the machine stands still.{_pass(machine)}",
         f"Settings: conrod's preset 'tuned' at {settings.steps_per_revolution} steps a revolution. The solver "
         "tolerance of 0 is needed: with this armature MuJoCo's default ends the solver before its first iteration, and "
         "what closes the joints does not act.",
@@ -72,3 +75,15 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> s
     text = "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)
     # Two hyphens would end the comment, and what a machine's file says after them would be part of the model.
     return re.sub("-(?=-)", "- ", text)
+
+
+def _pass(machine: Machine) -> str:
+    """Where a model begins and ends whose input makes one pass; nothing of one that turns."""
+    span = machine.kinematics.mechanism.driver.span
+    if span is None:
+        return ""
+    first, last = (math.degrees(angle) for angle in (span if machine.speed > 0.0 else reversed(span)))
+    return (
+        f" The input cannot turn fully: it begins at crank angle {first:.9g} deg and reaches {last:.9g} deg after "
+        f"{(span[1] - span[0]) / abs(machine.speed):.9g} s. STOP THERE: beyond, nothing is promised."
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pymunk
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, run_of
 from conrod.engines.pymunk.built import Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
@@ -44,9 +44,9 @@ class BareRun:
 
 
 def started(machine: Machine, settings: PymunkSettings) -> BareRun:
-    """A machine in the exact state of crank angle 0."""
-    made = build(machine, settings)
-    poses, slopes = machine.kinematics.derivatives(np.zeros(1), 1)
+    """A machine in the exact state of its start."""
+    made, (angle, _) = build(machine, settings), run_of(machine, 1, 1.0)
+    poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
     made.place(poses[0], slopes[0] * machine.speed)
     driver = made.mechanism.driver
     return BareRun(
@@ -54,7 +54,7 @@ def started(machine: Machine, settings: PymunkSettings) -> BareRun:
         made.crank,
         made.pushed,
         timestep=settings.substep,
-        turn=driver.start,
+        turn=made.mechanism.crank_turn(angle),
         spin=driver.sense * machine.speed,
         substeps=settings.substeps,
     )

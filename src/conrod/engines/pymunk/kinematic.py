@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
+from conrod.engines.approach import StraightAhead, approached
 from conrod.engines.engine import KinematicResult, Machine
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states, observed_points
@@ -22,6 +23,8 @@ from conrod.motion import Array
 STEP = 1e-6  # [s]
 NEWTON_STEPS = 12
 ITERATIONS = 2000
+RATE_SOLVES = 20
+RATE_DONE = 1e-13  # of the machine's size times the crank's speed, left in a joint
 # A Newton step this small [m, rad] is rounding.
 DONE = 1e-16
 
@@ -32,13 +35,20 @@ def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> Kinematic
     made = build(machine, still)
     _make_equal(made)
     contacts = made.mechanism.cam_contacts
-    rows = []
-    for theta in angle:
-        turn = made.mechanism.crank_turn(float(theta))
-        if contacts:
+    rows, course = [], StraightAhead()
+    for theta, asked in approached(machine.kinematics, angle):
+        turn = made.mechanism.crank_turn(theta)
+        # Only where assemblies meet does it matter where the iteration begins.
+        ahead = course.at(theta) if machine.kinematics.change_angles.size else None
+        if ahead is not None:
+            _place(made, ahead)
+        if contacts and asked:
             rows.append(_place_follower(made, contacts[0], turn))
-        else:
-            rows.append(_close_joints(made, turn, made.mechanism.driver.sense * machine.speed))
+        elif not contacts:
+            _close_joints(made, turn)
+            course.found(theta, _centres(made))
+            if asked:
+                rows.append((_centres(made), _closing_rates(made, machine, turn)))
     centres, rates = (np.array(column) for column in zip(*rows, strict=True))
     poses, speeds = body_states(made.mechanism, centres, rates)
     positions, velocities = observed_points(made.mechanism, poses, speeds)
@@ -60,8 +70,14 @@ def _make_equal(made: Build) -> None:
             body.moment = (max(arms, default=0.0) or size) ** 2
 
 
-def _close_joints(made: Build, turn: float, spin: float) -> tuple[Array, Array]:
-    """Centres of gravity and their rates (3 n,) with the crank at a turn [rad] and a spin [rad/s]."""
+def _place(made: Build, centres: Array) -> None:
+    """Put centres of gravity and turns (3 n,) where they are told to be."""
+    for body, (x, y, turn) in zip(made.bodies, centres.reshape(-1, 3), strict=True):
+        body.position, body.angle = (float(x), float(y)), float(turn)
+
+
+def _close_joints(made: Build, turn: float) -> None:
+    """Place all bodies, with the crank at a turn [rad]."""
     _set_bias(made, 0.0)
     made.crank.angular_velocity = 0.0
     made.crank.angle = turn
@@ -74,15 +90,30 @@ def _close_joints(made: Build, turn: float, spin: float) -> tuple[Array, Array]:
         made.space.step(STEP)  # moves by them
         if np.abs(_centres(made) - before).max() < DONE:
             break
+
+
+def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
+    """Rates of the centres of gravity (3 n,) that fit the joints where they are, at the crank's speed.
+
+    A solve of the velocities alone: no correction, and the crank set back so that it arrives at `turn`. Where the
+    joints are badly conditioned one solve is not enough. Each one more begins with the impulses of the last one, from
+    bodies at rest, and so goes on where that ended.
+    """
+    spin = made.mechanism.driver.sense * machine.speed
     centres = _centres(made)
-    # One more solve, of the velocities alone: no correction, and the crank set back so that it arrives at `turn`.
     _set_bias(made, 1.0)
-    for body in made.bodies:
-        body.velocity = (0.0, 0.0)
-        body.angular_velocity = 0.0
-    made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
-    made.space.step(STEP)
-    return centres, _rates(made)
+    for _ in range(RATE_SOLVES):
+        for body in made.bodies:
+            body.velocity = (0.0, 0.0)
+            body.angular_velocity = 0.0
+        made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
+        made.space.step(STEP)
+        rates = _rates(made)
+        poses, speeds = body_states(made.mechanism, centres[None], rates[None])
+        left = (machine.kinematics.jacobian(poses) @ speeds[:, :, None])[0, :-1, 0]
+        if np.abs(left).max() <= RATE_DONE * abs(spin) * machine.kinematics.size:
+            break
+    return rates
 
 
 def _set_bias(made: Build, error_bias: float) -> None:

@@ -25,7 +25,7 @@ from conrod.engines.pymunk.drift import predicted_softness
 from conrod.engines.pymunk.lag import largest_lags
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon
-from conrod.engines.smoothness import largest_derivatives, rounding
+from conrod.engines.smoothness import UNDETERMINED, largest_derivatives, rounding
 from conrod.equivalent_linkage import CONTACT
 
 NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
@@ -46,6 +46,8 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
         return ExpectedError(None, None, None)
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
+    if machine.kinematics.change_angles.size:
+        return ExpectedError(None, None, None, law=UNDETERMINED)
     if settings.rod != BODY:
         return _drift(machine, settings)
     step = 2.0 * math.pi / settings.steps_per_revolution

@@ -88,7 +88,6 @@ class PymunkSettings:
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
         """Full correction of joints and contacts at every step, and enough iterations for order 2.
 
-        The iteration passes impulses from link to link, so what it needs grows with the ratio of their masses.
         A contact may keep half the overlap that the follower, released, would fall into in one step: without any
         it is thrown out at every step and bounces; with more it is not the fall that limits it.
         """
@@ -97,11 +96,23 @@ class PymunkSettings:
         return replace(
             stock,
             preset="tuned",
-            iterations=min(MOST_ITERATIONS, round(ITERATIONS * (1.0 + mass_ratio(machine.kinematics.mechanism)))),
+            iterations=iterations_needed(machine.kinematics.mechanism),
             error_bias=0.0,
             collision_bias=0.0,
             collision_slop=slop,
         )
+
+
+def iterations_needed(mechanism: Mechanism) -> int:
+    """So many that what they leave is small beside the step's own error.
+
+    The iteration passes impulses from link to link, so what it needs grows with the ratio of their masses, and with
+    the number of loops. Measured on chains of 6 and 24 loops at 1000 steps a turn: 170 iterations, by the masses alone,
+    left 800 times the step's error in the acceleration of 6 loops, and a position off by 0.065 with 24; times the
+    loops, both are within their law.
+    """
+    loops = max(1, len(mechanism.joints) - len(mechanism.bodies))
+    return min(MOST_ITERATIONS, round(ITERATIONS * (1.0 + mass_ratio(mechanism)) * loops))
 
 
 def follower_fall(mechanism: Mechanism) -> float:

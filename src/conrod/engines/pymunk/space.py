@@ -9,7 +9,7 @@ from typing import assert_never
 import numpy as np
 import pymunk
 
-from conrod.cam import CamProfile
+from conrod.cam_shape import Profile
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon
 from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import DistanceJoint, model_form
@@ -129,9 +129,9 @@ def _add_shapes(made: Build, joint: CamContact, settings: PymunkSettings) -> Non
     made.space.add(*shapes)
 
 
-def rounded_polygon(profile: CamProfile, vertices: int) -> CamPolygon:
+def rounded_polygon(profile: Profile, vertices: int) -> CamPolygon:
     """The cam inset and rounded again by nine tenths of its least radius: the nose is then nearly exact."""
-    return cam_polygon(profile, vertices, ROUNDING * min(arc.radius for arc in profile.arcs))
+    return cam_polygon(profile, vertices, ROUNDING * profile.least_radius)
 
 
 def wedges(outline: CamPolygon) -> list[list[tuple[float, float]]]:

@@ -13,26 +13,26 @@ from conrod.report.ablate.figure import ingredients_figure
 from conrod.report.ablate.index import ablate_index
 from conrod.report.ablate.page import ablate_page
 from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.reproduction import Reproduction
 from conrod.report.summary import FILE, INDEX, figure_file, page_file
-from conrod.report.writer import SCENE
 from conrod.scenes import SCENES
 from conrod.studies.ablate.results import AblationStudy
 from conrod.studies.serialise import environment
 
 
-def ablate_report_batch(studies: Sequence[AblationStudy], directory: Path, command: str) -> Batch:
+def ablate_report_batch(studies: Sequence[AblationStudy], directory: Path, command: Reproduction) -> Batch:
     """All files of a report, rendered; nothing is written yet, so that an error leaves an existing one as it was.
 
     Scenes that such a report in the folder already holds stay in its index, and engines that a study did not look at
     stay on its scene's page. Other files are not touched.
 
     Args:
-        command: what reproduces the report; the first `{scene}` in it stands for the scenes' names.
+        command: what reproduces the report.
     """
     scenes = earlier_ablations(directory)
     made_with = environment()
     for study in studies:
-        alone = command.replace(SCENE, study.name, 1)
+        alone = command.of(study.name)
         scenes[study.name] = scene_entry(study, scenes.get(study.name), made_with, alone)
     return _rendered(directory, document_text(_in_order(scenes)), [study.name for study in studies])
 

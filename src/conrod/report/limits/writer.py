@@ -16,8 +16,8 @@ from conrod.report.limits.index import limits_index
 from conrod.report.limits.page import limits_page
 from conrod.report.limits.words import readable
 from conrod.report.pages import FIGURES
+from conrod.report.reproduction import Reproduction
 from conrod.report.summary import FILE, INDEX, figure_file, page_file
-from conrod.report.writer import SCENE
 from conrod.scenes import SCENES
 from conrod.studies.limits.gallery import Exhibit
 from conrod.studies.limits.study import LimitStudy
@@ -27,7 +27,10 @@ SHOWN_FIGURE = re.compile(rf"\]\(({FIGURES}/[^)/]+\.svg)\)")
 
 
 def limits_report_batch(
-    studies: Sequence[LimitStudy], gallery: Sequence[Exhibit], directory: Path, command: str
+    studies: Sequence[LimitStudy],
+    gallery: Sequence[Exhibit],
+    directory: Path,
+    command: Reproduction,
 ) -> Batch:
     """All files of a report of limits, rendered; nothing is written yet, so an error leaves an existing one as it was.
 
@@ -36,12 +39,12 @@ def limits_report_batch(
 
     Args:
         gallery: a run for each way of ending; without any the folder's own stays.
-        command: what reproduces the report; the first `{scene}` in it stands for the scenes' names.
+        command: what reproduces the report.
     """
     scenes = earlier_limits(directory)
     made_with = environment()
     for study in studies:
-        alone = command.replace(SCENE, study.name, 1)
+        alone = command.of(study.name)
         scenes[study.name] = scene_entry(study, scenes.get(study.name), made_with, alone)
     shown = [one.as_dict() for one in gallery] or earlier_gallery(directory)
     return _rendered(directory, document_text(_in_order(scenes), shown), [study.name for study in studies])

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon as Outline
 
 from conrod.files import write_whole
-from conrod.linkage.accelerations import coincident_point
-from conrod.linkage.centres import InstantCentre, instant_centres
+from conrod.linkage.centres import InstantCentre, instant_centres, joint_centre
 from conrod.linkage.construction import Construction, construct
+from conrod.linkage.points import linkage_points
 from conrod.linkage.state import LinkageState, link_numbers
-from conrod.mechanism import GROUND, CamContact, Prismatic, Revolute
+from conrod.mechanism import GROUND
 from conrod.motion import Array
 from conrod.report import machine_parts as parts
 from conrod.report import numbers
 from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.linkage.mechanism_drawing import draw_arm, draw_links, middle
 from conrod.report.linkage.sheet import Sheet, mathematical
-from conrod.report.outlines import outline, pitch_lines, profile
+from conrod.report.outlines import outline
 
-SYMBOL, RAIL = 8.0, 20.0  # of a joint, and half of a slide [pt]
 COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}
 # How much of the mechanism's extent is shown on every side of it, for the centres that lie there.
 ROOM = 0.6
@@ -45,7 +43,8 @@ def centres_figure(state: LinkageState) -> Figure:
     """The mechanism in the pose of a state, its instant centres, and a list of them all."""
     centres, drawn = instant_centres(state), construct(state)
     poses = {name: link.pose for name, link in state.links.items()}
-    own = np.concatenate([outline(state.mechanism, poses), _rollers(state)])
+    named = np.array([place for _, place in _points(state)]).reshape(-1, 2)
+    own = np.concatenate([outline(state.mechanism, poses), _rollers(state), named])
     low, high = own.min(axis=0), own.max(axis=0)
     room = ROOM * float((high - low).max())
     places = [np.array(c.place) for c in centres if c.place is not None]
@@ -53,103 +52,20 @@ def centres_figure(state: LinkageState) -> Figure:
     links = [(str(number), name) for name, number in link_numbers(state.mechanism).items()]
     sheet = Sheet(np.array([*own, *shown]), len(centres) + len(links) + 3)
     sheet.scale_bar("mm", MM)
-    _mechanism(sheet, state)
+    draw_links(sheet, state)
+    for point in linkage_points(state.mechanism).points:
+        if not point.joined:
+            carrier = point.carriers[0]
+            draw_arm(sheet, state, carrier.link, state.links[carrier.link].place(carrier.point))
     _lines(sheet, state, drawn)
     _normals(sheet, state, drawn)
-    _centres(sheet, centres)
+    _centres(sheet, state, centres)
     for number, name in links:
         if name != GROUND:
-            sheet.label(_middle(sheet, state, name), number, "#555555")
+            sheet.label(middle(sheet, state, name), number, "#555555")
     rows = [(mathematical(centre.name), _told(sheet, centre)) for centre in centres]
     sheet.column(f"{len(centres)} instant centres [mm]", [*rows, ("", ""), *links])
     return sheet.finished()
-
-
-def _mechanism(sheet: Sheet, state: LinkageState) -> None:
-    mechanism, poses = state.mechanism, {name: link.pose for name, link in state.links.items()}
-    for name in mechanism.body_index:
-        pins = _pins(sheet, state, name)
-        if len(pins) > 2:
-            sheet.axes.add_patch(Outline(np.array(pins), facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
-        if len(pins) > 1:
-            closed = [*pins, pins[0]] if len(pins) > 2 else pins
-            sheet.axes.plot(*np.array(closed).T, color=parts.LINK, linewidth=5.0, alpha=0.75, zorder=4)
-            for start, stop in pairwise(closed):
-                sheet.keep_clear(start, stop)
-    for joint in mechanism.joints:
-        match joint:
-            case Revolute():
-                point = sheet.at(state.links[joint.a].place(joint.point_a))
-                place = (float(point[0]), float(point[1]))
-                if GROUND in (joint.a, joint.b):
-                    parts.bearing(sheet.axes, place, SYMBOL)
-                parts.pin(sheet.axes, place, SYMBOL)
-                sheet.keep_off(point, 0.5 * SYMBOL)
-            case Prismatic():
-                _slide(sheet, state, joint)
-            case CamContact():
-                line = np.array([sheet.at(np.array(p)) for p in profile(joint, poses[joint.a])])
-                sheet.axes.plot(*np.round(line, 2).T, color=parts.INK, linewidth=1.2, zorder=5)
-                _circle(sheet, state.links[joint.b].place(joint.roller_centre), joint.roller_radius)
-            case _:
-                for rolled in pitch_lines(joint, poses):
-                    line = np.array([sheet.at(point) for point in rolled])
-                    sheet.axes.plot(*np.round(line, 2).T, color=parts.INK, linewidth=1.0, linestyle="-.", zorder=5)
-
-
-def _circle(sheet: Sheet, centre: Array, radius: float) -> None:
-    turn = np.linspace(0.0, 2.0 * np.pi, 181)
-    ring = sheet.at(centre) + radius * sheet.scale * np.column_stack([np.cos(turn), np.sin(turn)])
-    sheet.axes.plot(*np.round(ring, 2).T, color=parts.INK, linewidth=1.2, zorder=6)
-
-
-def _slide(sheet: Sheet, state: LinkageState, joint: Prismatic) -> None:
-    """A block between rails; on a moving link it slides on a bar from that link's own pin."""
-    sliding = coincident_point(state.mechanism, joint)
-    assert sliding is not None
-    guide, moving, point = sliding
-    if GROUND in (guide, moving):
-        guide, moving = GROUND, moving if guide == GROUND else guide
-        point = joint.point_b if joint.b == moving else joint.point_a
-    block = sheet.at(state.links[moving].place(point))
-    direction = state.links[joint.a].pose[2] + joint.direction
-    if guide == GROUND:
-        for contact in state.mechanism.cam_contacts:
-            if contact.b == moving:
-                # Above its roller, where it does not hide the cam.
-                foot, way = block, contact.roller_radius * sheet.scale + 2.5 * SYMBOL
-                block = block + way * parts.unit(direction)
-                sheet.axes.plot(*np.round([foot, block], 2).T, color=parts.LINK, linewidth=4.0, zorder=4)
-        parts.guide(sheet.axes, block, (-RAIL, RAIL), direction, SYMBOL)
-        ends = block + np.outer([-RAIL, RAIL], parts.unit(direction))
-        for aside in (-1.6, -1.15, 1.15, 1.6):
-            sheet.keep_clear(*(ends + aside * SYMBOL * parts.unit(direction + 0.5 * math.pi)))
-    else:
-        # As far as the block, and as far beyond it as the link's nearest pin is before it.
-        along = parts.unit(direction)
-        ways = [float((pin - block) @ along) for pin in _pins(sheet, state, guide)] or [0.0]
-        ends = np.array([min(*ways, -RAIL), max(*ways, RAIL)])
-        bar = block + np.outer(ends, along)
-        sheet.axes.plot(*np.round(bar, 2).T, color=parts.LINK, linewidth=4.0, alpha=0.6, zorder=3)
-        sheet.keep_clear(*bar)
-    parts.slider(sheet.axes, block, direction, 0.8 * SYMBOL)
-    sheet.keep_off(block, SYMBOL)
-
-
-def _pins(sheet: Sheet, state: LinkageState, name: str) -> list[Array]:
-    ends = [
-        end
-        for joint in state.mechanism.joints
-        if isinstance(joint, Revolute)
-        for end in ((joint.a, joint.point_a), (joint.b, joint.point_b))
-    ]
-    return [sheet.at(state.links[name].place(point)) for link, point in ends if link == name]
-
-
-def _middle(sheet: Sheet, state: LinkageState, name: str) -> Array:
-    pins = _pins(sheet, state, name)
-    place = np.mean(pins, axis=0) if pins else sheet.at(np.array(state.links[name].pose[:2]))
-    return np.asarray(place)
 
 
 def _rollers(state: LinkageState) -> Array:
@@ -199,23 +115,38 @@ def _clipped(sheet: Sheet, points: list[Array]) -> Array | None:
     return None if high <= low else finite[0] + np.outer([low, high], along)
 
 
-def _centres(sheet: Sheet, centres: tuple[InstantCentre, ...]) -> None:
-    """Centres at one place share a mark and a label."""
-    seen: list[tuple[Array, list[InstantCentre]]] = []
+def _centres(sheet: Sheet, state: LinkageState, centres: tuple[InstantCentre, ...]) -> None:
+    """Centres and points at one place share a mark and a label."""
+    seen: list[tuple[Array, list[str], list[InstantCentre]]] = []
+
+    def here(point: Array) -> tuple[list[str], list[InstantCentre]]:
+        for there, names, group in seen:
+            if float(np.linalg.norm(point - there)) < 3.0:
+                return names, group
+        seen.append((point, [], []))
+        return seen[-1][1:]
+
     for centre in centres:
-        if centre.place is None or not sheet.holds(np.array(centre.place)):
-            continue
-        point = sheet.at(np.array(centre.place))
-        here = next((group for there, group in seen if float(np.linalg.norm(point - there)) < 3.0), None)
-        if here is None:
-            seen.append((point, [centre]))
-        else:
-            here.append(centre)
-    for point, group in seen:
-        colour = COLOURS[group[0].kind]
+        if centre.place is not None and sheet.holds(np.array(centre.place)):
+            here(sheet.at(np.array(centre.place)))[1].append(centre)
+    for name, place in _points(state):
+        here(sheet.at(place))[0].append(name)
+    for point, names, group in seen:
+        colour = COLOURS[group[0].kind] if group else parts.INK
         sheet.axes.plot(*np.round(point, 2), marker="o", markersize=4.0, color=colour, zorder=12)
         sheet.keep_off(point, 3.0)
-        sheet.label(point, ", ".join(mathematical(centre.name) for centre in group), colour)
+        sheet.label(point, ", ".join([*names, *(mathematical(centre.name) for centre in group)]), colour)
+
+
+def _points(state: LinkageState) -> list[tuple[str, Array]]:
+    """The points of the polygons, by their names there."""
+    points = linkage_points(state.mechanism)
+    found = [(p.name, state.links[p.carriers[0].link].place(p.carriers[0].point)) for p in points.points]
+    for contact in points.contacts:
+        centre = joint_centre(state, contact.joint)
+        assert centre is not None
+        found.append((contact.name, centre[:2]))
+    return found
 
 
 def _told(sheet: Sheet, centre: InstantCentre) -> str:

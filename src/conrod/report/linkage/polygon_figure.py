@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from conrod.files import write_whole
-from conrod.linkage.polygon import Kind, Polygon, PolygonVector
+from conrod.linkage.polygon_vectors import Kind, Polygon, PolygonVector
 from conrod.motion import Array
 from conrod.report import machine_parts as parts
 from conrod.report import numbers

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from conrod.files import Batch
 from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.reproduction import Reproduction
 from conrod.report.summary import FILE, INDEX, figure_file, page_file
 from conrod.report.sweep.bands import bands_figure
 from conrod.report.sweep.budgets import budgets_figure
@@ -19,7 +20,6 @@ from conrod.report.sweep.index import sweep_index
 from conrod.report.sweep.page import sweep_page
 from conrod.report.sweep.refinement_orders import orders_figure
 from conrod.report.sweep.work_precision import work_precision_figure
-from conrod.report.writer import SCENE
 from conrod.scenes import SCENES
 from conrod.studies.sweep_results import SweepStudy
 
@@ -36,7 +36,7 @@ FIGURES: Mapping[str, Callable[[SweepStudy], Figure | None]] = {
 
 
 def sweep_report_batch(
-    studies: Sequence[SweepStudy], directory: Path, command: str, transfers: Sequence[Transfer] = ()
+    studies: Sequence[SweepStudy], directory: Path, command: Reproduction, transfers: Sequence[Transfer] = ()
 ) -> Batch:
     """All files of a sweep's report, rendered; nothing is written yet, so an error leaves an existing one as it was.
 
@@ -44,14 +44,14 @@ def sweep_report_batch(
     Other files are not touched.
 
     Args:
-        command: what reproduces the report; the first `{scene}` in it stands for the scenes' names.
+        command: what reproduces the report.
         transfers: settings chosen on all scenes but one, and tried on that one.
     """
     files: dict[str, str] = {}
     scenes = earlier = earlier_sweeps(directory)
     explanation = _explanation(directory)
     for study in studies:
-        alone = command.replace(SCENE, study.name, 1)
+        alone = command.of(study.name)
         drawn = sweep_figures(study)
         files |= {figure_file(study.name, name): text for name, text in drawn.items()}
         files[page_file(study.name)] = sweep_page(study, alone, drawn, explanation)
@@ -83,10 +83,10 @@ def _explanation(directory: Path) -> str:
     return f"New to this? conrod's `{EXPLANATION.as_posix()}` says {text}."
 
 
-def _command_for_all(scenes: Mapping[str, Any], studies: Sequence[SweepStudy], command: str) -> str | None:
+def _command_for_all(scenes: Mapping[str, Any], studies: Sequence[SweepStudy], command: Reproduction) -> str | None:
     """The command that makes all scenes of the index; None where some are of an earlier run."""
     names = [study.name for study in studies]
-    return command.replace(SCENE, " ".join(names), 1) if set(names) == set(scenes) else None
+    return command.of(*names) if set(names) == set(scenes) else None
 
 
 def _stale(directory: Path, names: Sequence[str], files: Mapping[str, str]) -> tuple[str, ...]:

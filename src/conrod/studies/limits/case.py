@@ -36,6 +36,11 @@ class Case:
         return bool(self.scene.kinematics.mechanism.cam_contacts)
 
     @property
+    def one_pass(self) -> bool:
+        """Whether its input cannot turn fully, and every run is the one pass that it makes."""
+        return self.scene.kinematics.mechanism.driver.span is not None
+
+    @property
     def steps(self) -> int:
         """Steps per revolution where an axis varies something else."""
         return self.steps_per_revolution or (CONTACT_STEPS if self.contact else LINKAGE_STEPS)

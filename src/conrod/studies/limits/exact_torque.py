@@ -17,6 +17,8 @@ from conrod.motion import Array
 from conrod.reactions import inertia_forces
 
 PEAK_SAMPLES = 3600  # of a turn
+# Of what all bodies take that move through the travel in a radian: a drive that takes no more than that takes nothing.
+NOTHING = 1e-12
 
 
 class ExactTorque:
@@ -35,13 +37,22 @@ class ExactTorque:
 
     @cached_property
     def peak(self) -> float:
-        """Largest magnitude over a turn [N m]."""
-        middle, width = np.pi, np.pi
+        """Largest magnitude over a turn, or over the driver's span [N m]."""
+        start, stop = self._kinematics.span
+        middle, width = 0.5 * (start + stop), 0.5 * (stop - start)
         for _ in range(2):  # once around, and once more about the highest sample, since a peak can be sharp
             angles = middle + width * np.linspace(-1.0, 1.0, PEAK_SAMPLES)
+            if self._kinematics.mechanism.driver.span is not None:
+                angles = np.clip(angles, start, stop)
             sizes = np.abs(self.at(angles))
             middle, width = float(angles[np.argmax(sizes)]), 2.0 * width / PEAK_SAMPLES
         return float(sizes.max())
+
+    @cached_property
+    def is_nothing(self) -> bool:
+        """Whether the drive takes nothing but rounding: wheels about their own centres, and no gravity."""
+        mass = sum(body.mass for body in self._given.bodies)
+        return self.peak <= NOTHING * mass * (self._kinematics.travel * self._speed) ** 2
 
     def at(self, angle: Array) -> Array:
         """Torque (T,) [N m] about the crank, in the sense of the crank angle, at crank angles (T,) [rad]."""

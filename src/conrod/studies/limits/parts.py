@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axes.follower_float import FollowerFloat
 from conrod.studies.limits.axes.mass_ratio import MassRatio
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.determinism import determinism_search
@@ -42,6 +43,8 @@ def _no_rule_to_replace(case: Case) -> str | None:
 
 
 def _no_follower(case: Case) -> str | None:
+    if case.contact and not case.scene.closed_form:
+        return AXES[FollowerFloat.name].refusal(case)
     return None if case.contact else f"the {case.scene.kind} has no cam: there is no follower to fly"
 
 

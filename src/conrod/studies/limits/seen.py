@@ -78,7 +78,7 @@ class Seen:
         if self._history.goes_on:
             position = np.max([errors.position.error for errors in points.values()], axis=0)
             self._history.add(piece.first_step, position, closure["position"], *self._phases(piece, bodies))
-        if piece.drive_torque is not None and self._exact_torque is not None:
+        if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_nothing:
             # At the very first sample an iterative solver has nothing to start from.
             rows = slice(int(piece.first_step == 0), None)
             exact = self._exact_torque.at(bodies.acceleration.instants.angle[rows])

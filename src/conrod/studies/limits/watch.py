@@ -9,6 +9,7 @@ from conrod.engines.engine import PIECE
 from conrod.errors import InvalidInput
 from conrod.outcome import Verdict, prevailing
 from conrod.running import check_run
+from conrod.studies.cell import LEAST_STEPS, as_run, too_coarse
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.seen import Seen
 from conrod.studies.measurement import Measurement
@@ -20,7 +21,6 @@ LOOKS, ANGLES = 40, 20
 LEAST_PIECE = 25  # steps; in a run of few, to look more often would cost more than the run
 # Of a turn: steps of this size come to all parts of it, whole turns between them or not, and so do its powers.
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-LEAST_STEPS = 3  # before the first acceleration that is a difference of velocities
 # A machine that came apart may blow up yet: it is followed for so many revolutions more.
 FOLLOWED = 2.0
 GONE = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
@@ -35,8 +35,8 @@ def watch(cell: LimitCell) -> Measurement:
     Raises:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
     """
-    engine = engine_named(cell.settings.engine)
-    refusal = engine.refusal(cell.machine, cell.settings)
+    engine, cell = engine_named(cell.settings.engine), as_run(cell)
+    refusal = engine.refusal(cell.machine, cell.settings) or too_coarse(cell)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
     check_run(cell.machine, cell.settings, cell.revolutions, cell.start_angle)

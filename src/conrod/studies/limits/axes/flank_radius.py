@@ -27,7 +27,7 @@ class FlankRadius(Axis):
 
     def refusal(self, case: Case) -> str | None:
         if not isinstance(case.scene, CamFollower):
-            return f"the {case.scene.kind} has no cam: {self.name} does not apply"
+            return no_such_cam(case, self.name)
         if case.scene.is_one_circle:
             return f"the {case.scene.kind} has its least flank radius already: {self.name} does not apply"
         return None
@@ -45,3 +45,10 @@ class FlankRadius(Axis):
 
     def text(self, case: Case, value: float) -> str:
         return f"{value:.3g} mm over the least" if value > LEAST else "the least: one circle"
+
+
+def no_such_cam(case: Case, axis: str) -> str:
+    """Why a radius of the cam that ships is not varied on another machine."""
+    if case.contact:
+        return f"which radii of {case.scene.kind}, from a file, go together is not known: {axis} does not apply"
+    return f"the {case.scene.kind} has no cam: {axis} does not apply"

@@ -28,6 +28,8 @@ class FollowerFloat(Axis):
     allowed: ClassVar[tuple[float, float]] = (0.01, 100.0)
 
     def refusal(self, case: Case) -> str | None:
+        if not case.scene.closed_form and case.contact:
+            return f"the float speed of {case.scene.kind}, from a file, is not known: {self.name} does not apply"
         if case.scene.parameters.get(PRELOAD, 0.0) <= 0.0:
             return f"the {case.scene.kind} has no follower that a force holds down: {self.name} does not apply"
         return None

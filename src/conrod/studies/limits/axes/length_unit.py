@@ -10,6 +10,7 @@ from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 
+WITH_A_METRE = ("m", "N")  # a newton is one kilogram metre over a square second
 UNITS = {-3: "km", 0: "m", 2: "cm", 3: "mm"}
 
 
@@ -55,5 +56,5 @@ def length_power(unit: str) -> int:
     power = 0
     for sign, product in zip((1, -1, -1), unit.split("/"), strict=False):
         for name, _, exponent in (term.partition("^") for term in product.split("*")):
-            power += sign * int(exponent or 1) if name == "m" else 0
+            power += sign * int(exponent or 1) if name in WITH_A_METRE else 0
     return power

@@ -25,7 +25,7 @@ def _saw(p: Values, nearness: float) -> Values:
 
 
 # What has to change, and alone does, to bring a machine to its change point.
-APPROACHES: Mapping[str, Callable[[Values, float], Values]] = {ShearPress.kind: _press, Saw.kind: _saw}
+APPROACHES: Mapping[type[Scene], Callable[[Values, float], Values]] = {ShearPress: _press, Saw: _saw}
 
 
 # Near a change point all happens within a small part of a turn: with the usual steps nothing holds as far as it could.
@@ -45,9 +45,11 @@ class Nearness(Axis):
     near_singular: ClassVar[bool] = True
 
     def refusal(self, case: Case) -> str | None:
-        if case.scene.kind not in APPROACHES:
-            return f"the {case.scene.kind} has no change point: {self.name} does not apply"
-        return None
+        # By what a scene is: a machine from a file may have any name.
+        if type(case.scene) in APPROACHES:
+            return None
+        known = f"the {case.scene.kind} has no change point"
+        return f"{known if case.scene.closed_form else not_known(case.scene)}: {self.name} does not apply"
 
     def cell(self, case: Case, value: float) -> LimitCell:
         scene = self.scene(case, value)
@@ -55,7 +57,12 @@ class Nearness(Axis):
 
     def scene(self, case: Case, value: float) -> Scene:
         """The machine at a nearness."""
-        return case.variant(**APPROACHES[case.scene.kind](case.scene.parameters, value))
+        return case.variant(**APPROACHES[type(case.scene)](case.scene.parameters, value))
 
     def text(self, case: Case, value: float) -> str:
         return f"{value:.3g}" if value < 0.99 else f"1 - {1.0 - value:.3g}"
+
+
+def not_known(scene: Scene) -> str:
+    """Why a machine from a file is not brought to its change point."""
+    return f"which lengths bring {scene.kind}, from a file, to a change point is not known"

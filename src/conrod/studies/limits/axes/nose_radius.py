@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from conrod.scenes import CamFollower
+from conrod.studies.limits.axes.flank_radius import no_such_cam
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
@@ -25,7 +26,7 @@ class NoseRadius(Axis):
 
     def refusal(self, case: Case) -> str | None:
         if not isinstance(case.scene, CamFollower):
-            return f"the {case.scene.kind} has no cam: {self.name} does not apply"
+            return no_such_cam(case, self.name)
         return None
 
     def spans(self, case: Case) -> tuple[tuple[float, float], ...]:

@@ -28,6 +28,8 @@ class RunLength(Axis):
     allowed: ClassVar[tuple[float, float]] = (1.0, 1e6)
 
     def refusal(self, case: Case) -> str | None:
+        if case.one_pass:
+            return f"the input of the {case.scene.kind} makes one pass and no more: {self.name} does not apply"
         return None
 
     def cell(self, case: Case, value: float) -> LimitCell:

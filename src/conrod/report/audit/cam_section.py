@@ -1,0 +1,134 @@
+"""Document 004's series against the geometry, for every cam, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.audit.cam_survey import LARGEST_PRESSURE_ANGLE, CamSurvey, surveys
+from conrod.report.audit.words import signless
+from conrod.report.numbers import quantity
+from conrod.report.tables import paragraphs, table
+
+NAMES = ("lift", "velocity", "acceleration", "jerk")
+UNITS = ("mm", "mm/s", "mm/s²", "mm/s³")
+# Below this share of its peak a jump is rounding noise.
+NOISE = 1e-9
+METHOD = (
+    "Equations (8) to (23) replace √(1 - u²) by 1 - u²/2. They were evaluated as published, with R1 + r in place of "
+    "R1 - R in (13), (17) and (21), which cannot be used as they stand (R1 - R is negative for every cam), against the "
+    "exact geometry of base circle, flank, nose and roller, at 1 rad/s, R1 = 29, C = 80 and r = 9 mm. *flank* is the "
+    "sector BC, equations (8), (12), (16), (20), and by symmetry EF, (11), (15), (19), (23); *nose* is CD, (9), (13), "
+    "(17), (21), and DE, (10), (14), (18), (22). An error is the largest in size within the sector, the peak the "
+    "largest exact value in size. At the joint C flank and nose meet: lift and velocity are continuous in truth, "
+    "and what the series leaves there is its own. For the least flank radius of a base the cam is one circle and has "
+    "no nose."
+)
+AT_B = (
+    "At the joint B, where the flank begins, the series is exact up to the second derivative: lift and velocity begin "
+    "at zero and the acceleration jumps as it does in truth."
+)
+PRESSURE = (
+    "The document's own rule (line 62): the pressure angle is not to exceed 30°. *as printed* is by equations (6) and "
+    "(7), which count the height from the base circle and leave out the roller's radius."
+)
+
+
+def cam_section() -> str:
+    """The tables with their figures."""
+    found = surveys()
+    broken = [f"R = {s.base:g}, rho = {s.flank:g}" for s in found if not s.keeps_the_rule]
+    return paragraphs(
+        "## The truncated series for every cam",
+        METHOD,
+        _worst(found),
+        "![Error of the series over the cam angle for R = 36 mm](figures/series-error.svg)",
+        *(block for k, name in enumerate(NAMES) for block in (f"### {name.capitalize()}", _series_table(found, k))),
+        "### The joint B",
+        AT_B,
+        _joint_b_table(found),
+        "## Pressure angles",
+        PRESSURE,
+        f"{len(broken)} of the {len(found)} cams break the rule: {'; '.join(broken)} mm. Among them is the cam that "
+        "the conclusion calls the extreme one.",
+        "![Largest pressure angle of every cam, with the rule of 30 degrees](figures/pressure-angle.svg)",
+        _pressure_table(found),
+    )
+
+
+def _worst(found: Sequence[CamSurvey]) -> str:
+    """The cam on which the series does worst, in words."""
+    rows = []
+    for k, name in enumerate(NAMES):
+        shares = [max(s.flank_error[k], s.nose_error[k]) / s.exact_peak[k] for s in found]
+        cam = found[max(range(len(found)), key=lambda i: round(shares[i], 9))]
+        error = max(cam.flank_error[k], cam.nose_error[k])
+        rows.append(
+            [name, f"{cam.base:g}", f"{cam.flank:g}", f"{_size(error)} {UNITS[k]}", f"{100.0 * max(shares):.1f} %"]
+        )
+    return table(["worst case", "R [mm]", "rho [mm]", "error of the series", "of the exact peak"], rows)
+
+
+def _series_table(found: Sequence[CamSurvey], k: int) -> str:
+    unit = UNITS[k]
+    head = ["R [mm]", "rho [mm]", f"exact peak [{unit}]", "error on the flank", "error on the nose",
+            "jump at C, series", "jump at C, exact"]  # fmt: skip
+    return table(
+        head,
+        [
+            [
+                *_cam(s),
+                _size(s.exact_peak[k]),
+                _size(s.flank_error[k]),
+                "no nose" if s.is_least else _size(s.nose_error[k]),
+                "no joint" if s.is_least else _jump(s.jump_c[k], s.exact_peak[k]),
+                "no joint" if s.is_least else _jump(s.exact_jump_c[k], s.exact_peak[k]),
+            ]
+            for s in found
+        ],
+    )
+
+
+def _joint_b_table(found: Sequence[CamSurvey]) -> str:
+    head = ["R [mm]", "rho [mm]", "B [°]", "C [°]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
+            "jerk at B, series [mm/s³]", "exact [mm/s³]"]  # fmt: skip
+    return table(
+        head,
+        [
+            [
+                *_cam(s),
+                f"{s.joint_b:.3f}",
+                "none" if s.is_least else f"{s.joint_c:.3f}",
+                *(_jump(jump[k], s.exact_peak[k]) for k in (2, 3) for jump in (s.jump_b, s.exact_jump_b)),
+            ]
+            for s in found
+        ],
+    )
+
+
+def _pressure_table(found: Sequence[CamSurvey]) -> str:
+    head = ["R [mm]", "rho [mm]", "largest [°]", "at [°]", "as printed [°]", f"within {LARGEST_PRESSURE_ANGLE:g}°"]
+    return table(
+        head,
+        [
+            [
+                *_cam(s),
+                f"{s.pressure_angle:.2f}",
+                f"{s.pressure_angle_at:.1f}",
+                f"{s.pressure_angle_as_printed:.2f}",
+                "yes" if s.keeps_the_rule else "**no**",
+            ]
+            for s in found
+        ],
+    )
+
+
+def _cam(found: CamSurvey) -> list[str]:
+    return [f"{found.base:g}", f"{found.flank:g}" + (" (least)" if found.is_least else "")]
+
+
+def _size(value: float) -> str:
+    return quantity(float(value), 4) if abs(value) > NOISE else "0"
+
+
+def _jump(value: float, peak: float) -> str:
+    return signless(quantity(float(value), 4)) if abs(value) > NOISE * peak else "0"

@@ -1,0 +1,134 @@
+"""The links and joints of a mechanism at a crank angle, as a course draws them."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.patches import Polygon as Outline
+
+from conrod.linkage.accelerations import coincident_point
+from conrod.linkage.state import LinkageState
+from conrod.mechanism import GROUND, CamContact, Prismatic, Revolute
+from conrod.motion import Array
+from conrod.report import machine_parts as parts
+from conrod.report.linkage.sheet import Sheet
+from conrod.report.outlines import pitch_lines, profile
+
+SYMBOL, RAIL = 8.0, 20.0  # of a joint, and half of a slide [pt]
+COARSE = 20  # samples of a curve that labels take for a straight piece
+
+
+def draw_links(sheet: Sheet, state: LinkageState) -> None:
+    """Links as bars and plates, joints as symbols, cams and pitch lines."""
+    mechanism, poses = state.mechanism, {name: link.pose for name, link in state.links.items()}
+    for name in mechanism.body_index:
+        pins = _pins(sheet, state, name)
+        if len(pins) > 2:
+            sheet.axes.add_patch(Outline(np.array(pins), facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
+        if len(pins) > 1:
+            closed = [*pins, pins[0]] if len(pins) > 2 else pins
+            sheet.axes.plot(*np.array(closed).T, color=parts.LINK, linewidth=5.0, alpha=0.75, zorder=4)
+            for start, stop in pairwise(closed):
+                sheet.keep_clear(start, stop)
+    for joint in mechanism.joints:
+        match joint:
+            case Revolute():
+                point = sheet.at(state.links[joint.a].place(joint.point_a))
+                place = (float(point[0]), float(point[1]))
+                if GROUND in (joint.a, joint.b):
+                    parts.bearing(sheet.axes, place, SYMBOL)
+                parts.pin(sheet.axes, place, SYMBOL)
+                sheet.keep_off(point, 0.5 * SYMBOL)
+            case Prismatic():
+                _slide(sheet, state, joint)
+            case CamContact():
+                line = np.array([sheet.at(np.array(p)) for p in profile(joint, poses[joint.a])])
+                sheet.axes.plot(*np.round(line, 2).T, color=parts.INK, linewidth=1.2, zorder=5)
+                _keep_clear(sheet, line)
+                _circle(sheet, state.links[joint.b].place(joint.roller_centre), joint.roller_radius)
+            case _:
+                for rolled in pitch_lines(joint, poses):
+                    line = np.array([sheet.at(point) for point in rolled])
+                    sheet.axes.plot(*np.round(line, 2).T, color=parts.INK, linewidth=1.0, linestyle="-.", zorder=5)
+                    _keep_clear(sheet, line)
+
+
+def _circle(sheet: Sheet, centre: Array, radius: float) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    ring = sheet.at(centre) + radius * sheet.scale * np.column_stack([np.cos(turn), np.sin(turn)])
+    sheet.axes.plot(*np.round(ring, 2).T, color=parts.INK, linewidth=1.2, zorder=6)
+    _keep_clear(sheet, ring)
+
+
+def _keep_clear(sheet: Sheet, line: Array) -> None:
+    """Labels avoid a curve (N, 2) [pt], in straight pieces."""
+    for start, stop in pairwise(line[:: min(len(line) - 1, COARSE)]):
+        sheet.keep_clear(start, stop)
+
+
+def _slide(sheet: Sheet, state: LinkageState, joint: Prismatic) -> None:
+    """A block between rails; on a moving link it slides on a bar from that link's own pin."""
+    sliding = coincident_point(state.mechanism, joint)
+    assert sliding is not None
+    guide, moving, point = sliding
+    if GROUND in (guide, moving):
+        guide, moving = GROUND, moving if guide == GROUND else guide
+        point = joint.point_b if joint.b == moving else joint.point_a
+    block = sheet.at(state.links[moving].place(point))
+    direction = state.links[joint.a].pose[2] + joint.direction
+    if guide == GROUND:
+        for contact in state.mechanism.cam_contacts:
+            if contact.b == moving:
+                # Above its roller, where it does not hide the cam.
+                foot, way = block, contact.roller_radius * sheet.scale + 2.5 * SYMBOL
+                block = block + way * parts.unit(direction)
+                sheet.axes.plot(*np.round([foot, block], 2).T, color=parts.LINK, linewidth=4.0, zorder=4)
+        parts.guide(sheet.axes, block, (-RAIL, RAIL), direction, SYMBOL)
+        ends = block + np.outer([-RAIL, RAIL], parts.unit(direction))
+        for aside in (-1.6, -1.15, 1.15, 1.6):
+            sheet.keep_clear(*(ends + aside * SYMBOL * parts.unit(direction + 0.5 * math.pi)))
+    else:
+        # As far as the block, and as far beyond it as the link's nearest pin is before it.
+        along = parts.unit(direction)
+        ways = [float((pin - block) @ along) for pin in _pins(sheet, state, guide)] or [0.0]
+        ends = np.array([min(*ways, -RAIL), max(*ways, RAIL)])
+        bar = block + np.outer(ends, along)
+        sheet.axes.plot(*np.round(bar, 2).T, color=parts.LINK, linewidth=4.0, alpha=0.6, zorder=3)
+        sheet.keep_clear(*bar)
+    parts.slider(sheet.axes, block, direction, 0.8 * SYMBOL)
+    sheet.keep_off(block, SYMBOL)
+
+
+def _pins(sheet: Sheet, state: LinkageState, name: str) -> list[Array]:
+    ends = [
+        end
+        for joint in state.mechanism.joints
+        if isinstance(joint, Revolute)
+        for end in ((joint.a, joint.point_a), (joint.b, joint.point_b))
+    ]
+    return [sheet.at(state.links[name].place(point)) for link, point in ends if link == name]
+
+
+def middle(sheet: Sheet, state: LinkageState, name: str) -> Array:
+    """Where a link's number belongs [pt]: between its pins and what slides in it."""
+    held = _pins(sheet, state, name)
+    for joint in state.mechanism.joints:
+        if isinstance(joint, Prismatic) and GROUND not in (joint.a, joint.b):
+            sliding = coincident_point(state.mechanism, joint)
+            assert sliding is not None
+            guide, moving, point = sliding
+            if guide == name:
+                held.append(sheet.at(state.links[moving].place(point)))
+    place = np.mean(held, axis=0) if held else sheet.at(np.array(state.links[name].pose[:2]))
+    return np.asarray(place)
+
+
+def draw_arm(sheet: Sheet, state: LinkageState, name: str, place: Array) -> None:
+    """A thin line to a point of a link that is only looked at, from the pin next to it."""
+    point = sheet.at(place)
+    pins = _pins(sheet, state, name) or [sheet.at(np.array(state.links[name].pose[:2]))]
+    near = min(pins, key=lambda pin: float(np.linalg.norm(pin - point)))
+    sheet.axes.plot(*np.round([near, point], 2).T, color=parts.LINK, linewidth=1.5, alpha=0.75, zorder=3)
+    sheet.keep_clear(near, point)

@@ -1,0 +1,243 @@
+"""Copies of mechanism files with something wrong in them, and what becomes of one: a line, or a machine that runs."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from conrod.engines import ENGINES, engine_named
+from conrod.engines.engine import run_of
+from conrod.errors import InvalidInput
+from conrod.mechanism_files import DescribedScene, scene_of
+from conrod.mechanism_files.toml_file import parse
+from conrod.running import run
+
+LONGEST = 1500  # characters of a refusal
+STEPS = 40  # of a run, and a revolution: coarse on purpose
+MOST_STEPS = 60
+
+# Numbers that a file may have by a slip, or by ill will.
+SLIPS = (0.0, -0.0, -1.0, 1, 1e-300, 5e-324, 1e-12, 1e-6, 1e3, 1e6, 1e12, 1e300, 1e308, math.inf, -math.inf, math.nan)
+FACTORS = (-1.0, 0.0, 1e-9, 1e-3, 0.1, 0.5, 0.9, 0.999999, 1.000001, 1.1, 2.0, 10.0, 1e3, 1e9)
+TEXTS = ("", " ", "a", "5 mm", "-5 mm", "1e400 m", "3 parsec", "40 rpm", "90 deg", "1 kg", "nan m", "1e308 m", "0x10 m")
+WORDS = ("ground", "crank", "origin", "revolute", "prismatic", "gear", "rack", "rolling", "cam", "screw", "world", "P")
+THINGS: tuple[Any, ...] = (None, True, [], {}, [0, 0], [0, 0, 0], ["1 m", 2], [[]], {"x": 1}, 10**400)
+
+Tables = dict[str, Any]
+Way = tuple[Any, ...]
+
+
+def places(whole: Any, way: Way = ()) -> list[Way]:
+    """Where something stands in tables."""
+    inner = whole.items() if isinstance(whole, dict) else enumerate(whole) if isinstance(whole, list) else ()
+    return [found for key, value in inner for found in [(*way, key), *places(value, (*way, key))]]
+
+
+def at(whole: Any, way: Way) -> Any:
+    """What stands in a place."""
+    for key in way:
+        whole = whole[key]
+    return whole
+
+
+def put(whole: Any, way: Way, value: Any) -> Any:
+    """A copy with another value in one place."""
+    if not way:
+        return value
+    copy = dict(whole) if isinstance(whole, dict) else list(whole)
+    copy[way[0]] = put(copy[way[0]], way[1:], value) if len(way) > 1 else value
+    return copy
+
+
+def without(whole: Any, way: Way) -> Any:
+    """A copy without what stands in one place."""
+    copy = dict(whole) if isinstance(whole, dict) else list(whole)
+    if len(way) == 1:
+        del copy[way[0]]
+    else:
+        copy[way[0]] = without(copy[way[0]], way[1:])
+    return copy
+
+
+# -- changes to tables -----------------------------------------------------------------------------------------------
+
+
+def _numbers(whole: Tables) -> list[Way]:
+    return [way for way in places(whole) if isinstance(at(whole, way), int | float | str) and _value(at(whole, way))]
+
+
+def _value(given: Any) -> tuple[float, str] | None:
+    """Number and unit of a quantity; None for what is none."""
+    number, _, unit = str(given).partition(" ")
+    try:
+        return float(number), unit if isinstance(given, str) else ""
+    except ValueError:
+        return None
+
+
+def slip(whole: Tables, chance: random.Random) -> Tables:
+    """A number becomes another one, with or without its unit."""
+    way = chance.choice(_numbers(whole))
+    found, other = _value(at(whole, way)), chance.choice(SLIPS)
+    assert found is not None
+    return put(whole, way, f"{other!r} {found[1]}" if found[1] and chance.random() < 0.7 else other)
+
+
+def scaled(whole: Tables, chance: random.Random) -> Tables:
+    """One to three numbers become multiples of themselves: most of the machines that this makes can be read."""
+    for _ in range(chance.randint(1, 3)):
+        way = chance.choice(_numbers(whole))
+        found = _value(at(whole, way))
+        assert found is not None
+        number = found[0] * chance.choice([*FACTORS, chance.uniform(0.3, 3.0)])
+        whole = put(whole, way, f"{number!r} {found[1]}" if found[1] else number)
+    return whole
+
+
+def nearly(whole: Tables, chance: random.Random) -> Tables:
+    """A number moves by very little: nearly singular machines stay near, and exact coincidences break."""
+    way = chance.choice(_numbers(whole))
+    found = _value(at(whole, way))
+    assert found is not None
+    number = found[0] + chance.choice((-1.0, 1.0)) * 10.0 ** chance.uniform(-17.0, -2.0) * max(abs(found[0]), 0.1)
+    return put(whole, way, f"{number!r} {found[1]}" if found[1] else number)
+
+
+def worded(whole: Tables, chance: random.Random) -> Tables:
+    """Something becomes a text, a word of the format, or a thing of another kind."""
+    return put(whole, chance.choice(places(whole)), chance.choice([*TEXTS, *WORDS, *THINGS, *SLIPS]))
+
+
+def swapped(whole: Tables, chance: random.Random) -> Tables:
+    """Two places have each other's contents."""
+    one, other = chance.choice(places(whole)), chance.choice(places(whole))
+    if one[: len(other)] == other or other[: len(one)] == one:
+        return whole
+    return dict(put(put(whole, one, at(whole, other)), other, at(whole, one)))
+
+
+def dropped(whole: Tables, chance: random.Random) -> Tables:
+    """Something is missing."""
+    return dict(without(whole, chance.choice(places(whole))))
+
+
+def renamed(whole: Tables, chance: random.Random) -> Tables:
+    """A field or a table has another name, perhaps that of another one."""
+    ways = [way for way in places(whole) if isinstance(way[-1], str)]
+    way, other = chance.choice(ways), chance.choice([*WORDS, *TEXTS, *(w[-1] for w in ways)])
+    return dict(put(without(whole, way), (*way[:-1], other), at(whole, way)))
+
+
+TABLE_CHANGES: tuple[Callable[[Tables, random.Random], Tables], ...] = (
+    slip,
+    scaled,
+    scaled,
+    nearly,
+    worded,
+    swapped,
+    dropped,
+    renamed,
+)
+
+# -- changes to a text -----------------------------------------------------------------------------------------------
+
+
+def _lines(text: bytes, change: Callable[[list[bytes], int], list[bytes]], chance: random.Random) -> bytes:
+    lines = text.splitlines(keepends=True)
+    return b"".join(change(lines, chance.randrange(len(lines))))
+
+
+def line_lost(text: bytes, chance: random.Random) -> bytes:
+    """A line is missing."""
+    return _lines(text, lambda lines, k: lines[:k] + lines[k + 1 :], chance)
+
+
+def line_twice(text: bytes, chance: random.Random) -> bytes:
+    """A line, a table's heading perhaps, stands there twice."""
+    return _lines(text, lambda lines, k: lines[: k + 1] + lines[k:], chance)
+
+
+def lines_exchanged(text: bytes, chance: random.Random) -> bytes:
+    """Two lines have each other's place."""
+    lines = text.splitlines(keepends=True)
+    i, k = chance.randrange(len(lines)), chance.randrange(len(lines))
+    lines[i], lines[k] = lines[k], lines[i]
+    return b"".join(lines)
+
+
+def bytes_changed(text: bytes, chance: random.Random) -> bytes:
+    """Up to four bytes are others, or gone."""
+    k = chance.randrange(len(text))
+    return text[:k] + chance.randbytes(chance.randint(0, 4)) + text[k + chance.randint(0, 4) :]
+
+
+def cut_short(text: bytes, chance: random.Random) -> bytes:
+    """The end is missing."""
+    return text[: chance.randrange(len(text))]
+
+
+TEXT_CHANGES: tuple[Callable[[bytes, random.Random], bytes], ...] = (
+    line_lost,
+    line_lost,
+    line_twice,
+    lines_exchanged,
+    bytes_changed,
+    cut_short,
+)
+
+
+def mutant(path: Path, seed: int) -> bytes | Tables:
+    """The changed copy of a file that a number stands for: its text, or its tables."""
+    chance = random.Random(f"{path.name} {seed}")
+    text = path.read_bytes()
+    if chance.random() < 0.25:
+        return chance.choice(TEXT_CHANGES)(text, chance)
+    return chance.choice(TABLE_CHANGES)(parse(text), chance)
+
+
+# -- what becomes of them --------------------------------------------------------------------------------------------
+
+
+def read(given: bytes | Tables) -> DescribedScene | str:
+    """The scene that a file or its tables describe, or the one line that refuses them."""
+    try:
+        return scene_of(parse(given) if isinstance(given, bytes) else given)
+    except InvalidInput as error:
+        return one_line(error)
+
+
+def one_line(error: InvalidInput) -> str:
+    """A refusal, seen to be one clear line."""
+    text = str(error)
+    assert "\n" not in text
+    assert 0 < len(text) <= LONGEST
+    return text
+
+
+def moved(scene: DescribedScene) -> None:
+    """Its exact motion is one."""
+    low, high = scene.span or (0.0, 2.0 * math.pi)
+    for point in scene.motion(np.linspace(low, high, 9), scene.speed).points.values():
+        assert np.isfinite(point.position).all()
+
+
+def stepped(scene: DescribedScene) -> list[str]:
+    """How short runs of it end, with the first and the last preset of each engine; a setting may be refused."""
+    ends = []
+    for engine in map(engine_named, ENGINES):
+        for preset in (min(engine.presets), max(engine.presets)):
+            try:
+                settings = engine.presets[preset](scene, STEPS)
+                if engine.refusal(scene, settings):
+                    continue
+                start, revolutions = run_of(scene, STEPS, MOST_STEPS / STEPS)
+                ends.append(run(scene, settings, min(revolutions, MOST_STEPS / STEPS), start).outcome.slug)
+            except InvalidInput as error:
+                one_line(error)
+                ends.append("refused")
+    return ends

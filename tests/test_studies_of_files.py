@@ -1,0 +1,197 @@
+"""Sweeps, recommendations, limits and exports take mechanism files where they take scenes."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from conrod.catalogue import catalogue_scene
+from conrod.engines import engine_named
+from conrod.engines.left_out_rod import BODY
+from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.kinematics import Kinematics
+from conrod.mechanism_files import DescribedScene, scene_of
+from conrod.scenes import Saw
+from conrod.studies.cell import Cell, as_run
+from conrod.studies.choice import confirming_cells
+from conrod.studies.clock import time_run
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axes.length_unit import length_power, rescaled
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.exact_torque import ExactTorque
+from conrod.studies.limits.watch import watch
+from conrod.studies.measurement import measure
+from conrod.studies.sweep import SweptRule
+from tests.command_line import conrod
+from tests.described import CATALOGUE, changed
+from tests.rolling_machines import gear_pair
+
+PASS, TURNS = CATALOGUE / "swinging-four-bar.toml", CATALOGUE / "slider-crank.toml"
+
+
+def read(path: Path, place: str = "", value: Any = None) -> DescribedScene:
+    return scene_of(changed(path, place, value)) if place else catalogue_scene(path.stem)
+
+
+def gear_pair_kinematics() -> Kinematics:
+    """Of wheels about their own centres: they turn evenly."""
+    return Kinematics(gear_pair())
+
+
+def cell(scene: DescribedScene, steps: int = 200, engine: str = "mujoco", preset: str = "tuned") -> Cell:
+    return Cell(scene.kind, scene, engine_named(engine).presets[preset](scene, steps))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_what_is_run_of_a_pass_is_the_pass(engine: str) -> None:
+    asked = cell(read(PASS), engine=engine)
+    run, span = as_run(asked), asked.scene.kinematics.span
+    assert run.start_angle == span[0]
+    assert run.revolutions == pytest.approx((span[1] - span[0]) / (2.0 * np.pi), abs=1.0 / 200)
+    measured = measure(asked)
+    assert measured.outcome == "completed"
+    assert (measured.largest("position") or 1.0) < 0.01
+    # Negative control: what turns is run as it was asked for.
+    turning = cell(read(TURNS))
+    assert as_run(turning) is turning
+
+
+def test_a_pass_of_too_few_steps_is_told_and_not_run() -> None:
+    coarse = cell(read(PASS), steps=10)
+    assert measure(coarse).outcome == "unsupported"
+    assert "are needed to have accelerations" in measure(coarse).reason
+    assert watch(LimitCell("a", coarse.scene, coarse.settings)).outcome == "unsupported"
+    assert measure(cell(read(PASS), steps=100)).outcome != "unsupported"
+
+
+def test_a_pass_is_watched_with_the_drive_torque_beside_it() -> None:
+    asked = cell(read(PASS), preset="stock")
+    seen = watch(LimitCell("a", asked.scene, asked.settings))
+    assert seen.extremes is not None
+    assert 0.0 < seen.extremes["torque"] < 1.0
+
+
+def test_a_drive_that_takes_nothing_has_no_torque_to_be_compared() -> None:
+    wheels = ExactTorque(gear_pair_kinematics(), 5.0, gravity=False, rod=BODY)
+    linkage = ExactTorque(read(TURNS).kinematics, 5.0, gravity=False, rod=BODY)
+    assert wheels.is_nothing
+    assert not linkage.is_nothing
+
+
+def test_a_cost_is_that_of_steps_within_the_pass() -> None:
+    scene, engine = read(PASS), engine_named("pymunk")
+    settings = engine.presets["tuned"](scene, 200)
+    made: list[int] = []
+
+    class Counting:
+        def __init__(self) -> None:
+            self.place = len(made)
+            made.append(0)
+
+        def __call__(self, steps: int) -> None:
+            made[self.place] += steps
+
+    class Fake:
+        def stepper(self, *_: object) -> Counting:
+            return Counting()
+
+        def reference_loop(self) -> Any:
+            return lambda _: None
+
+    ticks = iter(range(0, 10**12, 1_000_000))
+    timed = time_run(Fake(), scene, settings, clock=lambda: next(ticks))  # type: ignore[arg-type]  # a stand-in
+    assert timed is not None
+    assert max(made) <= as_run(cell(scene)).revolutions * 200 + 0.5
+    # Negative control: a machine that turns goes on and on.
+    made.clear()
+    time_run(Fake(), read(TURNS), replace(settings), clock=lambda: next(ticks))  # type: ignore[arg-type]
+    assert max(made) > 200
+
+
+def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
+    scene, engine = read(PASS), engine_named("mujoco")
+    rule = engine.grid(scene, "coarse")[0]
+    one = Cell(scene.kind, scene, rule.settings(scene, 200))
+    found = dict(confirming_cells(SweptRule(engine, rule, (one,)), one))
+    assert list(found) == ["the pass backwards", "speed -10%", "speed +10%"]
+    assert len({as_run(other).key for other in (one, *found.values())}) == 4
+    assert as_run(found["the pass backwards"]).start_angle == scene.kinematics.span[1]
+
+
+@pytest.mark.parametrize("axis", ["start-pose", "run-length", "nearness", "float", "flank-radius", "nose-radius"])
+def test_axes_that_a_file_does_not_have_are_refused_in_words(axis: str) -> None:
+    refusal = AXES[axis].refusal(Case("a", read(PASS), "mujoco", "tuned"))
+    assert refusal is not None
+    assert refusal.endswith("does not apply")
+
+
+def test_a_file_called_like_a_scene_has_not_its_axes() -> None:
+    named = read(TURNS, "name", "saw")
+    assert named.kind == Saw.kind
+    assert "is not known" in str(AXES["nearness"].refusal(Case("saw", named, "mujoco", "tuned")))
+    # Negative control: the saw has it.
+    assert AXES["nearness"].refusal(Case("saw", Saw(), "mujoco", "tuned")) is None
+    settings = engine_named("mujoco").presets["tuned"]
+    assert Cell("saw", named, settings(named, 200)).key != Cell("saw", Saw(), settings(Saw(), 200)).key
+
+
+def test_a_file_in_another_unit_of_length_moves_alike() -> None:
+    scene = read(TURNS)
+    larger = scene.with_parameters(**rescaled(scene, 1000.0))
+    angles = np.linspace(0.0, 6.0, 7)
+    for name, point in scene.motion(angles, scene.speed).points.items():
+        found = larger.motion(angles, scene.speed).points[name].position
+        np.testing.assert_allclose(found, 1000.0 * point.position, rtol=1e-12, atol=1e-9)
+    assert (length_power("N"), length_power("kg*m^2"), length_power("m/s^2"), length_power("kg")) == (1, 2, 1, 0)
+
+
+@pytest.mark.parametrize("path", [PASS, TURNS, CATALOGUE / "inverted-slider-crank.toml"])
+def test_an_exported_model_runs_on_its_own(path: Path) -> None:
+    scene = read(path)
+    model = mujoco.MjModel.from_xml_string(standalone_mjcf(path.stem, scene))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    run = as_run(cell(scene, round(scene.period / model.opt.timestep)))
+    places = []
+    for _ in range(round(run.revolutions * run.settings.steps_per_revolution) + 1):
+        mujoco.mj_kinematics(model, data)
+        places.append(data.site(scene.output).xpos[:2].copy())
+        mujoco.mj_step(model, data)
+    angle = run.start_angle + scene.speed * model.opt.timestep * np.arange(len(places))
+    exact = scene.motion(np.clip(angle, *scene.kinematics.span) if scene.span else angle, scene.speed)
+    off = np.linalg.norm(np.array(places) - exact.point(scene.output).position, axis=1).max()
+    assert off < 1e-5 * scene.lengths[scene.output]
+
+
+@pytest.mark.slow
+def test_a_sweep_of_a_file_goes_on_and_an_edited_file_is_another_machine(tmp_path: Path) -> None:
+    path, ledger = tmp_path / "own.toml", tmp_path / "ledger.db"
+    text = PASS.read_text(encoding="utf-8")
+    path.write_text(text.replace('name = "swinging-four-bar"', 'name = "own"'), encoding="utf-8")
+    sweep = ("sweep", str(path), "--grid", "coarse", "--engine", "pymunk", "--jobs", "1")
+    first, again = conrod(*sweep, ledger=ledger), conrod(*sweep, ledger=ledger)
+    assert (first.returncode, again.returncode) == (0, 0), first.stderr
+    assert "runs: 0 to do" in again.stderr
+    assert "runs: 0 to do" not in first.stderr
+    # The same machine in other words is the same; another length is another one.
+    path.write_text(path.read_text(encoding="utf-8").replace('title = "', 'title = "My '), encoding="utf-8")
+    assert "runs: 0 to do" in conrod(*sweep, ledger=ledger).stderr
+    found = conrod("results", "--ledger", str(ledger))
+    rows = list(csv.DictReader(io.StringIO(found.stdout)))
+    assert rows
+    assert {row["scene"] for row in rows} == {"own"}
+    assert all('"bodies"' in row["parameter.mechanism"] for row in rows)
+    shown = conrod("results", "--ledger", str(ledger), "--where", "scene = 'another'").stdout
+    assert len(shown.splitlines()) <= 1
+    longer = catalogue_scene(PASS.stem)
+    name = next(name for name in longer.parameters if name.endswith("mass"))
+    other = longer.with_parameters(**{name: 1.01 * longer.parameters[name]})
+    assert cell(other).key != cell(longer).key
