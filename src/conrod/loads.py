@@ -9,17 +9,19 @@ slide and a motor's torque are one thing, and the generalised force on the bodie
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Collection
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.motion import Array
 from conrod.ranges import check_number
 
 Point: TypeAlias = tuple[float, float]  # [m], in the frame of a body
 LARGEST = 1e15  # of any number of a law, SI
+SENSES = (-1, 1)
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,11 @@ Law: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse
 CONSERVATIVE = (Elastic, Steady)
 
 
+def bodies_of(coordinate: Coordinate) -> tuple[str, ...]:
+    """Names of the bodies that a coordinate is told by."""
+    return (coordinate.body,) if isinstance(coordinate, Displacement) else (coordinate.a, coordinate.b)
+
+
 @dataclass(frozen=True)
 class Load:
     """A law along a coordinate.
@@ -166,11 +173,38 @@ class Load:
             check_number(f"{field} of {self.name}", float(value), -LARGEST, LARGEST)
         if isinstance(self.law, StrokePulse | TimePulse) and not self.law.start < self.law.stop:
             raise InvalidInput(f"{self.name}: start = {self.law.start:g} must lie before stop = {self.law.stop:g}")
+        if isinstance(self.law, StrokePulse) and self.law.sense not in SENSES:
+            raise InvalidInput(f"sense of {self.name} = {self.law.sense}: it must be 1 or -1")
         positive = {Elastic: "stiffness", Viscous: "damping", Friction: "creep"}.get(type(self.law))
         if positive and not getattr(self.law, positive) > 0.0:
             raise InvalidInput(f"{positive} of {self.name} = {getattr(self.law, positive):g}: it must be above 0")
+        if isinstance(self.law, SpeedLine) and self.law.idle == 0.0:
+            raise InvalidInput(f"idle of {self.name} = 0: the speed at which a motor gives nothing is another one")
+
+    def check(self, bodies: Collection[str]) -> None:
+        """Refuse what acts on no body of a machine, or between a body and itself.
+
+        Args:
+            bodies: names of all bodies, the ground among them.
+
+        Raises:
+            InvalidInput: names the load and the body.
+        """
+        ends = bodies_of(self.along)
+        for name in ends:
+            if name not in bodies:
+                raise unknown_choice(f"body of the load {self.name}", name, bodies)
+        if len(ends) > len(set(ends)):
+            raise InvalidInput(f"the load {self.name} acts between {ends[0]!r} and itself")
 
     @property
     def conservative(self) -> bool:
         """Whether its force comes from an energy of the configuration alone."""
         return isinstance(self.law, CONSERVATIVE)
+
+    def identity(self) -> dict[str, Any]:
+        """All of it as plain values, with the kinds of its coordinate and its law."""
+        parts = {"along": self.along, "law": self.law}
+        return {"name": self.name} | {
+            part: {"kind": type(value).__name__} | asdict(value) for part, value in parts.items()
+        }

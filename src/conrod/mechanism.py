@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 from conrod.cam_shape import Profile
 from conrod.errors import InvalidInput
+from conrod.loads import Load
 from conrod.ranges import check_number
 from conrod.rolling import Mesh
 
@@ -138,6 +139,8 @@ class Mechanism:
     Attributes:
         poses: approximate pose of each body at crank angle 0; picks the assembly branch.
         gravity: acceleration of free fall [m/s^2], in the document's frame.
+        forces: constant ones; loads: springs, dampers, friction, forces and torques that follow a law. A crank at a
+            prescribed angle moves alike with and without them.
     """
 
     name: str
@@ -148,6 +151,11 @@ class Mechanism:
     observed: tuple[ObservedPoint, ...]
     gravity: tuple[float, float] = (0.0, 0.0)
     forces: tuple[ConstantForce, ...] = field(default=())
+    loads: tuple[Load, ...] = ()
+
+    def __post_init__(self) -> None:
+        for load in self.loads:
+            load.check((GROUND, *(body.name for body in self.bodies)))
 
     @cached_property
     def body_index(self) -> dict[str, int]:

@@ -18,7 +18,10 @@ def coordinate_jet(coordinate: Coordinate, poses: dict[str, PoseJet]) -> Jet:
     """The coordinate along a motion."""
     match coordinate:
         case Distance():
-            (ax, ay), (bx, by) = poses[coordinate.a].point(coordinate.point_a), poses[coordinate.b].point(coordinate.point_b)
+            (ax, ay), (bx, by) = (
+                poses[coordinate.a].point(coordinate.point_a),
+                poses[coordinate.b].point(coordinate.point_b),
+            )
             dx, dy = bx - ax, by - ay
             return square_root(dx * dx + dy * dy)
         case Turn():
@@ -35,7 +38,10 @@ def gradient(coordinate: Coordinate, mechanism: Mechanism, poses: dict[str, Pose
     result = np.zeros((samples, 3 * len(mechanism.bodies)))
     match coordinate:
         case Distance():
-            (ax, ay), (bx, by) = _at(poses, coordinate.a, coordinate.point_a), _at(poses, coordinate.b, coordinate.point_b)
+            (ax, ay), (bx, by) = (
+                _at(poses, coordinate.a, coordinate.point_a),
+                _at(poses, coordinate.b, coordinate.point_b),
+            )
             dx, dy = bx - ax, by - ay
             length = np.hypot(dx, dy)
             _push(result, mechanism, poses, coordinate.b, (bx, by), (dx / length, dy / length))

@@ -8,7 +8,6 @@ energy that loads take or give is integrated beside the motion, so that the bala
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +17,6 @@ from conrod.dynamics.configurations import Configurations
 from conrod.dynamics.pieces import DEGREE, Samples
 from conrod.dynamics.reduced import Reduced, reduced
 from conrod.errors import InvalidInput
-from conrod.loads import Load
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
 
@@ -67,8 +65,8 @@ class ForwardDynamics:
         InvalidInput: branches of its motion cross at the start poses.
     """
 
-    def __init__(self, mechanism: Mechanism, loads: Sequence[Load] = ()) -> None:
-        self.mechanism, self.loads = mechanism, tuple(loads)
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.loads = mechanism, mechanism.loads
         self.configurations = Configurations(mechanism)
         self._driven = [load.law for load in self.loads if not load.conservative]
         self._ahead: list[_Row] = []

@@ -6,7 +6,6 @@ the drive's torque. The torque is derived a second time, from energy alone, with
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
@@ -15,13 +14,10 @@ import numpy as np
 from conrod.dynamics.coordinates import coordinate_jet, gradient
 from conrod.joint_equations import pose_jets
 from conrod.kinematics import Kinematics
-from conrod.loads import Load
 from conrod.mechanism import CamContact, Joint, Prismatic, Revolute
 from conrod.motion import Array
 from conrod.reactions import inertia_forces
 from conrod.rolling import Rack, Rolling
-
-Side = str
 
 
 @dataclass(frozen=True)
@@ -50,15 +46,10 @@ class JointForces:
 
 
 class InverseDynamics:
-    """One mechanism under loads.
+    """One mechanism under its weight, its constant forces and its loads."""
 
-    Args:
-        kinematics: of the mechanism.
-        loads: springs, dampers, forces and torques, beside the mechanism's weight and constant forces.
-    """
-
-    def __init__(self, kinematics: Kinematics, loads: Sequence[Load] = ()) -> None:
-        self._kinematics, self._loads = kinematics, tuple(loads)
+    def __init__(self, kinematics: Kinematics) -> None:
+        self._kinematics, self._loads = kinematics, kinematics.mechanism.loads
 
     def forces(self, state: State) -> JointForces:
         """Joint forces and drive torque in a motion; see `JointForces`.

@@ -71,7 +71,10 @@ class CurveWalk:
             if reached is not None:
                 yield reached
                 here = reached
-                step = min(LONGEST_STEP * self.curve.unit, step * min(2.0, max(0.5, 0.9 * (MISS / max(miss, 1e-300)) ** (1.0 / 3.0))))
+                step = min(
+                    LONGEST_STEP * self.curve.unit,
+                    step * min(2.0, max(0.5, 0.9 * (MISS / max(miss, 1e-300)) ** (1.0 / 3.0))),
+                )
             else:
                 # Not a half: an even share could meet the same crossing again.
                 step *= 0.37 if step > LEAST_STEP else 0.0

@@ -122,7 +122,10 @@ class DescribedScene(Scene):
         kinds = [type(joint).__name__ for joint in mechanism.joints]
         # Start poses pick the assembly, and are worked out: their last digit may differ between machines.
         poses = {body: [round(value, POSE_DIGITS) for value in pose] for body, pose in mechanism.poses.items()}
-        return {"mechanism": asdict(mechanism) | {"poses": poses}, "kinds": kinds, "speed": self.speed}
+        told = asdict(mechanism) | {"poses": poses, "loads": [load.identity() for load in mechanism.loads]}
+        if not mechanism.loads:
+            del told["loads"]  # as it was known before there were any
+        return {"mechanism": told, "kinds": kinds, "speed": self.speed}
 
     @cached_property
     def parameters_text(self) -> str:
