@@ -8,11 +8,15 @@ import pymunk
 
 from conrod.cam_shape import concave_reason
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.forces import ForceTracks
+from conrod.engines.free import FreeRun
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.pymunk import drift, dynamics, kinematic, law, linkage_run
 from conrod.engines.pymunk.bare import BareRun, started
+from conrod.engines.pymunk.forces import forces
+from conrod.engines.pymunk.free_run import free_run
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.grid import rules
 from conrod.engines.pymunk.ingredients import ingredients, minimal
@@ -25,6 +29,7 @@ from conrod.engines.pymunk.variations import PymunkVariations
 from conrod.engines.rule import Grid, Rule
 from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, linkage_refusal
 from conrod.errors import InvalidInput
+from conrod.mechanism import Mechanism
 from conrod.motion import Array
 from conrod.trajectory import Piece, Trajectory
 
@@ -79,6 +84,23 @@ class Pymunk(Engine[PymunkSettings]):
         if settings.cam == EQUIVALENT_LINKAGE:
             return linkage_run.LinkageRun(machine, settings)
         return started(machine, settings)
+
+    def forces(
+        self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
+    ) -> ForceTracks:
+        return forces(machine, settings, revolutions, start_angle)
+
+    def free_run(
+        self,
+        mechanism: Mechanism,
+        preset: str,
+        timestep: float,
+        steps: int,
+        poses: Array,
+        rates: Array,
+        every: int = 1,
+    ) -> FreeRun:
+        return free_run(mechanism, PymunkSettings.free(mechanism, preset, timestep), steps, poses, rates, every)
 
     def reference_loop(self) -> BareRun:
         return reference_loop()

@@ -91,16 +91,31 @@ class PymunkSettings:
         A contact may keep half the overlap that the follower, released, would fall into in one step: without any
         it is thrown out at every step and bounces; with more it is not the fall that limits it.
         """
-        stock = cls.stock(machine, steps_per_revolution)
-        slop = 0.5 * follower_fall(machine.kinematics.mechanism) * stock.timestep**2
-        return replace(
-            stock,
-            preset="tuned",
-            iterations=iterations_needed(machine.kinematics.mechanism),
-            error_bias=0.0,
-            collision_bias=0.0,
-            collision_slop=slop,
-        )
+        return _tuned(cls.stock(machine, steps_per_revolution), machine.kinematics.mechanism)
+
+    @classmethod
+    def free(cls, mechanism: Mechanism, preset: str, timestep: float) -> PymunkSettings:
+        """A preset for a motion that no crank prescribes, with a step of this length [s].
+
+        Raises:
+            InvalidInput: there is no such preset, or a value is out of range.
+        """
+        if preset not in PRESETS:
+            raise unknown_choice("preset", preset, PRESETS)
+        # There is no turn that steps are counted by: the field has the least that it may have.
+        stock = cls("stock", 2, timestep)
+        return stock if preset == "stock" else _tuned(stock, mechanism)
+
+
+def _tuned(stock: PymunkSettings, mechanism: Mechanism) -> PymunkSettings:
+    return replace(
+        stock,
+        preset="tuned",
+        iterations=iterations_needed(mechanism),
+        error_bias=0.0,
+        collision_bias=0.0,
+        collision_slop=0.5 * follower_fall(mechanism) * stock.timestep**2,
+    )
 
 
 def iterations_needed(mechanism: Mechanism) -> int:

@@ -12,13 +12,14 @@ import pymunk
 from conrod.cam_shape import Profile
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import DistanceJoint, model_form
+from conrod.engines.left_out_rod import DistanceJoint, ModelForm, model_form
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dressing import dress
 from conrod.engines.pymunk.gears import gear_joints
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.shaft_centred import shaft_centred
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
+from conrod.motion import Array
 from conrod.rolling import Rack, Rolling
 
 ROUNDING = 0.9
@@ -32,19 +33,27 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     gravity. A driven crank is a kinematic body: its speed has no ripple.
     """
     form = shaft_centred(model_form(machine.kinematics.mechanism, settings.rod))
+    return _built(form, settings, machine.kinematics.start[0], driven=True)
+
+
+def build_free(mechanism: Mechanism, settings: PymunkSettings, poses: Array) -> Build:
+    """Translate, with the bodies in the given poses (3 n,) and a crank that is a body like every other one."""
+    return _built(ModelForm(mechanism, mechanism), settings, poses, driven=False)
+
+
+def _built(form: ModelForm, settings: PymunkSettings, start: Array, driven: bool) -> Build:
     mechanism = form.mechanism
     space = pymunk.Space()
     space.iterations = settings.iterations
     space.gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
     space.collision_slop, space.collision_bias = settings.collision_slop, settings.collision_bias
-    bodies = tuple(_body(mechanism, link.name) for link in mechanism.bodies)
+    bodies = tuple(_body(mechanism, link.name, driven) for link in mechanism.bodies)
     space.add(*bodies)
     pushed = tuple((bodies[mechanism.body_index[f.body]], f.force) for f in mechanism.forces)
     made = Build(form, space, bodies, pushed, {})
-    start = machine.kinematics.start[0]
     made.place(start, np.zeros_like(start))
     for joint in mechanism.joints:
-        if joint.name != mechanism.driver.joint:
+        if not driven or joint.name != mechanism.driver.joint:
             _add_joint(made, joint, settings)
     for name, gear in gear_joints(made, start).items():
         _add(made, name, gear, settings)
@@ -54,8 +63,8 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     return made
 
 
-def _body(mechanism: Mechanism, name: str) -> pymunk.Body:
-    if name == mechanism.crank:
+def _body(mechanism: Mechanism, name: str, driven: bool) -> pymunk.Body:
+    if driven and name == mechanism.crank:
         return pymunk.Body(body_type=pymunk.Body.KINEMATIC)
     link = mechanism.body(name)
     moment = math.inf if _slides_on_ground(mechanism, name) else link.inertia

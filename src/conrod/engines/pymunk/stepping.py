@@ -67,6 +67,43 @@ def advance(
     return centres, rates
 
 
+def advance_free(made: Build, timestep: float, steps: int) -> tuple[Array, Array]:
+    """Take so many steps with nothing driven; what a body is pushed with is constant.
+
+    Returns:
+        Centres of gravity with turns, and their rates, after each step; each (T, 3 n).
+    """
+    centres, rates = np.empty((2, steps, 3 * len(made.bodies)))
+    by_memory = memory_is_known() and made.space.current_time_step > 0.0
+    for rows in chunks(steps, BLOCK):
+        if not by_memory:
+            for n in range(rows.start, rows.stop):
+                for body, force in made.pushed:
+                    body.force = force
+                made.space.step(timestep)
+                _record(made.bodies, centres[n], rates[n])
+            continue
+        memory, pushed = [memory_of(body) for body in made.bodies], [(body._body, f) for body, f in made.pushed]
+        copies = _swing_and_copy(made.space._space, pushed, timestep, rows.stop - rows.start, memory)
+        states = np.frombuffer(copies).reshape(-1, WIDTH * len(memory))
+        centres[rows], rates[rows] = states[:, _columns(CENTRE, len(memory))], states[:, _columns(RATE, len(memory))]
+    return centres, rates
+
+
+def _swing_and_copy(
+    space: Any, pushed: PrivatePushed, timestep: float, steps: int, memory: list[memoryview]
+) -> bytearray:
+    """As `_step_and_copy`, with no crank to turn."""
+    set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
+    copies = bytearray()
+    for _ in range(steps):
+        for body, force in pushed:
+            set_force(body, force)
+        take_step(space, timestep)
+        copies += join(memory)
+    return copies
+
+
 def between(turns: Array, substeps: int) -> Array:
     """Crank turns [rad] at the beginning of every step of the space, from those at the T samples; (k (T - 1),)."""
     if substeps == 1:

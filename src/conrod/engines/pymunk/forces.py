@@ -1,0 +1,138 @@
+"""Forces in a machine by pymunk's own account: from the impulses that a step's velocities have come by.
+
+Chipmunk moves the bodies first, and then gives impulses p to the joints until the velocities fit them where the bodies now
+are. So M (v_n - v_(n-1)) = h Q + J' p holds to rounding, however far the iteration has come, with the joints' Jacobian J at
+the positions of sample n. Of a joint's impulse the engine tells the size alone (`constraint.impulse`); all its components
+follow from this equation, which in a determinate mechanism has one solution. p / h is the mean force of the step, and
+belongs to the instant of the acceleration (v_n - v_(n-1)) / h: t_n for joints, t_n - h / 2 for contact; see `Staggered`.
+
+The driven crank is kinematic: nothing acts on it in the engine, and its equations are those of a crank with its mass
+that turns as it does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from conrod.dynamics.inverse import component_names
+from conrod.engines.engine import Machine
+from conrod.engines.forces import ForceTracks
+from conrod.engines.left_out_rod import BODY
+from conrod.engines.pymunk.built import Build
+from conrod.engines.pymunk.dynamics import body_states, body_tracks, started
+from conrod.engines.pymunk.instants import Staggered, staggered
+from conrod.engines.pymunk.loads import advance_loaded
+from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.stepping import advance
+from conrod.equivalent_linkage import CONTACT
+from conrod.mechanism import Mechanism
+from conrod.motion import Array
+from conrod.outcome import judge
+from conrod.trajectory import Instants, Outcome
+
+DRIVE = "drive torque"
+FIRST = 3  # sample of the first acceleration that is told
+GEARS = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
+ROUNDED = "a state that is rounded after every step has not come by impulses alone"
+FORM = "{} stands in the engine for links whose masses it does not have"
+DRESSED = "what the model carries beside its joints takes a part of the load"
+
+
+def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> ForceTracks:
+    """Drive torque and reactions of a run at constant crank speed, from its third step on."""
+    mechanism = machine.kinematics.mechanism
+    untold = _untold(mechanism, settings)
+    if DRIVE in untold:
+        return _nothing(mechanism, untold[DRIVE])
+    made = started(machine, settings, start_angle)
+    steps, h = round(settings.steps_per_revolution * revolutions), settings.timestep
+    times = start_angle / machine.speed + h * np.arange(steps + 1)
+    turns = made.mechanism.driver.start + made.mechanism.driver.sense * machine.speed * times
+    if mechanism.loads:
+        ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
+        centres, rates, given = advance_loaded(made, h, ahead, turns, times)
+    else:
+        centres, rates = advance(made, settings, turns)
+        given = np.zeros_like(centres)
+    with np.errstate(all="ignore"):
+        at = staggered(made.mechanism, h, times, centres, rates)
+        verdict = judge(machine.kinematics, body_tracks(made.form, at, centres, rates), machine.speed)
+    if verdict.outcome is not Outcome.COMPLETED:
+        return _nothing(mechanism, f"the run ended as {verdict.outcome.slug}: {verdict.reason}")
+    poses, _ = body_states(made.mechanism, centres, rates)
+    right = _carried(
+        mechanism, made, settings, at, (centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:])
+    )
+    return _told(machine, at.acceleration, poses[FIRST:], right, untold)
+
+
+def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
+    """What these settings do not tell, and why; where the drive torque is among it, nothing is told."""
+    if settings.rounded_state:
+        return {DRIVE: ROUNDED}
+    if settings.dressing:
+        return {DRIVE: DRESSED}
+    if settings.rod != BODY:
+        return {DRIVE: FORM.format("a distance joint")}
+    if settings.cam != CONTACT:
+        return {DRIVE: FORM.format("an equivalent linkage")}
+    if mechanism.meshes:
+        return {joint.name: GEARS for joint in mechanism.joints}
+    return {}
+
+
+def _nothing(mechanism: Mechanism, reason: str) -> ForceTracks:
+    none = np.zeros(0)
+    untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
+    return ForceTracks(Instants(none, none, none, none), None, {}, untold)
+
+
+def _carried(
+    mechanism: Mechanism, made: Build, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]
+) -> Array:
+    """What joints and drive give to every body, M dv / h - Q, about the origin of its frame; (T, 3 n).
+
+    Args:
+        run: centres of gravity with turns, gains of their rates in the step, generalised forces of loads; (T, 3 n) each.
+    """
+    centres, gains, given = run
+    gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
+    constant = {force.body: force.force for force in mechanism.forces}
+    result = np.zeros_like(centres)
+    for i, body in enumerate(mechanism.bodies):
+        x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
+        arm = _turned(body.centre_of_gravity, centres[:, turn])
+        if body.name == mechanism.crank:
+            # Its speed is constant, so that its centre of gravity goes round the shaft.
+            shaft = _turned(mechanism.driven_joint.point_b, centres[:, turn])
+            ax, ay = (-(at.acceleration.rate**2) * (r - s) for r, s in zip(arm, shaft, strict=True))
+            spun = np.zeros_like(ax)
+        else:
+            shaft = arm
+            ax, ay, spun = (gains[:, column] / at.step for column in (x, y, turn))
+        push = constant.get(body.name, (0.0, 0.0))
+        fx, fy = body.mass * (ax - gravity[0]) - push[0], body.mass * (ay - gravity[1]) - push[1]
+        # Loads act about the engine's centre of the body, which for the crank is the shaft.
+        result[:, x], result[:, y] = fx - given[:, x], fy - given[:, y]
+        moment = arm[0] * fy - arm[1] * fx - (shaft[0] * given[:, y] - shaft[1] * given[:, x])
+        result[:, turn] = body.inertia * spun + moment - given[:, turn]
+    return result
+
+
+def _turned(point: tuple[float, float], turn: Array) -> tuple[Array, Array]:
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
+
+
+def _told(machine: Machine, instants: Instants, poses: Array, right: Array, untold: dict[str, str]) -> ForceTracks:
+    kinematics = machine.kinematics
+    mechanism = kinematics.mechanism
+    transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
+    impulses = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
+    joints, row = {}, 0
+    for joint in mechanism.joints:
+        names = component_names(joint)
+        if joint.name not in untold:
+            joints[joint.name] = {name: impulses[:, row + k] for k, name in enumerate(names)}
+        row += len(names)
+    return ForceTracks(instants, mechanism.driver.sense * impulses[:, row], joints, untold)

@@ -1,0 +1,82 @@
+"""Free and torque-driven motion in pymunk: all bodies are dynamic, and nothing is written after the start but loads.
+
+In step: positions belong to t_n, and velocities to t_n + h / 2 (see `Staggered`). A velocity given at t = 0 and stepped with
+as it is would be early by half a step, for good, since nothing but the start prescribes it: order 1. So the bodies are put
+back by half a step, x_0 - h v_0 / 2, and the first step has half the length: it ends in the given poses, with the
+velocities of t = h / 2. The rates told are means of those before and after. Contact is corrected by velocities of its own,
+and its velocities belong to t_n as they are.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from conrod.engines.free import FreeRun, free_energy, free_verdict
+from conrod.engines.pymunk.built import Build
+from conrod.engines.pymunk.dynamics import body_states
+from conrod.engines.pymunk.gears import gears_refusal
+from conrod.engines.pymunk.loads import Pushes, advance_free_loaded
+from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.space import build_free
+from conrod.engines.pymunk.stepping import advance_free, state
+from conrod.errors import InvalidInput
+from conrod.mechanism import Mechanism
+from conrod.motion import Array
+
+PIECE = 4096  # steps whose states are kept together
+
+
+def free_run(
+    mechanism: Mechanism, settings: PymunkSettings, steps: int, poses: Array, rates: Array, every: int = 1
+) -> FreeRun:
+    """So many steps from exact poses and rates (3 n,), told at every so-many-th.
+
+    Raises:
+        InvalidInput: pymunk cannot have a joint of the mechanism; says why.
+    """
+    if reason := gears_refusal(mechanism):
+        raise InvalidInput(f"{mechanism.name}: {reason}")
+    made = build_free(mechanism, settings, poses)
+    made.place(poses, rates)
+    h, in_step = settings.timestep, not mechanism.cam_contacts
+    places, speeds = [np.array(state(made)[0])], [np.array(state(made)[1])]
+    pushes = Pushes(made, h, 0.5 * h if in_step else 0.0) if mechanism.loads else None
+    begun = time.process_time()
+    before = _half_step(made, h, pushes) if in_step else speeds[0][0]
+    length, done = max(1, PIECE // every) * every, 0
+    while done < steps:
+        count = min(length, steps - done)
+        if pushes is None:
+            after = advance_free(made, h, count)
+        else:
+            after = advance_free_loaded(made, pushes, h, count, h * np.arange(done, done + count))
+        earlier = np.vstack([before[None], after[1][:-1]])
+        # A record is due after step k, counted from 1, where it divides.
+        due = slice(every - 1, None, every)
+        places.append(after[0][due])
+        speeds.append(0.5 * (earlier[due] + after[1][due]) if in_step else after[1][due])
+        before, done = after[1][-1], done + count
+    seconds = time.process_time() - begun
+    with np.errstate(all="ignore"):
+        told_poses, told_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
+        told_poses[0], told_rates[0] = poses, rates
+        times = h * every * np.arange(len(told_poses))
+        verdict = free_verdict(mechanism, times, told_poses, told_rates)
+        energy = free_energy(mechanism, told_poses, told_rates)
+    return FreeRun(times, told_poses, told_rates, energy, verdict.outcome, verdict.reason, seconds)
+
+
+def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:
+    """Bring the velocities to h / 2, with the bodies where they are; returns the velocities (3 n,)."""
+    if pushes is None:
+        for body, force in made.pushed:
+            body.force = force
+    else:
+        pushes.as_they_are(0.0)
+    for body in made.bodies:
+        body.position -= 0.5 * h * body.velocity
+        body.angle -= 0.5 * h * body.angular_velocity
+    made.space.step(0.5 * h)
+    return state(made)[1][0]

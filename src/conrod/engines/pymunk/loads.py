@@ -1,0 +1,183 @@
+"""Springs, dampers, forces and torques of a mechanism as forces that a pymunk `Space` is given before every step.
+
+Chipmunk has springs of its own, `DampedSpring` and `DampedRotarySpring`. Their stiffness is taken where the step has moved
+the bodies to, which is right to second order. Their damping is not: it is an impulse of (1 - exp(-damping h / mass)) of the
+relative velocity that the iteration has reached, so that of the step's end, half a step after the instant that the step's
+impulses belong to; measured (see tests), the motion then has order 1. And other laws they cannot have. A force of any law
+at the right instant has order 2.
+
+That instant is the one to which the difference of two velocities belongs: the step's end for joints, its middle for
+contact (see `Staggered`). Both positions and rates are told ahead to it, by the step's own rule and by the last difference.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+import pymunk
+
+from conrod.engines.pymunk.built import Build
+from conrod.loads import Coordinate, Displacement, Distance, Load, Turn
+from conrod.mechanism import GROUND, Point
+from conrod.motion import Array
+
+State = list[float]  # of all bodies, three numbers each: of the centre of gravity, and of the turn
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A point at a state: where it is, its velocity, and its arm from the centre of gravity."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    rx: float
+    ry: float
+
+
+class Pushes:
+    """The loads of a machine on the bodies of its space.
+
+    Args:
+        step: of the space [s].
+        ahead: from the end of a step to the instant of the velocity that it made [s].
+    """
+
+    def __init__(self, made: Build, step: float, ahead: float) -> None:
+        self._made, self._step, self._ahead = made, step, ahead
+        self._known: tuple[float, State] | None = None
+        constant = {body: force for body, force in made.pushed}
+        self._constant = [constant.get(body, (0.0, 0.0)) for body in made.bodies]
+        self.last: State = [0.0] * (3 * len(made.bodies))  # generalised forces of the loads in the last step
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        return self._made.mechanism.loads
+
+    def give(self, time: float) -> None:
+        """Give all bodies the forces for the step that begins now, at a time [s]."""
+        places, rates = _state(self._made.bodies)
+        now = time + self._ahead
+        goal = time + 0.5 * self._step + self._ahead
+        expected = rates
+        if self._known is not None and now > self._known[0]:
+            share = (goal - now) / (now - self._known[0])
+            expected = [v + share * (v - before) for v, before in zip(rates, self._known[1], strict=True)]
+        self._known = now, rates
+        way = goal - time
+        self._set(self.total([x + way * v for x, v in zip(places, rates, strict=True)], expected, goal))
+
+    def as_they_are(self, time: float) -> None:
+        """Give all bodies the forces of their state as it is, at a time [s]."""
+        places, rates = _state(self._made.bodies)
+        self._set(self.total(places, rates, time))
+        self._known = time, rates
+
+    def total(self, places: State, rates: State, time: float) -> State:
+        """Generalised forces of all loads at a state."""
+        sums = [0.0] * len(places)
+        for load in self.loads:
+            value, rate, gradient = self._along(load.along, places, rates)
+            force = float(load.law.force(np.float64(value), np.float64(rate), np.float64(time)))
+            for body, parts in gradient:
+                if body != GROUND:
+                    i = 3 * self._made.mechanism.body_index[body]
+                    for k, part in enumerate(parts):
+                        sums[i + k] += force * part
+        return sums
+
+    def _set(self, forces: State) -> None:
+        self.last = forces
+        for i, (body, (x, y)) in enumerate(zip(self._made.bodies, self._constant, strict=True)):
+            body.force = (forces[3 * i] + x, forces[3 * i + 1] + y)
+            body.torque = forces[3 * i + 2]
+
+    def _along(
+        self, along: Coordinate, places: State, rates: State
+    ) -> tuple[float, float, list[tuple[str, tuple[float, float, float]]]]:
+        """A coordinate, its rate, and its gradient by the bodies that it is told by."""
+        match along:
+            case Distance():
+                a, b = (
+                    self._place(body, point, places, rates)
+                    for body, point in ((along.a, along.point_a), (along.b, along.point_b))
+                )
+                dx, dy = b.x - a.x, b.y - a.y
+                length = math.hypot(dx, dy)
+                ux, uy = (dx / length, dy / length) if length > 0.0 else (0.0, 0.0)
+                rate = ux * (b.vx - a.vx) + uy * (b.vy - a.vy)
+                return length, rate, [(along.b, _push(b, ux, uy)), (along.a, _push(a, -ux, -uy))]
+            case Turn():
+                (a, va), (b, vb) = (self._turn(body, places, rates) for body in (along.a, along.b))
+                return b - a, vb - va, [(along.b, (0.0, 0.0, 1.0)), (along.a, (0.0, 0.0, -1.0))]
+            case Displacement():
+                place = self._place(along.body, along.point, places, rates)
+                ux, uy = math.cos(along.direction), math.sin(along.direction)
+                way, rate = place.x * ux + place.y * uy, place.vx * ux + place.vy * uy
+                return way, rate, [(along.body, _push(place, ux, uy))]
+            case _:
+                assert_never(along)
+
+    def _turn(self, body: str, places: State, rates: State) -> tuple[float, float]:
+        if body == GROUND:
+            return 0.0, 0.0
+        i = 3 * self._made.mechanism.body_index[body] + 2
+        return places[i], rates[i]
+
+    def _place(self, body: str, point: Point, places: State, rates: State) -> _Place:
+        px, py = self._made.local(body, point)
+        if body == GROUND:
+            return _Place(px, py, 0.0, 0.0, px, py)
+        i = 3 * self._made.mechanism.body_index[body]
+        cosine, sine, spin = math.cos(places[i + 2]), math.sin(places[i + 2]), rates[i + 2]
+        rx, ry = cosine * px - sine * py, sine * px + cosine * py
+        return _Place(places[i] + rx, places[i + 1] + ry, rates[i] - spin * ry, rates[i + 1] + spin * rx, rx, ry)
+
+
+def _push(place: _Place, ux: float, uy: float) -> tuple[float, float, float]:
+    return ux, uy, place.rx * uy - place.ry * ux
+
+
+def _state(bodies: tuple[pymunk.Body, ...]) -> tuple[State, State]:
+    places: State = []
+    rates: State = []
+    for body in bodies:
+        places += (*body.position, body.angle)
+        rates += (*body.velocity, body.angular_velocity)
+    return places, rates
+
+
+def advance_loaded(made: Build, step: float, ahead: float, turns: Array, times: Array) -> tuple[Array, Array, Array]:
+    """Step through the given crank turns under the loads, as `stepping.advance` does without.
+
+    Args:
+        turns: (T,) [rad] of the crank body at each sample; times: (T,) [s].
+
+    Returns:
+        Centres of gravity with turns, their rates, and the generalised forces of the loads in the step that ended there
+        (nothing at the first); each (T, 3 n).
+    """
+    pushes = Pushes(made, step, ahead)
+    centres, rates, given = np.zeros((3, len(turns), 3 * len(made.bodies)))
+    centres[0], rates[0] = _state(made.bodies)
+    for n, (turn, time) in enumerate(zip(turns[:-1].tolist(), times[:-1].tolist(), strict=True), start=1):
+        made.crank.angle = turn
+        pushes.give(time)
+        made.space.step(step)
+        centres[n], rates[n] = _state(made.bodies)
+        given[n] = pushes.last
+    return centres, rates, given
+
+
+def advance_free_loaded(made: Build, pushes: Pushes, step: float, count: int, times: Array) -> tuple[Array, Array]:
+    """So many steps with nothing driven, which begin at times (T,) [s], as `stepping.advance_free` without loads."""
+    centres, rates = np.empty((2, count, 3 * len(made.bodies)))
+    for n, time in enumerate(times.tolist()):
+        pushes.give(time)
+        made.space.step(step)
+        centres[n], rates[n] = _state(made.bodies)
+    return centres, rates
