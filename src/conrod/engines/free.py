@@ -37,7 +37,7 @@ class FreeRun:
 
 
 def free_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
-    """Kinetic energy with that of weight, constant forces and loads that are potentials (T,) [J], of states (T, 3 n)."""
+    """Kinetic energy and that of weight, constant forces and loads that are potentials (T,) [J], of states (T, 3 n)."""
     bodies = pose_jets(mechanism, [poses, rates])
     constant = {force.body: force.force for force in mechanism.forces}
     total = np.zeros(len(poses))
@@ -54,7 +54,7 @@ def free_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
 
 
 def free_verdict(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
-    """How a free run ended, told from its motion (T, 3 n) alone: on which branch it goes on, only the exact one tells."""
+    """How a free run ended, told from its motion (T, 3 n) alone; on which branch it is, only the exact one tells."""
     finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
     if not finite.all():
         return Verdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")

@@ -15,7 +15,7 @@ from conrod.engines.left_out_rod import form_refusal
 from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.pymunk import drift, dynamics, kinematic, law, linkage_run
 from conrod.engines.pymunk.bare import BareRun, started
-from conrod.engines.pymunk.forces import forces
+from conrod.engines.pymunk.forces import forces, nothing_told
 from conrod.engines.pymunk.free_run import free_run
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.grid import rules
@@ -88,6 +88,8 @@ class Pymunk(Engine[PymunkSettings]):
     def forces(
         self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
     ) -> ForceTracks:
+        if reason := self.refusal(machine, settings):
+            return nothing_told(machine.kinematics.mechanism, reason)
         return forces(machine, settings, revolutions, start_angle)
 
     def free_run(

@@ -1,13 +1,20 @@
 """Forces in a machine by pymunk's own account: from the impulses that a step's velocities have come by.
 
-Chipmunk moves the bodies first, and then gives impulses p to the joints until the velocities fit them where the bodies now
-are. So M (v_n - v_(n-1)) = h Q + J' p holds to rounding, however far the iteration has come, with the joints' Jacobian J at
-the positions of sample n. Of a joint's impulse the engine tells the size alone (`constraint.impulse`); all its components
-follow from this equation, which in a determinate mechanism has one solution. p / h is the mean force of the step, and
-belongs to the instant of the acceleration (v_n - v_(n-1)) / h: t_n for joints, t_n - h / 2 for contact; see `Staggered`.
+Chipmunk moves the bodies first, and then gives impulses p to the joints until the velocities fit them where the bodies
+now are. So M (v_n - v_(n-1)) = h Q + J' p holds to rounding, however far the iteration has come, with the joints'
+Jacobian J at the positions of sample n. Of a joint's impulse the engine tells the size alone (`constraint.impulse`);
+all its components follow from this equation, which in a determinate mechanism has one solution. p / h is the mean force
+of the step, and belongs to the instant of the acceleration (v_n - v_(n-1)) / h: t_n for joints, t_n - h / 2 for
+contact; see `Staggered`.
 
 The driven crank is kinematic: nothing acts on it in the engine, and its equations are those of a crank with its mass
 that turns as it does.
+
+Contact pushes and cannot pull. Where the cam's curve falls away, a follower that goes straight ahead uses up the
+overlap that it may keep, and then is free for a step and caught by the next one with twice the force. Neither a smaller
+step nor more vertices change how often: on the shipped cam one step in 450 carries nothing, and the force of single
+steps scatters by 5.3 % rms of the peak between the arcs' joints. What is caught is what was missing, so that the mean
+of some steps is right: 1.4 % of 4, 0.34 % of 16. With contact all forces are told as means of so many steps.
 """
 
 from __future__ import annotations
@@ -18,7 +25,6 @@ from conrod.dynamics.inverse import component_names
 from conrod.engines.engine import Machine
 from conrod.engines.forces import ForceTracks
 from conrod.engines.left_out_rod import BODY
-from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states, body_tracks, started
 from conrod.engines.pymunk.instants import Staggered, staggered
 from conrod.engines.pymunk.loads import advance_loaded
@@ -32,6 +38,7 @@ from conrod.trajectory import Instants, Outcome
 
 DRIVE = "drive torque"
 FIRST = 3  # sample of the first acceleration that is told
+TOGETHER = 16  # steps of which forces are told as a mean, with contact
 GEARS = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
 ROUNDED = "a state that is rounded after every step has not come by impulses alone"
 FORM = "{} stands in the engine for links whose masses it does not have"
@@ -43,10 +50,10 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     mechanism = machine.kinematics.mechanism
     untold = _untold(mechanism, settings)
     if DRIVE in untold:
-        return _nothing(mechanism, untold[DRIVE])
+        return nothing_told(mechanism, untold[DRIVE])
     made = started(machine, settings, start_angle)
     steps, h = round(settings.steps_per_revolution * revolutions), settings.timestep
-    times = start_angle / machine.speed + h * np.arange(steps + 1)
+    times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
     turns = made.mechanism.driver.start + made.mechanism.driver.sense * machine.speed * times
     if mechanism.loads:
         ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
@@ -58,11 +65,10 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
         at = staggered(made.mechanism, h, times, centres, rates)
         verdict = judge(machine.kinematics, body_tracks(made.form, at, centres, rates), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
-        return _nothing(mechanism, f"the run ended as {verdict.outcome.slug}: {verdict.reason}")
+        return nothing_told(mechanism, f"the run ended as {verdict.outcome.slug}: {verdict.reason}")
     poses, _ = body_states(made.mechanism, centres, rates)
-    right = _carried(
-        mechanism, made, settings, at, (centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:])
-    )
+    run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
+    right = _carried(mechanism, settings, at, run)
     return _told(machine, at.acceleration, poses[FIRST:], right, untold)
 
 
@@ -81,19 +87,18 @@ def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
     return {}
 
 
-def _nothing(mechanism: Mechanism, reason: str) -> ForceTracks:
+def nothing_told(mechanism: Mechanism, reason: str) -> ForceTracks:
+    """No quantity, for one reason."""
     none = np.zeros(0)
     untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
     return ForceTracks(Instants(none, none, none, none), None, {}, untold)
 
 
-def _carried(
-    mechanism: Mechanism, made: Build, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]
-) -> Array:
+def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]) -> Array:
     """What joints and drive give to every body, M dv / h - Q, about the origin of its frame; (T, 3 n).
 
     Args:
-        run: centres of gravity with turns, gains of their rates in the step, generalised forces of loads; (T, 3 n) each.
+        run: centres of gravity with turns, gains of their rates in the step, generalised forces of loads; all (T, 3 n).
     """
     centres, gains, given = run
     gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
@@ -128,11 +133,20 @@ def _told(machine: Machine, instants: Instants, poses: Array, right: Array, unto
     kinematics = machine.kinematics
     mechanism = kinematics.mechanism
     transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
-    impulses = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
+    carried = np.asarray(np.linalg.solve(transposed, right[:, :, None])[:, :, 0], dtype=float)
+    if mechanism.cam_contacts:
+        carried = means(carried)
+        instants = Instants(*(means(v) for v in (instants.times, instants.angle, instants.rate, instants.acceleration)))
     joints, row = {}, 0
     for joint in mechanism.joints:
         names = component_names(joint)
         if joint.name not in untold:
-            joints[joint.name] = {name: impulses[:, row + k] for k, name in enumerate(names)}
+            joints[joint.name] = {name: carried[:, row + k] for k, name in enumerate(names)}
         row += len(names)
-    return ForceTracks(instants, mechanism.driver.sense * impulses[:, row], joints, untold)
+    return ForceTracks(instants, mechanism.driver.sense * carried[:, row], joints, untold)
+
+
+def means(values: Array) -> Array:
+    """Of `TOGETHER` samples (T, ...) after the other; those that are left at the end are not told."""
+    count = len(values) // TOGETHER
+    return np.asarray(values[: count * TOGETHER].reshape(count, TOGETHER, *values.shape[1:]).mean(axis=1), dtype=float)

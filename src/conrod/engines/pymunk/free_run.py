@@ -1,10 +1,10 @@
 """Free and torque-driven motion in pymunk: all bodies are dynamic, and nothing is written after the start but loads.
 
-In step: positions belong to t_n, and velocities to t_n + h / 2 (see `Staggered`). A velocity given at t = 0 and stepped with
-as it is would be early by half a step, for good, since nothing but the start prescribes it: order 1. So the bodies are put
+Positions belong to t_n, velocities to t_n + h / 2 (see `Staggered`). A velocity given at t = 0 and stepped with as it
+is would be early by half a step, for good, since nothing but the start prescribes it: order 1. So the bodies are put
 back by half a step, x_0 - h v_0 / 2, and the first step has half the length: it ends in the given poses, with the
-velocities of t = h / 2. The rates told are means of those before and after. Contact is corrected by velocities of its own,
-and its velocities belong to t_n as they are.
+velocities of t = h / 2. The rates told are means of those before and after. Contact is corrected by velocities of its
+own, and its velocities belong to t_n as they are.
 """
 
 from __future__ import annotations
@@ -51,7 +51,9 @@ def free_run(
         if pushes is None:
             after = advance_free(made, h, count)
         else:
-            after = advance_free_loaded(made, pushes, h, count, h * np.arange(done, done + count))
+            after = advance_free_loaded(
+                made, pushes, h, count, np.asarray(h * np.arange(done, done + count), dtype=float)
+            )
         earlier = np.vstack([before[None], after[1][:-1]])
         # A record is due after step k, counted from 1, where it divides.
         due = slice(every - 1, None, every)
@@ -62,7 +64,7 @@ def free_run(
     with np.errstate(all="ignore"):
         told_poses, told_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
         told_poses[0], told_rates[0] = poses, rates
-        times = h * every * np.arange(len(told_poses))
+        times = np.asarray(h * every * np.arange(len(told_poses)), dtype=float)
         verdict = free_verdict(mechanism, times, told_poses, told_rates)
         energy = free_energy(mechanism, told_poses, told_rates)
     return FreeRun(times, told_poses, told_rates, energy, verdict.outcome, verdict.reason, seconds)
@@ -79,4 +81,4 @@ def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:
         body.position -= 0.5 * h * body.velocity
         body.angle -= 0.5 * h * body.angular_velocity
     made.space.step(0.5 * h)
-    return state(made)[1][0]
+    return np.array(state(made)[1][0])

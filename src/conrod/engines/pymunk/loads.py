@@ -1,13 +1,16 @@
 """Springs, dampers, forces and torques of a mechanism as forces that a pymunk `Space` is given before every step.
 
-Chipmunk has springs of its own, `DampedSpring` and `DampedRotarySpring`. Their stiffness is taken where the step has moved
-the bodies to, which is right to second order. Their damping is not: it is an impulse of (1 - exp(-damping h / mass)) of the
-relative velocity that the iteration has reached, so that of the step's end, half a step after the instant that the step's
-impulses belong to; measured (see tests), the motion then has order 1. And other laws they cannot have. A force of any law
-at the right instant has order 2.
+Chipmunk has springs of its own, `DampedSpring` and `DampedRotarySpring`. Their stiffness is taken where the step has
+moved the bodies to, which has order 2. Their damping is not: it is an impulse of (1 - exp(-damping h / mass)) of the
+velocity that the iteration has reached, that of the step's end, half a step after the instant that the step's impulses
+belong to, and the motion has order 1; and other laws they cannot have. A force that is given before the step, of the
+state as it is then, has order 1 with a spring, for positions belong to the step's beginning. Of the state at the
+right instant it has order 2 with every law, and with a spring gives what `DampedSpring` gives. Measured on a
+slider-crank that swings for a second on a spring and a damper, largest error of a pose at h = 0.5 ms: 1.8e-5 (order
+1.98), against 9.8e-5 (1.26, falling) with `DampedSpring` and 3.6e-3 (1.01) with forces of the step's beginning.
 
-That instant is the one to which the difference of two velocities belongs: the step's end for joints, its middle for
-contact (see `Staggered`). Both positions and rates are told ahead to it, by the step's own rule and by the last difference.
+The right instant is the one to which the difference of two velocities belongs: the step's end for joints, its middle
+for contact (see `Staggered`). Positions are told ahead to it by the step's own rule, rates by their last difference.
 """
 
 from __future__ import annotations
@@ -50,7 +53,7 @@ class Pushes:
     def __init__(self, made: Build, step: float, ahead: float) -> None:
         self._made, self._step, self._ahead = made, step, ahead
         self._known: tuple[float, State] | None = None
-        constant = {body: force for body, force in made.pushed}
+        constant = dict(made.pushed)
         self._constant = [constant.get(body, (0.0, 0.0)) for body in made.bodies]
         self.last: State = [0.0] * (3 * len(made.bodies))  # generalised forces of the loads in the last step
 
@@ -82,7 +85,7 @@ class Pushes:
         sums = [0.0] * len(places)
         for load in self.loads:
             value, rate, gradient = self._along(load.along, places, rates)
-            force = float(load.law.force(np.float64(value), np.float64(rate), np.float64(time)))
+            force = float(load.law.force(np.array(value), np.array(rate), np.array(time)))
             for body, parts in gradient:
                 if body != GROUND:
                     i = 3 * self._made.mechanism.body_index[body]
@@ -112,8 +115,9 @@ class Pushes:
                 rate = ux * (b.vx - a.vx) + uy * (b.vy - a.vy)
                 return length, rate, [(along.b, _push(b, ux, uy)), (along.a, _push(a, -ux, -uy))]
             case Turn():
-                (a, va), (b, vb) = (self._turn(body, places, rates) for body in (along.a, along.b))
-                return b - a, vb - va, [(along.b, (0.0, 0.0, 1.0)), (along.a, (0.0, 0.0, -1.0))]
+                turn_a, spin_a = self._turn(along.a, places, rates)
+                turn_b, spin_b = self._turn(along.b, places, rates)
+                return turn_b - turn_a, spin_b - spin_a, [(along.b, (0.0, 0.0, 1.0)), (along.a, (0.0, 0.0, -1.0))]
             case Displacement():
                 place = self._place(along.body, along.point, places, rates)
                 ux, uy = math.cos(along.direction), math.sin(along.direction)
