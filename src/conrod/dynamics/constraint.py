@@ -1,17 +1,36 @@
-"""What the joints alone, without a driver, leave of a mechanism's configurations: a curve, and its tangent and curvature."""
+"""What the joints alone, without a driver, leave of a mechanism's configurations: a curve with tangent and curvature."""
 
 from __future__ import annotations
 
+import copy
 import math
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
-from conrod.equations import Equations
-from conrod.joint_equations import joint_residual, pose_jets
-from conrod.mechanism import GROUND, CamContact, Mechanism
+from conrod.dynamics.factors import Factors
+from conrod.equations import Arcs, Equations
+from conrod.joint_equations import active_arcs, joint_residual, pose_jets
+from conrod.mechanism import GROUND, CamContact, Mechanism, Prismatic
 from conrod.motion import Array
 
 NEWTON_STEPS, NEWTON_DONE = 12, 1e-9  # after a step this small its square is left
+
+
+@dataclass(frozen=True)
+class Frame:
+    """How the curve goes on at points of it.
+
+    Attributes:
+        tangent: of unit length; curvature: its derivative by the arc length; each (T, 3 n).
+        nearness: about the smallest singular value (T,) of the joints' Jacobian but for the tangent's: 0 where a freedom
+            more is gained.
+    """
+
+    tangent: Array
+    curvature: Array
+    nearness: Array
 
 
 class JointCurve:
@@ -30,18 +49,34 @@ class JointCurve:
         self.scale = np.tile([size, size, 1.0], len(mechanism.bodies))
         self.unit = math.sqrt(len(mechanism.bodies))
         self._lengths = self._row_lengths(size)
+        self._held: dict[str, int] = {}
+
+    def on(self, arcs: dict[str, int]) -> Self:
+        """The curve that it would be if the rollers stayed on given arcs of their cams, smooth beyond their joints."""
+        held = copy.copy(self)
+        held._held = dict(arcs)
+        return held
+
+    def arcs(self, point: Array) -> dict[str, int]:
+        """The arcs of cams that their rollers are on, at one point (1, 3 n)."""
+        contacts = self.mechanism.cam_contacts
+        bodies = pose_jets(self.mechanism, [point * self.scale]) if contacts else {}
+        return {joint.name: int(np.ravel(active_arcs(joint, bodies))[0]) for joint in contacts}
+
+    def _arcs(self, samples: int) -> Arcs:
+        return {name: np.full(samples, arc, dtype=np.intp) for name, arc in self._held.items()}
 
     def _row_lengths(self, size: float) -> Array:
         """What each equation is divided by: the size, but for the angle that a slide keeps."""
         lengths = []
         for joint in self.mechanism.joints:
             rows = Equations.count(joint)
-            lengths += [size, 1.0] if type(joint).__name__ == "Prismatic" else [size] * rows
+            lengths += [size, 1.0] if isinstance(joint, Prismatic) else [size] * rows
         return np.array(lengths)
 
     def jacobian(self, points: Array) -> Array:
         """Derivative of the joints' equations by the coordinates (T, 3 n - 1, 3 n), without units."""
-        full = self._equations.jacobian(points * self.scale)[:, :-1, :]
+        full = self._equations.jacobian(points * self.scale, self._arcs(len(points)))[:, :-1, :]
         return np.asarray(full * self.scale / self._lengths[:, None])
 
     def coefficient(self, coefficients: list[Array]) -> Array:
@@ -49,10 +84,11 @@ class JointCurve:
         order = len(coefficients) - 1
         bodies = pose_jets(self.mechanism, [c * self.scale for c in coefficients])
         samples = len(coefficients[0])
+        arcs = self._arcs(samples)
         rows = [
             np.broadcast_to(equation.coefficients[order], samples)
             for joint in self.mechanism.joints
-            for equation in joint_residual(joint, bodies)
+            for equation in joint_residual(joint, bodies, arcs.get(joint.name))
         ]
         return np.stack(rows, axis=1) / self._lengths
 
@@ -62,7 +98,7 @@ class JointCurve:
         return np.concatenate([self.jacobian(points), below], axis=1)
 
     def corrected(self, guess: Array, row: Array) -> Array | None:
-        """Points of the curve in the planes through guesses (T, 3 n) at right angles to rows; None without convergence."""
+        """Points of the curve in planes through guesses (T, 3 n) at right angles to rows; None without convergence."""
         points, rows = guess.copy(), np.broadcast_to(row, guess.shape)
         for _ in range(NEWTON_STEPS):
             within = np.sum(rows * (points - guess), axis=1)[:, None]
@@ -78,23 +114,17 @@ class JointCurve:
                 return np.asarray(points)
         return None
 
-    def tangent(self, points: Array, along: Array) -> Array:
-        """Unit tangents (T, 3 n) in the sense of given rows, which no tangent is at right angles to."""
-        rows = np.broadcast_to(along, points.shape)
-        right = np.zeros((*points.shape, 1))
-        right[:, -1] = 1.0
-        found = np.linalg.solve(self.bordered(points, rows), right)[:, :, 0]
-        return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
-
-    def curvature(self, points: Array, tangent: Array) -> Array:
-        """Derivative of the tangent by the arc length; (T, 3 n)."""
+    def frame(self, points: Array, along: Array) -> Frame:
+        """Tangents in the sense of given rows, which no tangent is at right angles to, and what goes with them."""
+        # One factorisation tells all of them, at a small part of what a singular value decomposition costs.
+        factors = Factors(self.bordered(points, along))
+        last = np.zeros_like(points)
+        last[:, -1] = 1.0
+        normal = factors.solve(last)
+        tangent = normal / np.linalg.norm(normal, axis=1)[:, None]
         bend = 2.0 * self.coefficient([points, tangent, np.zeros_like(points)])
-        right = np.concatenate([-bend, np.zeros((len(points), 1))], axis=1)
-        return np.asarray(np.linalg.solve(self.bordered(points, tangent), right[:, :, None])[:, :, 0])
-
-    def nearness(self, points: Array, tangent: Array) -> Array:
-        """Smallest singular value (T,) of the Jacobian with its tangent below: 0 where a freedom more is gained."""
-        return np.asarray(np.linalg.svd(self.bordered(points, tangent), compute_uv=False)[:, -1])
+        curvature = -factors.across(bend, tangent)
+        return Frame(tangent, curvature, factors.nearness(tangent))
 
     def start(self) -> Array:
         """The exact point (1, 3 n) near the mechanism's start poses, the crank held."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from conrod.dynamics.constraint import JointCurve
+from conrod.dynamics.constraint import Frame, JointCurve
 from conrod.dynamics.path import Place
 from conrod.motion import Array
 
@@ -18,7 +18,9 @@ NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev-Lobatto, in
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
 KEPT = 0.15  # of the largest nearness on a piece: nodes below it lose too many digits to a crossing of branches
 MOST_LOST = 5  # nodes of a piece
+ENOUGH, AWAY = 5, 0.35  # places on a piece, and of their largest nearness the least, that tell that no branch crosses
 FITS = 1e-11  # what the smooth continuation may leave of the joints' equations, without units
+ROUNDING = 2e-15  # in the joints' equations
 TAIL = 1e-12  # of the last coefficients, against the curvature that they tell: the series has converged
 
 
@@ -28,6 +30,7 @@ class Samples:
 
     Attributes:
         crossing: arc length where branches cross on the piece, if they do.
+        noise: what rounding leaves of the curvatures where branches come close to each other.
     """
 
     start: float
@@ -36,6 +39,7 @@ class Samples:
     tangents: Array
     curvatures: Array
     crossing: float | None = None
+    noise: float = 0.0
 
     def series(self, values: Array) -> Array:
         """Chebyshev coefficients over the piece of values (DEGREE + 1, ...) at its nodes."""
@@ -44,37 +48,50 @@ class Samples:
 
 def sampled(curve: JointCurve, places: list[Place], start: float) -> Samples | None:
     """A piece through neighbouring places, from the first to the last; None where these are too few, or too many."""
+    curve = curve.on(places[0].arcs)
     first, last = places[0], places[-1]
     chord = last.point - first.point
     span = float(np.linalg.norm(chord))
     direction = chord / span
     guess = _Guess(places, direction)
-    good = _digits_kept(curve, guess, direction, 0.5 * span * (NODES + 1.0))
-    if good is None:
+    smooth = len(places) >= ENOUGH and min(p.nearness for p in places) > AWAY * max(p.nearness for p in places)
+    found = _followed(curve, guess, direction, 0.5 * span * (NODES + 1.0), smooth)
+    if found is None:
         return None
-    points = curve.corrected(guess(0.5 * span * (NODES[good] + 1.0)), direction)
-    if points is None:
-        return None
+    _, frame, good = found
     # Arc length over the distance along the chord, by integrating its exact derivative.
-    rates = _fitted(NODES[good], 1.0 / np.sum(curve.tangent(points, direction) * direction, axis=1))
+    rates = _fitted(NODES[good], 1.0 / np.sum(frame.tangent * direction, axis=1))
     integral = chebyshev.chebint(rates, lbnd=-1.0) * 0.5 * span
     length = float(chebyshev.chebval(1.0, integral))
     local = _inverted(integral, rates, span, 0.5 * length * (NODES + 1.0))
-    good = _digits_kept(curve, guess, direction, 0.5 * span * (local + 1.0))
-    if good is None:
+    found = _followed(curve, guess, direction, 0.5 * span * (local + 1.0), smooth)
+    if found is None:
         return None
-    points = curve.corrected(guess(0.5 * span * (local[good] + 1.0)), direction)
-    if points is None:
-        return None
-    tangents = curve.tangent(points, direction)
-    found = [points, tangents, curve.curvature(points, tangents)]
+    points, frame, good = found
+    noise = float(ROUNDING / frame.nearness.min() ** 2)
     if good.all():
-        return Samples(start, start + length, *found)
-    points, tangents, curvatures = (chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in found)
-    if np.abs(curve.coefficient([points])).max() > FITS:
-        return None
+        return Samples(start, start + length, points, frame.tangent, frame.curvature, noise=noise)
+    some = (points, frame.tangent, frame.curvature)
+    points, tangents, curvatures = (chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in some)
     crossing = start + 0.5 * length * (1.0 + float(NODES[~good].mean()))
-    return Samples(start, start + length, points, tangents, curvatures, crossing)
+    fits = float(np.abs(curve.coefficient([points])).max()) <= FITS
+    return Samples(start, start + length, points, tangents, curvatures, crossing, noise) if fits else None
+
+
+def _followed(
+    curve: JointCurve, guess: _Guess, direction: Array, distances: Array, smooth: bool
+) -> tuple[Array, Frame, NDArray[np.bool_]] | None:
+    """Points in planes at distances along a chord, where these are told, and which are; None if too few are."""
+    good = np.full(len(distances), True) if smooth else _digits_kept(curve, guess, direction, distances)
+    points = None if good is None else curve.corrected(guess(distances[good]), direction)
+    if good is None or points is None:
+        return None
+    with np.errstate(all="ignore"):
+        try:
+            frame = curve.frame(points, direction)
+        except np.linalg.LinAlgError:
+            return None
+    return (points, frame, good) if np.isfinite(frame.curvature).all() else None
 
 
 def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: Array) -> NDArray[np.bool_] | None:
@@ -83,19 +100,18 @@ def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: 
     Next to a crossing the joints' equations hardly tell the branches apart: derivatives lose digits with powers of the
     distance. What lies there is told by the smooth continuation of what lies before and behind.
     """
-    points = guess(distances)
     with np.errstate(all="ignore"):
         try:
-            nearness = curve.nearness(points, curve.tangent(points, direction))
+            nearness = curve.frame(guess(distances), direction).nearness
         except np.linalg.LinAlgError:
             return None
     good = nearness >= KEPT * np.nanmax(nearness)
     inside = good[0] and good[-1] and np.count_nonzero(~good) <= MOST_LOST
-    return good if inside else None
+    return np.asarray(good) if inside else None
 
 
 def _fitted(nodes: Array, values: Array) -> Array:
-    """Chebyshev coefficients (DEGREE + 1, ...) of values at some of the nodes; those of the highest orders 0 if not at all."""
+    """Chebyshev coefficients (DEGREE + 1, ...) of values at some of the nodes; 0 of the highest orders if not at all."""
     degree = DEGREE - 2 * (DEGREE + 1 - len(nodes))
     low = np.linalg.lstsq(chebyshev.chebvander(nodes, degree), values, rcond=None)[0]
     return np.concatenate([low, np.zeros((DEGREE - degree, *values.shape[1:]))])
