@@ -198,6 +198,11 @@ class Load:
             raise InvalidInput(f"the load {self.name} acts between {ends[0]!r} and itself")
 
     @property
+    def unit(self) -> str:
+        """Of its coordinate."""
+        return "rad" if isinstance(self.along, Turn) else "m"
+
+    @property
     def conservative(self) -> bool:
         """Whether its force comes from an energy of the configuration alone."""
         return isinstance(self.law, CONSERVATIVE)

@@ -7,21 +7,22 @@ energy that loads take or give is integrated beside the motion, so that the bala
 
 from __future__ import annotations
 
-from bisect import bisect_right
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
-from conrod.dynamics.configurations import Configurations
-from conrod.dynamics.pieces import DEGREE, Samples
-from conrod.dynamics.reduced import Reduced, reduced
-from conrod.errors import InvalidInput
+from conrod.dynamics.integration import Course
+from conrod.dynamics.kinks import breaks, kinks
+from conrod.dynamics.line import At, Line
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.loads import TimePulse
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
 
-RELATIVE, ABSOLUTE = 3e-14, 1e-15  # of the integrator
-ORDERS = np.arange(DEGREE + 1)
+STANDS = 1e-9  # of a body's turn by the arc length, or a load's coordinate: below it, it does not move
+FITS = 1e-6  # of the largest rate, what given rates of several bodies may leave
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,9 @@ class FreeMotion:
         poses, rates, accelerations: of all bodies, (T, 3 n).
         energy: kinetic and potential (T,) [J].
         work: of the loads that are no potential (T,) [J].
+        along: arc length (T,), without unit.
+        crossings: times [s] at which configurations were passed where branches cross, on the smooth continuation.
+        scale: largest energy that took part [J].
     """
 
     times: Array
@@ -41,6 +45,8 @@ class FreeMotion:
     accelerations: Array
     energy: Array
     work: Array
+    along: Array
+    crossings: tuple[float, ...]
     scale: float
 
     @property
@@ -49,17 +55,19 @@ class FreeMotion:
         balance = self.energy - self.work
         return float(np.abs(balance - balance[0]).max()) / self.scale
 
-
-@dataclass(frozen=True)
-class _Row:
-    """A piece's series, all in one matrix (DEGREE + 1, columns)."""
-
-    samples: Samples
-    matrix: Array
+    @property
+    def continuation(self) -> str:
+        """In words, that the motion went on smoothly where it had a choice; empty where it had none."""
+        if not self.crossings:
+            return ""
+        shown = ", ".join(f"{time:.6g}" for time in self.crossings[:4]) + (", ..." if self.crossings[4:] else "")
+        return (
+            f"branches of the motion cross where the linkage is at t = {shown} s; the motion is the smooth continuation"
+        )
 
 
 class ForwardDynamics:
-    """One mechanism under loads.
+    """One mechanism under its weight, its constant forces and its loads.
 
     Raises:
         InvalidInput: branches of its motion cross at the start poses.
@@ -67,112 +75,138 @@ class ForwardDynamics:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.loads = mechanism, mechanism.loads
-        self.configurations = Configurations(mechanism)
+        self.line = Line(mechanism)
         self._driven = [load.law for load in self.loads if not load.conservative]
-        self._ahead: list[_Row] = []
-        self._behind: list[_Row] = []
-        self._starts: list[float] = []
 
-    def motion(self, times: Array, crank_rate: float) -> FreeMotion:
+    def motion(self, times: Array, crank_rate: float | None = None, rates: Mapping[str, float] | None = None) -> FreeMotion:
         """The motion from the start poses.
 
         Args:
             times: (T,) [s], growing from 0.
             crank_rate: rate of the crank angle at time 0 [rad/s].
+            rates: instead of it, turn rates of bodies at time 0 [rad/s], counter-clockwise; one tells all.
 
         Raises:
-            InvalidInput: the crank stands at a dead centre at the start and cannot turn, or a force is not finite.
+            InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a force is
+                not finite, or what moves has no inertia.
         """
-        crank = 3 * self.mechanism.body_index[self.mechanism.crank] + 2
-        along = float(self.configurations.start.tangent[0, crank]) * self.mechanism.driver.sense
-        if crank_rate != 0.0 and abs(along) < 1e-9:
-            raise InvalidInput(f"{self.mechanism.name}: at the start the crank stands at a dead centre and cannot turn")
-        rate = crank_rate / along if crank_rate else 0.0
-        start = np.array([0.0, rate, 0.0])
-        found = solve_ivp(
-            self._rates, (0.0, float(times[-1])), start, method="DOP853", t_eval=times, rtol=RELATIVE, atol=ABSOLUTE
+        mechanism = self.mechanism
+        times = np.asarray(times, dtype=float)
+        if not (len(times) and np.isfinite(times).all() and times[0] >= 0.0 and (np.diff(times) > 0.0).all()):
+            raise InvalidInput(f"{mechanism.name}: times must be finite and grow from 0 on")
+        given = dict(rates or {})
+        if crank_rate is not None:
+            given[mechanism.crank] = mechanism.driver.sense * crank_rate
+        start = np.array([0.0, self.start_rate(given), 0.0])
+        if start[1] == 0.0:
+            self._check_rest()
+        course = Course(
+            self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads), breaks(self.loads)
         )
-        if not found.success:
-            raise InvalidInput(f"{self.mechanism.name}: its motion cannot be integrated: {found.message}")
-        return self._told(times, *found.y)
+        states = course.run(times, start, self._passing)
+        return self._told(times, *states.T, tuple(sorted(course.passed)))
+
+    def start_rate(self, given: Mapping[str, float]) -> float:
+        """Rate of the arc length at the start [1/s], of given turn rates of bodies [rad/s]; 0 where none is given.
+
+        Raises:
+            InvalidInput: a body is unknown, cannot turn at the start, or the joints give it another rate.
+        """
+        tangent = self.line.configurations.start.tangent[0]
+        slopes = {}
+        for body, rate in given.items():
+            if body not in self.mechanism.body_index:
+                raise unknown_choice("body with a rate at the start", body, self.mechanism.body_index)
+            if not math.isfinite(rate):
+                raise InvalidInput(f"rate of {body} at the start = {rate!r} is not a finite number")
+            slopes[body] = float(tangent[3 * self.mechanism.body_index[body] + 2])
+            if abs(slopes[body]) < STANDS and rate != 0.0:
+                stands = "stands at a dead centre and cannot turn" if body == self.mechanism.crank else "does not turn"
+                raise InvalidInput(f"rate of {body} at the start = {rate:g} rad/s: there it {stands}")
+        if not slopes:
+            return 0.0
+        teller = max(slopes, key=lambda body: abs(slopes[body]))
+        along = given[teller] / slopes[teller] if given[teller] else 0.0
+        for body, rate in given.items():
+            fitting = along * slopes[body]
+            if abs(rate - fitting) > FITS * max(abs(along), abs(rate)):
+                raise InvalidInput(
+                    f"rate of {body} at the start = {rate:g} rad/s contradicts the joints: with {teller} at "
+                    f"{given[teller]:g} rad/s it is {fitting:g} rad/s"
+                )
+        return along
 
     # -- the differential equation -----------------------------------------------------------------------------------
 
-    def _rates(self, time: float, state: Array) -> list[float]:
-        along, rate, _ = state
-        inertia, slope, _, descent, values, rates = self._at(float(along))
-        power = self._power(values, rates, float(rate), time)
-        acceleration = (descent + power - 0.5 * slope * rate * rate) / inertia
-        return [float(rate), float(acceleration), float(power * rate)]
+    def _rates(self, time: float, state: Array) -> Array:
+        rate = float(state[1])
+        at = self.line.at(float(state[0]))
+        force = self._force(at, rate, time)
+        return np.array([rate, (at.descent + force - 0.5 * at.slope * rate * rate) / at.inertia, force * rate])
 
-    def _power(self, values: Array, rates: Array, rate: float, time: float) -> float:
-        """The loads' force along the arc length."""
+    def _force(self, at: At, rate: float, time: float) -> float:
+        """The force along the arc length of loads that are no potential."""
         total = 0.0
-        for law, value, slope in zip(self._driven, values, rates, strict=True):
+        for law, value, slope in zip(self._driven, at.values, at.rates, strict=True):
             total += float(law.force(value, slope * rate, np.float64(time))) * float(slope)
-        if not np.isfinite(total):
+        if not math.isfinite(total):
             raise InvalidInput(f"{self.mechanism.name}: a force is not finite at t = {time:g} s")
         return total
 
-    def _at(self, along: float) -> tuple[float, float, float, float, Array, Array]:
-        row, local, _ = self._row(along)
-        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
-        count = len(self._driven)
-        return told[0], told[1], told[2], told[3], told[4 : 4 + count], told[4 + count :]
+    def _check_rest(self) -> None:
+        """Refuse a rest that only an exact balance keeps: loads that push where nothing can move by them."""
+        if any(isinstance(load.law, TimePulse) for load in self.loads):
+            return
+        at = self.line.at(0.0)
+        forces = self._idle_forces()
+        push = at.descent + self._force(at, 0.0, 0.0)
+        largest = max((abs(force) for force, _ in forces.values()), default=0.0)
+        for name, (force, slope) in forces.items():
+            if force != 0.0 and abs(slope) < STANDS and abs(push) < STANDS * largest:
+                raise InvalidInput(
+                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} N or N m) moves nothing: "
+                    "start beside it, or in motion"
+                )
 
-    def _row(self, along: float) -> tuple[_Row, float, float]:
-        """The piece of an arc length, where on it from -1 to 1, and how many times the loop was gone round."""
-        loop, turns = self.configurations.loop, 0.0
-        if loop is None:
-            self.configurations.reach(along)
-            loop = self.configurations.loop
-        if loop is not None:
-            turns = np.floor(along / loop.length)
-            along = along - turns * loop.length
-        self._fill()
-        if along >= 0.0:
-            row = self._ahead[max(0, min(bisect_right(self._starts, along) - 1, len(self._ahead) - 1))]
-        else:
-            row = next(r for r in self._behind if r.samples.start <= along)
-        piece = row.samples
-        return row, 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0, float(turns)
+    def _idle_forces(self) -> dict[str, tuple[float, float]]:
+        """Force of each load at rest at the start, and how its coordinate grows with the arc length there."""
+        from conrod.dynamics.coordinates import coordinate_jet
+        from conrod.joint_equations import pose_jets
 
-    def _fill(self) -> None:
-        """Series of pieces that have come since."""
-        for known, pieces in ((self._ahead, self.configurations.ahead), (self._behind, self.configurations.behind)):
-            if len(known) > len(pieces):
-                known.clear()
-            for piece in pieces[len(known) :]:
-                known.append(self._series(piece))
-        if len(self._starts) != len(self._ahead):
-            self._starts = [row.samples.start for row in self._ahead]
+        point, tangent, _ = self.line.point(0.0)
+        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
+        size = float(self.line.configurations.curve.scale[0])
+        found = {}
+        for load in self.loads:
+            value, slope = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
+            force = load.law.force(value, 0.0 * slope, np.zeros(1))
+            turn = load.unit == "rad"
+            found[load.name] = (float(force[0]), float(slope[0]) / (1.0 if turn else size))
+        return found
 
-    def _series(self, piece: Samples) -> _Row:
-        at: Reduced = reduced(self.configurations, piece, self.loads)
-        if at.inertia.min() <= 0.0:
-            raise InvalidInput(f"{self.mechanism.name}: where nothing that has mass moves, forces tell no motion")
-        columns = np.column_stack([at.inertia, at.slope, at.potential, at.descent, at.value, at.rate])
-        return _Row(piece, piece.series(columns))
+    def _measures(self, rate: float, time: float) -> Array:
+        """What arc length, its rate and work are measured by where they are 0."""
+        at, ahead = self.line.at(0.0), self.line.configurations.ahead[0].stop
+        push = abs(at.descent) + abs(self._force(at, rate, 0.0))
+        energy = max(at.inertia * rate * rate, push * min(ahead, push * time * time / at.inertia), 1e-20)
+        return np.array([self.line.configurations.curve.unit, math.sqrt(energy / at.inertia), energy])
+
+    def _passing(self, before: Array, after: Array) -> list[float]:
+        return self.line.crossings(*sorted((float(before[0]), float(after[0]))))
 
     # -- what is told of it ------------------------------------------------------------------------------------------
 
-    def _told(self, times: Array, along: Array, rate: Array, work: Array) -> FreeMotion:
-        scale = self.configurations.curve.scale
-        poses, rates, accelerations = (np.empty((len(times), len(scale))) for _ in range(3))
+    def _told(self, times: Array, along: Array, rate: Array, work: Array, crossings: tuple[float, ...]) -> FreeMotion:
+        shape = (len(times), 3 * len(self.mechanism.bodies))
+        poses, rates, accelerations = (np.empty(shape) for _ in range(3))
         kinetic, potential = np.empty(len(times)), np.empty(len(times))
         for k, (s, v, t) in enumerate(zip(along, rate, times, strict=True)):
-            inertia, _, potential[k], _, _, _ = self._at(float(s))
-            kinetic[k] = 0.5 * inertia * v * v
+            at = self.line.at(float(s))
+            kinetic[k], potential[k] = 0.5 * at.inertia * v * v, at.potential
             acceleration = self._rates(float(t), np.array([s, v, 0.0]))[1]
-            point, tangent, curvature = self._point(float(s))
-            poses[k], rates[k] = point * scale, tangent * v * scale
-            accelerations[k] = (tangent * acceleration + curvature * v * v) * scale
-        return FreeMotion(times, poses, rates, accelerations, kinetic + potential, work, float(kinetic.max()) or 1.0)
-
-    def _point(self, along: float) -> tuple[Array, Array, Array]:
-        row, local, turns = self._row(along)
-        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local))))
-        piece = row.samples
-        point, tangent, curvature = (told @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
-        loop = self.configurations.loop
-        return (point if loop is None else point + turns * loop.gain), tangent, curvature
+            poses[k], tangent, curvature = self.line.point(float(s))
+            rates[k], accelerations[k] = tangent * v, tangent * acceleration + curvature * v * v
+        scale = float(kinetic.max()) or 1.0
+        return FreeMotion(
+            times, poses, rates, accelerations, kinetic + potential, work, along, crossings, scale
+        )

@@ -1,0 +1,103 @@
+"""Integration of an ordinary differential equation in time, begun anew wherever a force has a kink."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from conrod.errors import InvalidInput
+from conrod.motion import Array
+
+RELATIVE = 3e-14
+JUST = 1e-12  # of the time in all: how well an instant of a kink is known
+
+Event = Callable[[float, Array], float]
+
+
+class Course:
+    """States at wanted times, and stretches between them that can be asked for instants.
+
+    Args:
+        rates: derivative of the state at a time.
+        absolute: what each entry of the state is at least measured by (K,).
+        kinks: functions of time and state whose change of sign is a kink of the rates; breaks: times of such.
+    """
+
+    def __init__(
+        self, rates: Callable[[float, Array], Array], absolute: Array, kinks: Sequence[Event], breaks: Sequence[float]
+    ) -> None:
+        self._rates, self._absolute, self._kinks = rates, RELATIVE * absolute, kinks
+        self._breaks = sorted(breaks)
+        self.passed: list[float] = []
+
+    def run(self, times: Array, start: Array, passing: Callable[[Array, Array], Sequence[float]]) -> Array:
+        """States (T, K) at growing times, the start at 0.
+
+        Args:
+            passing: of two states, the values of the first entry passed between them whose instants are wanted, which
+                are then in `passed`.
+
+        Raises:
+            InvalidInput: the motion cannot be integrated.
+        """
+        end = float(times[-1])
+        told = np.empty((len(times), len(start)))
+        told[times <= 0.0] = start
+        now, state = 0.0, start
+        for stop in [*(t for t in self._breaks if 0.0 < t < end), end]:
+            while now < stop:
+                now, state = self._until_kink(now, state, stop, end, times, told, passing)
+        return told
+
+    def _until_kink(
+        self, now: float, state: Array, stop: float, end: float, times: Array, told: Array,
+        passing: Callable[[Array, Array], Sequence[float]],
+    ) -> tuple[float, Array]:  # fmt: skip
+        solver = self._solver(now, state, stop)
+        # A kink that was just met is not met again.
+        sides = [kink(now, state) for kink in self._kinks]
+        while solver.status == "running":
+            before = solver.y.copy()
+            self._step(solver)
+            dense = solver.dense_output()
+            met = self._first_kink(solver.t_old, solver.t, dense, sides, end)
+            if met is not None:
+                last = self._solver(solver.t_old, before, met)
+                while last.status == "running":
+                    self._step(last)
+                self._tell(solver.t_old, met, dense, before, last.y, times, told, passing)
+                return met, last.y
+            self._tell(solver.t_old, solver.t, dense, before, solver.y, times, told, passing)
+            sides = [kink(solver.t, solver.y) for kink in self._kinks]
+        return float(solver.t), np.asarray(solver.y)
+
+    def _solver(self, now: float, state: Array, stop: float) -> DOP853:
+        return DOP853(self._rates, now, state, stop, rtol=RELATIVE, atol=self._absolute)
+
+    def _step(self, solver: DOP853) -> None:
+        message = solver.step()
+        if solver.status == "failed":
+            raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {message}")
+
+    def _first_kink(
+        self, start: float, stop: float, dense: Callable[[float], Array], sides: list[float], end: float
+    ) -> float | None:
+        found = []
+        for kink, side in zip(self._kinks, sides, strict=True):
+            if side * kink(stop, dense(stop)) < 0.0 and kink(start, dense(start)) * side > 0.0:
+                at = brentq(lambda t, kink=kink: kink(t, dense(t)), start, stop, xtol=1e-300, rtol=1e-15)
+                if start + JUST * end < at < stop - JUST * end:
+                    found.append(at + 0.5 * JUST * end)
+        return min(found, default=None)
+
+    def _tell(
+        self, start: float, stop: float, dense: Callable[[float], Array], before: Array, after: Array, times: Array,
+        told: Array, passing: Callable[[Array, Array], Sequence[float]],
+    ) -> None:  # fmt: skip
+        for k in np.flatnonzero((times > start) & (times <= stop)):
+            told[k] = after if times[k] == stop else dense(times[k])
+        for value in passing(before, after):
+            self.passed.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))

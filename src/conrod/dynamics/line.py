@@ -1,0 +1,115 @@
+"""A mechanism's motion as that of one mass on a line: what its inertia, weight and loads are by the arc length."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from conrod.dynamics.configurations import Configurations
+from conrod.dynamics.pieces import DEGREE, Samples
+from conrod.dynamics.reduced import reduced
+from conrod.errors import InvalidInput
+from conrod.mechanism import Mechanism
+from conrod.motion import Array
+
+ORDERS = np.arange(DEGREE + 1)
+# Of the inertia against its largest on a piece: below it, the series that tells it has lost too many digits.
+LEAST_INERTIA = 1e-6
+
+
+@dataclass(frozen=True)
+class At:
+    """The reduced mechanism at one arc length; see `Reduced`. Values and rates of loads that are no potential, (L,)."""
+
+    inertia: float
+    slope: float
+    potential: float
+    descent: float
+    values: Array
+    rates: Array
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A piece's series, all in one matrix (DEGREE + 1, columns)."""
+
+    samples: Samples
+    matrix: Array
+
+
+class Line:
+    """The reduced mechanism along its curve of configurations.
+
+    Raises:
+        InvalidInput: branches of its motion cross at the start poses.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.configurations = Configurations(mechanism)
+        self._ahead: list[_Row] = []
+        self._behind: list[_Row] = []
+
+    def at(self, along: float) -> At:
+        """The reduced mechanism at an arc length.
+
+        Raises:
+            InvalidInput: the curve ends before, or hardly any inertia is left.
+        """
+        row, local, _ = self._row(along)
+        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
+        values, rates = told[4:].reshape(2, -1)
+        return At(*(float(some) for some in told[:4]), values, rates)
+
+    def point(self, along: float) -> tuple[Array, Array, Array]:
+        """Poses and their first and second derivatives by the arc length, each (3 n,)."""
+        row, local, turns = self._row(along)
+        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local))))
+        piece, scale = row.samples, self.configurations.curve.scale
+        point, tangent, curvature = (told @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
+        loop = self.configurations.loop
+        return (point if loop is None else point + turns * loop.gain) * scale, tangent * scale, curvature * scale
+
+    def crossings(self, lowest: float, highest: float) -> list[float]:
+        """Arc lengths between two known ones where branches cross, growing."""
+        pieces = chain(self.configurations.behind, self.configurations.ahead)
+        found = [piece.crossing for piece in pieces if piece.crossing is not None]
+        loop = self.configurations.loop
+        if loop is not None:
+            turns = np.arange(np.floor(lowest / loop.length), np.floor(highest / loop.length) + 1.0)
+            found = [crossing + turn * loop.length for turn in turns for crossing in found]
+        return sorted(crossing for crossing in found if lowest < crossing < highest)
+
+    def _row(self, along: float) -> tuple[_Row, float, float]:
+        """The piece of an arc length, where on it from -1 to 1, and how many times the loop was gone round."""
+        known, turns = self.configurations, 0.0
+        known.reach(along)
+        if known.loop is not None:
+            turns = float(np.floor(along / known.loop.length))
+            along = along - turns * known.loop.length
+        pieces, rows = (known.ahead, self._ahead) if along >= 0.0 else (known.behind, self._behind)
+        if rows and rows[0].samples is not pieces[0]:
+            rows.clear()  # the loop was closed from the other side
+        rows += [self._series(piece) for piece in pieces[len(rows) :]]
+        if along >= 0.0:
+            k = bisect_right(rows, along, key=lambda row: row.samples.start) - 1
+        else:
+            k = bisect_right(rows, -along, key=lambda row: -row.samples.stop) - 1
+        row = rows[max(0, min(k, len(rows) - 1))]
+        piece = row.samples
+        return row, 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0, turns
+
+    def _series(self, piece: Samples) -> _Row:
+        at = reduced(self.configurations, piece, self.mechanism.loads)
+        if not at.inertia.min() > LEAST_INERTIA * at.inertia.max():
+            raise InvalidInput(
+                f"{self.mechanism.name}: its inertia falls to {at.inertia.min() / at.inertia.max():.1g} of what it is "
+                "nearby, where hardly anything that has mass moves: give the crank an inertia"
+            )
+        columns = np.column_stack([at.inertia, at.slope, at.potential, at.descent, at.value, at.rate])
+        if not np.isfinite(columns).all():
+            raise InvalidInput(f"{self.mechanism.name}: a force is not finite: the two points of a load meet")
+        return _Row(piece, piece.series(columns))
