@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import mujoco
 
 from conrod.engines.engine import Machine, run_of
+from conrod.engines.mujoco.load_laws import laws_acting
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.recorder import round_state, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.tree import Tree
 
 
 @dataclass(frozen=True)
@@ -18,14 +21,17 @@ class BareRun:
 
     Attributes:
         rounded: to single precision after each step, which takes a call for each.
+        tree: of a machine under loads, whose laws act; None where there are none.
     """
 
     model: mujoco.MjModel
     data: mujoco.MjData
     rounded: bool = False
+    tree: Tree | None = None
 
     def __call__(self, steps: int) -> None:
-        with warnings_kept_quiet():
+        acting = nullcontext() if self.tree is None else laws_acting(self.model, self.tree)
+        with warnings_kept_quiet(), acting:
             if not self.rounded:
                 mujoco.mj_step(self.model, self.data, nstep=steps)
                 return
@@ -39,4 +45,5 @@ def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
     made = build(machine, settings, sensors=False)
     data = mujoco.MjData(made.model)
     data.qpos[:], data.qvel[:] = made.start_state(machine, run_of(machine, 1, 1.0)[0])
-    return BareRun(made.model, data, settings.rounded_state)
+    tree = made.tree if made.tree.mechanism.loads else None
+    return BareRun(made.model, data, settings.rounded_state, tree)

@@ -29,7 +29,7 @@ def pieces(
 ) -> Iterator[Piece]:
     """The same run in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
-    recorder = Recorder(made, settings, *made.start_state(machine, start_angle))
+    recorder = Recorder(made, settings, *made.start_state(machine, start_angle), start_angle / machine.speed)
     samples = round(settings.steps_per_revolution * revolutions) + 1
     poses, clock, ended = None, -settings.timestep, None  # of the sample before
     for first in (0, *range(steps + 1, samples, steps)):
@@ -68,7 +68,8 @@ def advance(
     made: Build, machine: Machine, settings: MuJoCoSettings, steps: int, start_angle: float
 ) -> tuple[Array, Array, Array]:
     """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
-    states, sensors = Recorder(made, settings, *made.start_state(machine, start_angle)).next(steps + 1)
+    begin = start_angle / machine.speed
+    states, sensors = Recorder(made, settings, *made.start_state(machine, start_angle), begin).next(steps + 1)
     return _times(machine, settings, start_angle, 0, steps + 1), states, sensors
 
 

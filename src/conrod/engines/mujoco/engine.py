@@ -8,6 +8,8 @@ import mujoco
 
 from conrod.cam_shape import concave_reason
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.forces import ForceTracks
+from conrod.engines.free import FreeRun
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.left_out_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
@@ -15,6 +17,8 @@ from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.mujoco import dynamics, kinematic, law, linkage_run, softness
 from conrod.engines.mujoco.bare import BareRun, started
 from conrod.engines.mujoco.dressing import dressing_refusal
+from conrod.engines.mujoco.forces import forces, nothing_told
+from conrod.engines.mujoco.free_run import free_run, free_settings
 from conrod.engines.mujoco.grid import rules
 from conrod.engines.mujoco.ingredients import ingredients, minimal
 from conrod.engines.mujoco.mobility import model_mobility
@@ -26,6 +30,7 @@ from conrod.engines.rule import Grid, Rule
 from conrod.engines.tree import tree_of
 from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage, linkage_refusal
 from conrod.errors import InvalidInput
+from conrod.mechanism import Mechanism
 from conrod.motion import Array
 from conrod.trajectory import Piece, Trajectory
 
@@ -90,6 +95,25 @@ class MuJoCo(Engine[MuJoCoSettings]):
         if settings.cam == EQUIVALENT_LINKAGE:
             return linkage_run.LinkageRun(machine, settings)
         return started(machine, settings)
+
+    def forces(
+        self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
+    ) -> ForceTracks:
+        if reason := self.refusal(machine, settings):
+            return nothing_told(machine.kinematics.mechanism, reason)
+        return forces(machine, settings, revolutions, start_angle)
+
+    def free_run(
+        self,
+        mechanism: Mechanism,
+        preset: str,
+        timestep: float,
+        steps: int,
+        poses: Array,
+        rates: Array,
+        every: int = 1,
+    ) -> FreeRun:
+        return free_run(mechanism, free_settings(mechanism, preset, timestep), steps, poses, rates, every)
 
     def reference_loop(self) -> BareRun:
         return reference_loop()

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.engines.mujoco.closures import add_closures, closure_points, joint_name
 from conrod.engines.mujoco.dressing import dress_up
+from conrod.engines.mujoco.loads import add_forces, add_load_tendons, load_points
 from conrod.engines.mujoco.looks import add_camera, add_link_geoms, add_looks
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.xml import add, clean, number, numbers
@@ -53,7 +54,8 @@ def mjcf(
     add_closures(root, tree, settings)
     for contact in tree.mechanism.cam_contacts:
         _add_contact(root, contact, settings)
-    _add_forces(root, tree.mechanism)
+    add_load_tendons(root, tree)
+    add_forces(root, tree, with_program=dress is None)
     if sensors:
         _add_sensors(root, tree.mechanism, bodies=dress is None)
     dress_up(root, tree, settings)
@@ -151,12 +153,7 @@ def _add_sites(element: ET.Element, body: str, tree: Tree) -> None:
     for observed in tree.mechanism.observed:
         if observed.body == body:
             _add_site(element, observed.name, observed.point)
-    for force in tree.mechanism.forces:
-        if body == GROUND and element.find(f"site[@name='{GROUND}']") is None:
-            _add_site(element, GROUND, (0.0, 0.0))
-        if body == force.body:
-            _add_site(element, f"{body}.centre", tree.mechanism.body(body).centre_of_gravity)
-    for site, point in closure_points(body, tree):
+    for site, point in (*load_points(body, tree), *closure_points(body, tree)):
         _add_site(element, site, point)
 
 
@@ -212,25 +209,6 @@ def _add_contact(root: ET.Element, contact: CamContact, settings: MuJoCoSettings
         solref=numbers(settings.contact_solref),
         solimp=numbers(settings.contact_solimp),
     )
-
-
-def _add_forces(root: ET.Element, mechanism: Mechanism) -> None:
-    """Constant forces as actuators without an input: a site is pushed along directions of a site of the ground."""
-    if not mechanism.forces:
-        return
-    actuators = add(root, "actuator")
-    for force in mechanism.forces:
-        add(
-            actuators,
-            "general",
-            name=f"{force.body}.force",
-            site=f"{force.body}.centre",
-            refsite=GROUND,
-            gear=numbers([*force.force, 0.0, 0.0, 0.0, 0.0]),
-            gainprm="0",
-            biastype="affine",
-            biasprm="1 0 0",
-        )
 
 
 # -- sensors ---------------------------------------------------------------------------------------------------------

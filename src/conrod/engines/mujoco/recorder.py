@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
+from conrod.engines.mujoco.load_laws import laws_acting
 from conrod.engines.mujoco.model import Build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.solver_state import solver_state
@@ -25,13 +26,19 @@ class Recorder:
 
     At the engine's first warning it stands still, as MuJoCo's own rollouts do.
 
+    Args:
+        begin: the time [s] of the start, at which the engine's clock is 0.
+
     Attributes:
         solver: how the constraint solver ended for the accelerations of the last sample told; None where there was
             nothing to solve, or no step any more.
     """
 
-    def __init__(self, made: Build, settings: MuJoCoSettings, coordinates: Array, rates: Array) -> None:
+    def __init__(
+        self, made: Build, settings: MuJoCoSettings, coordinates: Array, rates: Array, begin: float = 0.0
+    ) -> None:
         self.solver: SolverState | None = None
+        self._made, self._begin = made, begin
         self._model, self._data = made.model, mujoco.MjData(made.model)
         self._aside = mujoco.MjData(made.model)  # to look at the solver without a trace in the run
         self._data.qpos[:], self._data.qvel[:] = coordinates, rates
@@ -59,7 +66,7 @@ class Recorder:
         states = np.empty((1, samples + 1, len(self._state)))
         sensors = np.empty((1, samples, self._model.nsensordata))
         states[0, 0] = self._state
-        with warnings_kept_quiet():
+        with warnings_kept_quiet(), laws_acting(self._model, self._made.tree, self._begin):
             self._take(states[:, :-1], sensors[:, :-1])
             self.solver = self._look(states[0, -2])
             self._take(states[:, -2:], sensors[:, -1:])

@@ -1,0 +1,208 @@
+"""Forces in a machine by MuJoCo's own account, at the states of a run.
+
+The run is stepped as any other, by a flywheel of its own (`force_settings`), and the engine solves each of its states
+again (`mj_forward`), so that state, accelerations and forces are of one instant.
+
+Drive: a flywheel gives what it loses. A pin that closes a loop: the force of its equality. A joint of the tree: what
+MuJoCo's recursive Newton-Euler algorithm tells of the link beyond it (`mj_rnePostConstraint`, `cfrc_int`). That knows
+no actuators and no tendons, so constant forces and loads are given to it a second time, as forces on bodies, after the
+accelerations are found. Contact: `mj_contactForce`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from conrod.dynamics.inverse import component_names
+from conrod.engines.applied import applied_forces
+from conrod.engines.engine import Machine
+from conrod.engines.forces import ForceTracks
+from conrod.engines.left_out_rod import BODY
+from conrod.engines.mujoco.dynamics import advance
+from conrod.engines.mujoco.load_laws import laws_acting
+from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.tree import Branch
+from conrod.equivalent_linkage import CONTACT
+from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute, to_world
+from conrod.motion import Array
+from conrod.outcome import judge
+from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome
+
+Reader = Callable[[Array], Array]  # poses (3 n,) of the state that was solved -> components (2,)
+
+DRIVE = "drive torque"
+EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+# MuJoCo's Newton solver ends where its next correction of the accelerations is shorter than 1e-15 in SI units
+# (mjMINVAL), whatever they are. With a run's flywheel and slow links its second one already is, and closures with 1e-13
+# of their inertia as regularisation make 7e-3 of the drive torque of what the first leaves (saw, 40 rpm). With less of a
+# flywheel it goes on, but for single poses of slow links; there closures that are less hard lose less.
+LIGHTER = 1e-8
+LEAST_HARDENING = 1e-6
+NO_DRIVE = "without a flywheel there is no drive"
+ROLLING = "MuJoCo couples the joint coordinates of what rolls by a tendon: no force acts where the bodies meet"
+FORM = "the model has {} in place of links, and not their masses"
+DRESSED = "what the model carries beside its joints takes a part of the load"
+
+
+def force_settings(settings: MuJoCoSettings) -> MuJoCoSettings:
+    """What forces are measured with: a lighter flywheel, loops hardened no further than forces bear, a calm contact.
+
+    The crank's speed then varies, by up to 1e-5 of itself as the flywheel is chosen, and is told as it is. A contact
+    that answers faster than an edge of the cam's polygon passes has a force that follows the edges (at 62832 steps a
+    turn, 4000 edges and a time constant of two steps the cam's is 2.7 % off, rms), so its time constant is raised to
+    that time.
+    """
+    hardening = None if settings.hardening is None else max(settings.hardening, LEAST_HARDENING)
+    constant, damping = settings.contact_solref
+    if constant > 0.0:
+        constant = max(constant, settings.timestep * settings.steps_per_revolution / settings.cam_vertices)
+    return replace(
+        settings, armature=LIGHTER * settings.armature, hardening=hardening, contact_solref=(constant, damping)
+    )
+
+
+def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float) -> ForceTracks:
+    """Drive torque and reactions of a run at constant crank speed, at every step."""
+    mechanism = machine.kinematics.mechanism
+    if reason := _refusal(settings) or (ROLLING if mechanism.meshes else None):
+        return nothing_told(mechanism, reason)
+    used = force_settings(settings)
+    made = build(machine, used)
+    steps = round(used.steps_per_revolution * revolutions)
+    times, states, _ = advance(made, machine, used, steps, start_angle)
+    nq, nv = made.model.nq, made.model.nv
+    coordinates, speeds = states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv]
+    with np.errstate(all="ignore"):
+        poses, rates = made.forward(coordinates, speeds)
+        where = Instants(times, coordinates[:, made.crank_coordinate], speeds[:, made.crank_dof], np.zeros(len(times)))
+        kept = BodyStates(where, poses, rates, np.zeros_like(poses))
+        verdict = judge(machine.kinematics, BodyTracks(kept, kept, kept), machine.speed)
+    if verdict.outcome is not Outcome.COMPLETED:
+        return nothing_told(mechanism, f"the run ended as {verdict.outcome.slug}: {verdict.reason}")
+    told = _Reading(made)
+    with laws_acting(made.model, made.tree):
+        told.read(times, coordinates, speeds, poses, rates)
+    drive = -used.armature * told.acceleration
+    return ForceTracks(replace(where, acceleration=told.acceleration), drive, told.components, {})
+
+
+def _refusal(settings: MuJoCoSettings) -> str | None:
+    """Why these settings tell nothing of forces; None where they do."""
+    if settings.armature == 0.0:
+        return NO_DRIVE
+    if settings.rod != BODY:
+        return FORM.format("a distance joint")
+    if settings.cam != CONTACT:
+        return FORM.format("an equivalent linkage")
+    return DRESSED if settings.dressing else None
+
+
+def nothing_told(mechanism: Mechanism, reason: str) -> ForceTracks:
+    """Of a run that tells no forces."""
+    none = np.zeros(0)
+    untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
+    return ForceTracks(Instants(none, none, none, none), None, {}, untold)
+
+
+class _Reading:
+    """Accelerations of the crank and components of all joints, as they are read state by state."""
+
+    def __init__(self, made: Build) -> None:
+        self._made, self._model, self._data = made, made.model, mujoco.MjData(made.model)
+        self._mechanism = made.form.whole
+        # Names are looked up once: in a model with a large mesh that takes longer than a step.
+        self._bodies = [int(made.model.body(body.name).id) for body in self._mechanism.bodies]
+        branches = {branch.joint.name: branch for branch in made.tree.branches}
+        self._readers = {joint.name: self._reader(joint, branches) for joint in self._mechanism.joints}
+        self.acceleration = np.zeros(0)
+        self.components: dict[str, dict[str, Array]] = {}
+
+    def read(self, times: Array, coordinates: Array, speeds: Array, poses: Array, rates: Array) -> None:
+        """Solve every state, (T, ..) each."""
+        model, data, crank = self._model, self._data, self._made.crank_dof
+        self.acceleration = np.zeros(len(times))
+        told = {name: np.zeros((len(times), 2)) for name in self._readers}
+        pushes = applied_forces(self._mechanism, poses, rates, times)
+        for k, time in enumerate(times):
+            data.time, data.qpos[:], data.qvel[:] = time, coordinates[k], speeds[k]
+            data.qacc_warmstart[:] = 0.0  # what is told of a state depends on it alone
+            mujoco.mj_forward(model, data)
+            self.acceleration[k] = data.qacc[crank]
+            data.xfrc_applied[self._bodies, :2] = pushes[k, :, :2]
+            data.xfrc_applied[self._bodies, 5] = pushes[k, :, 2]
+            mujoco.mj_rnePostConstraint(model, data)
+            data.xfrc_applied[:] = 0.0
+            for name, reader in self._readers.items():
+                told[name][k] = reader(poses[k])
+        self.components = {
+            joint.name: dict(zip(component_names(joint), told[joint.name].T, strict=False))
+            for joint in self._mechanism.joints
+        }
+
+    def _reader(self, joint: Joint, branches: dict[str, Branch]) -> Reader:
+        """What reads the components of a joint in solved data."""
+        match joint:
+            case CamContact():
+                return self._pusher(joint)
+            case Revolute() if joint.name not in branches:
+                return self._holder(joint)
+            case Revolute() | Prismatic():
+                return self._carrier(joint, branches[joint.name])
+            case _:
+                raise TypeError(f"{joint.name!r} rolls")
+
+    def _holder(self, joint: Revolute) -> Reader:
+        """Of a pin that closes a loop."""
+        data, equality = self._data, int(self._model.equality(joint.name).id)
+
+        def read(_: Array) -> Array:
+            row = int(np.argmax((data.efc_id == equality) & (data.efc_type == EQUALITY)))
+            # A connect holds the first body against the second one with this force on the first.
+            return np.asarray(-data.efc_force[row : row + 2])
+
+        return read
+
+    def _carrier(self, joint: Revolute | Prismatic, branch: Branch) -> Reader:
+        """Of a joint of the tree: what its parent gives its child, told on the joint's second body."""
+        data, child = self._data, int(self._model.body(branch.child).id)
+        sense, root = (1.0 if branch.child == joint.b else -1.0), int(self._model.body_rootid[child])
+        if isinstance(joint, Revolute):
+            return lambda _: np.asarray(sense * data.cfrc_int[child, 3:5])
+
+        def read(poses: Array) -> Array:
+            moment, fx, fy = sense * data.cfrc_int[child, 2:5]
+            # MuJoCo tells the moment about the centre of gravity of the whole tree, a joint has it about its point.
+            x, y = data.subtree_com[root, :2] - self._place(joint.b, joint.point_b, poses)
+            turn = joint.direction + self._pose(joint.a, poses)[2]
+            return np.array([np.cos(turn) * fy - np.sin(turn) * fx, moment + x * fy - y * fx])
+
+        return read
+
+    def _pusher(self, joint: CamContact) -> Reader:
+        """Push between cam and roller; 0 where they do not touch."""
+        model, data, wrench = self._model, self._data, np.zeros(6)
+        pair = sorted((int(model.geom(f"{joint.a}.profile").id), int(model.geom(f"{joint.b}.roller").id)))
+
+        def read(_: Array) -> Array:
+            total = 0.0
+            for k in np.flatnonzero((np.sort(data.contact.geom, axis=1) == pair).all(axis=1)):
+                mujoco.mj_contactForce(model, data, int(k), wrench)
+                total += float(wrench[0])
+            return np.array([total, 0.0])
+
+        return read
+
+    def _pose(self, body: str, poses: Array) -> Array:
+        if body == GROUND:
+            return np.zeros(3)
+        i = 3 * self._mechanism.body_index[body]
+        return np.asarray(poses[i : i + 3])
+
+    def _place(self, body: str, point: Point, poses: Array) -> Array:
+        x, y, phi = self._pose(body, poses)
+        return np.array(to_world((x, y, phi), point))
