@@ -1,9 +1,9 @@
 """Springs, dampers, friction, forces and torques of a mechanism: each a law along one coordinate of it.
 
-A load acts along a coordinate xi of the configuration: the distance of two points, the turn of a body against another
-one, how far a point has gone in a direction. Its law gives the force (of a turn: the torque) F(xi, xi', t) that the
-coordinate's growth is pushed with; the work done is F times its growth. So a spring on a distance, a cutting force along a
-slide and a motor's torque are one thing, and the generalised force on the bodies is F times the coordinate's gradient.
+A load acts along a coordinate xi of the configuration: the distance of two points, the turn of a body against another,
+how far a point has gone in a direction. Its law gives the force (of a turn: the torque) F(xi, xi', t) that
+its growth is pushed with; the work done is F times its growth. So a spring on a distance, a cutting force along
+a slide and a motor's torque are one thing; the generalised force on the bodies is F times the coordinate's gradient.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Exact dynamics of a mechanism of one degree of freedom: the forces that a motion takes, the motion that forces make."""
+"""Exact dynamics of a mechanism of one degree of freedom: forces that a motion takes, motion that forces make."""

@@ -69,9 +69,7 @@ class Configurations:
         length = -self.behind[-1].start
         gain = self.start.point[0] - self.behind[-1].points[0]
         self.loop = Loop(length, gain)
-        moved = [
-            _shifted(s, length, gain) for s in self.behind[::-1]
-        ]
+        moved = [_shifted(s, length, gain) for s in self.behind[::-1]]
         self.ahead, self.behind = moved, []
 
 

@@ -1,4 +1,4 @@
-"""What the joints alone, without a driver, leave of a mechanism's configurations: a curve with tangent and curvature."""
+"""What the joints alone, without a driver, leave of a mechanism's configurations: a curve."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Frame:
 
     Attributes:
         tangent: of unit length; curvature: its derivative by the arc length; each (T, 3 n).
-        nearness: about the smallest singular value (T,) of the joints' Jacobian but for the tangent's: 0 where a freedom
-            more is gained.
+        nearness: about the smallest singular value (T,) of the joints' Jacobian but for the tangent's: 0 where a
+            freedom more is gained.
     """
 
     tangent: Array

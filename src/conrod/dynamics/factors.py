@@ -11,7 +11,7 @@ POWER_STEPS = 4  # of the iteration for a smallest singular value, which is only
 
 
 class Factors:
-    """Of matrices (T, k, k), the last row of each at right angles to no tangent; of a singular one solutions are nan."""
+    """Of matrices (T, k, k), the last row of each at right angles to no tangent; of a singular one they tell nan."""
 
     def __init__(self, matrices: Array) -> None:
         self._factors = [dgetrf(matrix) for matrix in matrices]
@@ -25,7 +25,7 @@ class Factors:
         return found
 
     def across(self, right: Array, tangent: Array) -> Array:
-        """Shortest solutions (T, k) of all rows but the last, for right sides (T, k - 1): at right angles to the tangent."""
+        """Solutions (T, k) of all rows but the last, for right sides (T, k - 1), with no part along the tangent."""
         return _at_right_angles(self.solve(np.column_stack([right, np.zeros(len(right))])), tangent)
 
     def nearness(self, tangent: Array) -> Array:

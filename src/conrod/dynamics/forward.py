@@ -78,7 +78,9 @@ class ForwardDynamics:
         self.line = Line(mechanism)
         self._driven = [load.law for load in self.loads if not load.conservative]
 
-    def motion(self, times: Array, crank_rate: float | None = None, rates: Mapping[str, float] | None = None) -> FreeMotion:
+    def motion(
+        self, times: Array, crank_rate: float | None = None, rates: Mapping[str, float] | None = None
+    ) -> FreeMotion:
         """The motion from the start poses.
 
         Args:
@@ -87,8 +89,8 @@ class ForwardDynamics:
             rates: instead of it, turn rates of bodies at time 0 [rad/s], counter-clockwise; one tells all.
 
         Raises:
-            InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a force is
-                not finite, or what moves has no inertia.
+            InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a
+                force is not finite, or what moves has no inertia.
         """
         mechanism = self.mechanism
         times = np.asarray(times, dtype=float)
@@ -207,6 +209,4 @@ class ForwardDynamics:
             poses[k], tangent, curvature = self.line.point(float(s))
             rates[k], accelerations[k] = tangent * v, tangent * acceleration + curvature * v * v
         scale = float(kinetic.max()) or 1.0
-        return FreeMotion(
-            times, poses, rates, accelerations, kinetic + potential, work, along, crossings, scale
-        )
+        return FreeMotion(times, poses, rates, accelerations, kinetic + potential, work, along, crossings, scale)

@@ -13,6 +13,8 @@ from conrod.motion import Array
 
 RELATIVE = 3e-14
 JUST = 1e-12  # of the time in all: how well an instant of a kink is known
+# So many steps in a row of less than this of the time in all: the motion sticks where a force changes with its sense.
+MOST_SHORT, SHORT = 300, 1e-7
 
 Event = Callable[[float, Array], float]
 
@@ -32,6 +34,7 @@ class Course:
         self._rates, self._absolute, self._kinks = rates, RELATIVE * absolute, kinks
         self._breaks = sorted(breaks)
         self.passed: list[float] = []
+        self._end, self._short = 1.0, 0
 
     def run(self, times: Array, start: Array, passing: Callable[[Array, Array], Sequence[float]]) -> Array:
         """States (T, K) at growing times, the start at 0.
@@ -43,7 +46,7 @@ class Course:
         Raises:
             InvalidInput: the motion cannot be integrated.
         """
-        end = float(times[-1])
+        end = self._end = float(times[-1])
         told = np.empty((len(times), len(start)))
         told[times <= 0.0] = start
         now, state = 0.0, start
@@ -79,6 +82,12 @@ class Course:
 
     def _step(self, solver: DOP853) -> None:
         message = solver.step()
+        self._short = self._short + 1 if solver.t - solver.t_old < SHORT * self._end else 0
+        if self._short > MOST_SHORT:
+            raise InvalidInput(
+                f"at t = {solver.t:g} s the motion comes to rest in a force that acts in one sense of motion alone, and "
+                "sticks there: end the force before the stroke ends, or give it friction instead"
+            )
         if solver.status == "failed":
             raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {message}")
 

@@ -1,7 +1,8 @@
 """Forces that a given motion takes: every joint's reaction and the drive's torque, exactly.
 
-With M q'' = Q + J^T lambda the multipliers of the joints' equations are their reactions, and that of the driver's equation is
-the drive's torque. The torque is derived a second time, from energy alone, without the joints' equations or their multipliers.
+With M q'' = Q + J^T lambda the multipliers of the joints' equations are their reactions, and that of the driver's
+equation is the drive's torque. The torque is derived a second time, from energy alone, without the joints' equations or
+their multipliers.
 """
 
 from __future__ import annotations
@@ -36,8 +37,9 @@ class JointForces:
 
     Attributes:
         components: by joint name, then by component, (T,): of a pin "x" and "y", the force on its second body in the
-            document's frame [N]; of a slide "normal" [N], on the second body along the line's normal, and "moment" [N m];
-            of a cam "contact", the push between cam and roller [N]; of what rolls "tangential", at the pitch point [N].
+            document's frame [N]; of a slide "normal" [N], on the second body along the line's normal, and "moment"
+            [N m]; of a cam "contact", the push between cam and roller [N]; of what rolls "tangential", at the
+            pitch point [N].
         drive_torque: (T,) on the crank, in the sense of the crank angle [N m].
     """
 
@@ -58,10 +60,15 @@ class InverseDynamics:
             InvalidInput: the linkage does not reach an angle.
         """
         mechanism = self._kinematics.mechanism
-        poses, rates, accelerations = self._motion(state)
+        poses, rates, accelerations = self.motion(state)
         right = inertia_forces(mechanism, poses, rates, accelerations) - self._applied(poses, rates, state.time)
         transposed = np.swapaxes(self._kinematics.jacobian(poses), 1, 2)
         multipliers = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
+        return self.forces_of(multipliers)
+
+    def forces_of(self, multipliers: Array) -> JointForces:
+        """Multipliers (T, 3 n) of all equations by joint and component."""
+        mechanism = self._kinematics.mechanism
         components, row = {}, 0
         for joint in mechanism.joints:
             count = self._kinematics.equations_of(joint)
@@ -73,8 +80,8 @@ class InverseDynamics:
     def torque_from_energy(self, state: State) -> Array:
         """The drive's torque (T,) [N m] in the sense of the crank angle, by the balance of power over the crank's rate.
 
-        T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken: virtual
-        work at rate 1 with the accelerations as they are.
+        T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken:
+        virtual work at rate 1 with the accelerations as they are.
         """
         poses, first, second = self._kinematics.derivatives(state.angle, 2)
         mechanism = self._kinematics.mechanism
@@ -87,7 +94,7 @@ class InverseDynamics:
             x, y = (jet.coefficients for jet in pose.point(body.centre_of_gravity))
             turn = pose.phi.coefficients
             fx, fy = body.mass * mechanism.gravity[0] + push[0], body.mass * mechanism.gravity[1] + push[1]
-            # Kinetic energy is inertia(theta) theta'^2 / 2; its rate over theta' is inertia theta'' + inertia' theta'^2 / 2.
+            # Kinetic energy inertia(theta) theta'^2 / 2 has the rate (inertia theta'' + inertia' theta'^2 / 2) theta'.
             inertia = body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * turn[1] ** 2
             half_slope = 2.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
             torque += inertia * acceleration + half_slope * rate**2 - fx * x[1] - fy * y[1]
@@ -96,7 +103,8 @@ class InverseDynamics:
             torque -= load.law.force(np.asarray(value), np.asarray(slope * rate), state.time) * slope
         return torque
 
-    def _motion(self, state: State) -> tuple[Array, Array, Array]:
+    def motion(self, state: State) -> tuple[Array, Array, Array]:
+        """Poses, rates and accelerations of all bodies, each (T, 3 n)."""
         poses, first, second = self._kinematics.derivatives(state.angle, 2)
         rate, acceleration = state.rate[:, None], state.acceleration[:, None]
         return poses, first * rate, first * acceleration + second * rate**2

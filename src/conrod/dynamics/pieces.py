@@ -111,7 +111,7 @@ def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: 
 
 
 def _fitted(nodes: Array, values: Array) -> Array:
-    """Chebyshev coefficients (DEGREE + 1, ...) of values at some of the nodes; 0 of the highest orders if not at all."""
+    """Chebyshev coefficients (DEGREE + 1, ...) of values at some nodes; without the highest orders if not at all."""
     degree = DEGREE - 2 * (DEGREE + 1 - len(nodes))
     low = np.linalg.lstsq(chebyshev.chebvander(nodes, degree), values, rcond=None)[0]
     return np.concatenate([low, np.zeros((DEGREE - degree, *values.shape[1:]))])

@@ -125,7 +125,18 @@ class DescribedScene(Scene):
         told = asdict(mechanism) | {"poses": poses, "loads": [load.identity() for load in mechanism.loads]}
         if not mechanism.loads:
             del told["loads"]  # as it was known before there were any
-        return {"mechanism": told, "kinds": kinds, "speed": self.speed}
+        # The exact motion at a prescribed angle has nothing of it, and was known without it.
+        rates = {"start_rates": dict(self.described.rates)} if self.described.rates else {}
+        return {"mechanism": told, "kinds": kinds, "speed": self.speed} | rates
+
+    @cached_property
+    def start_rates(self) -> dict[str, float]:
+        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with.
+
+        Those that the file gives in [start]; where it gives none, the crank's at its speed.
+        """
+        mechanism = self.mechanism()
+        return dict(self.described.rates) or {mechanism.crank: mechanism.driver.sense * self.speed}
 
     @cached_property
     def parameters_text(self) -> str:

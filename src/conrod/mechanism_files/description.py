@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism import GROUND, ConstantForce, Mechanism, ObservedPoint
+from conrod.mechanism import GROUND, Mechanism, ObservedPoint
 from conrod.mechanism_files.bodies import read_bodies
 from conrod.mechanism_files.drive import read_drive
 from conrod.mechanism_files.fields import Fields, check_name
 from conrod.mechanism_files.joints import read_joints
+from conrod.mechanism_files.loads import read_loads
 from conrod.mechanism_files.meshing import fitted
-from conrod.mechanism_files.numbers import FORCE, FREE_FALL, SHOWN, Numbers
+from conrod.mechanism_files.numbers import FREE_FALL, SHOWN, Numbers
 from conrod.mechanism_files.places import Places, read_ground
-from conrod.mechanism_files.start_poses import Hint, placed, read_start
+from conrod.mechanism_files.start_poses import Hint, placed, rates_of, read_start
 from conrod.mechanism_files.structure import ordered
 from conrod.scenes.parameters import Parameter
 
@@ -33,6 +34,7 @@ class Description:
         speed: of the crank [rad/s].
         output: the observed point that does the machine's work.
         hints: what the file says of the start poses, by body.
+        rates: turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with.
         values, facts: all numbers of the file, SI, by place.
     """
 
@@ -46,6 +48,7 @@ class Description:
     speed: float
     output: str
     hints: Mapping[str, Hint]
+    rates: Mapping[str, float]
     values: Mapping[str, float]
     facts: Mapping[str, Parameter]
 
@@ -72,7 +75,7 @@ def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) 
         raise unknown_choice("parameter", min(unknown)[:SHOWN], numbers.values)
     return Description(
         name, **about, assumptions=assumptions, about=text, frame=frame, mechanism=mechanism, speed=speed,
-        output=output, hints=hints, values=numbers.values, facts=numbers.facts,
+        output=output, hints=hints, rates=rates_of(hints), values=numbers.values, facts=numbers.facts,
     )  # fmt: skip
 
 
@@ -85,7 +88,7 @@ def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, H
     crank = structure.bodies[0].name
     hints = read_start(fields, places, crank)
     if fields.truth("drawn"):
-        if hints or driver.start:
+        if driver.start or any(hint.tells_pose for hint in hints.values()):
             raise InvalidInput(
                 "drawn = true: all points are where they are at the start; leave out start and driver.start"
             )
@@ -100,7 +103,7 @@ def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, H
         poses,
         _observed(fields, places),
         fields.pair("gravity", FREE_FALL, "acceleration of free fall", (0.0, 0.0)),
-        _forces(fields, tuple(body.name for body in structure.bodies)),
+        *read_loads(fields, places, tuple(body.name for body in structure.bodies)),
     )
     _check_names(mechanism)
     return mechanism, speed, hints
@@ -141,14 +144,3 @@ def _output(fields: Fields, mechanism: Mechanism) -> str:
     if len(names) == 1 and "output" not in fields:
         return names[0]
     return fields.choice("output", names)
-
-
-def _forces(fields: Fields, bodies: tuple[str, ...]) -> tuple[ConstantForce, ...]:
-    table = fields.table("forces")
-    found = []
-    for name in table.names():
-        inside = table.table(name)
-        body = inside.choice("body", bodies)
-        found.append(ConstantForce(body, inside.pair("force", FORCE, f"constant force on {body}")))
-        inside.end()
-    return tuple(found)

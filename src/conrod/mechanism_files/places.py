@@ -12,6 +12,7 @@ from conrod.mechanism_files.numbers import COORDINATE, SHOWN, shown
 
 ORIGIN = "origin"  # what the point (0, 0) of every body is called
 TURN = "turn"  # of a body at the start, beside the places of its points
+RATE = "rate"  # of its turn, beside them
 PAIR = 2
 
 
@@ -85,6 +86,10 @@ def read_points(fields: Fields, body: str) -> dict[str, Point]:
     points = {name: table.pair(name, COORDINATE, f"place of {name} on {body}") for name in table.names()}
     if TURN in points:
         raise InvalidInput(f"{table.at(TURN)}: {TURN!r} cannot be a point's name: [start] uses it for a body's turn")
+    if RATE in points:
+        raise InvalidInput(
+            f"{table.at(RATE)}: {RATE!r} cannot be a point's name: [start] uses it for a body's turn rate"
+        )
     if ORIGIN in points:
         raise InvalidInput(f"{table.at(ORIGIN)}: {ORIGIN!r} is the point [0, 0] of every body; leave it out")
     return points

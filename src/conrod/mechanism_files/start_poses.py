@@ -14,13 +14,14 @@ from dataclasses import dataclass
 from conrod.errors import InvalidInput
 from conrod.mechanism import GROUND, Driver, Joint, Point, Pose, Prismatic, Revolute, to_world
 from conrod.mechanism_files.fields import Fields
-from conrod.mechanism_files.numbers import ANGLE, COORDINATE
-from conrod.mechanism_files.places import ORIGIN, TURN, Places
+from conrod.mechanism_files.numbers import ANGLE, COORDINATE, Measure
+from conrod.mechanism_files.places import ORIGIN, RATE, TURN, Places
 from conrod.mechanism_files.structure import Structure
 from conrod.rolling import Rack, Rolling
 
 # Two places tell a body's turn if they are this far apart, of the larger distance from its origin.
 APART = 1e-6
+TURN_RATE = Measure("rad/s", 0.0, 1e6, magnitude=True)
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,22 @@ class Hint:
     Attributes:
         turn: [rad].
         places: pairs of a point of the body, in its frame, and where that is in the document's frame [m].
+        rate: exactly, of its turn where nothing drives the crank [rad/s], counter-clockwise.
     """
 
     turn: float | None = None
     places: tuple[tuple[Point, Point], ...] = ()
+    rate: float | None = None
+
+    @property
+    def tells_pose(self) -> bool:
+        """Whether it says more than a rate."""
+        return self.turn is not None or bool(self.places)
+
+
+def rates_of(hints: Mapping[str, Hint]) -> dict[str, float]:
+    """The turn rates [rad/s] that are told, by body."""
+    return {name: hint.rate for name, hint in hints.items() if hint.rate is not None}
 
 
 def read_start(fields: Fields, places: Places, crank: str) -> dict[str, Hint]:
@@ -47,19 +60,23 @@ def read_start(fields: Fields, places: Places, crank: str) -> dict[str, Hint]:
     for name in table.names():
         inside = table.table(name)
         places.found(table.at(name), name)
-        if name in (GROUND, crank):
+        if name == GROUND or (name == crank and set(inside.names()) - {RATE}):
             tells = "it does not move" if name == GROUND else "driver.start tells its turn"
-            raise InvalidInput(f"{inside.place}: leave it out: {tells}")
+            also = "" if name == GROUND or RATE not in inside else f" but for its {RATE}"
+            raise InvalidInput(f"{inside.place}: leave it out{also}: {tells}")
         known = {}
         for point in inside.names():
-            if point != TURN:
+            if point not in (TURN, RATE):
                 place = places.found(inside.place, f"{name}.{point}")
                 known[point] = (
                     place.point,
                     inside.pair(point, COORDINATE, f"about where {point} of {name} is at the start"),
                 )
         turn = inside.number(TURN, ANGLE, f"about the turn of {name} at the start") if TURN in inside else None
-        hints[name] = Hint(turn, tuple(known.values()))
+        rate = None
+        if RATE in inside:
+            rate = inside.number(RATE, TURN_RATE, f"turn rate of {name} where a motion without a drive starts")
+        hints[name] = Hint(turn, tuple(known.values()), rate)
     return hints
 
 
