@@ -5,14 +5,16 @@ again (`mj_forward`), so that state, accelerations and forces are of one instant
 
 Drive: a flywheel gives what it loses. A pin that closes a loop: the force of its equality. A joint of the tree: what
 MuJoCo's recursive Newton-Euler algorithm tells of the link beyond it (`mj_rnePostConstraint`, `cfrc_int`). That knows
-no actuators and no tendons, so constant forces and loads are given to it a second time, as forces on bodies, after the
-accelerations are found. Contact: `mj_contactForce`.
+no actuators of sites and no fixed tendons, so constant forces and loads are given to it a second time, as forces on
+bodies, after the accelerations are found; those along distances only to an engine that does not count them itself
+(`spatial_tendons_count`). Contact: `mj_contactForce`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -28,6 +30,7 @@ from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Branch
 from conrod.equivalent_linkage import CONTACT
+from conrod.loads import Distance
 from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute, to_world
 from conrod.motion import Array
 from conrod.outcome import judge
@@ -38,9 +41,9 @@ Reader = Callable[[Array], Array]  # poses (3 n,) of the state that was solved -
 DRIVE = "drive torque"
 EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 # MuJoCo's Newton solver ends where its next correction of the accelerations is shorter than 1e-15 in SI units
-# (mjMINVAL), whatever they are. With a run's flywheel and slow links its second one already is, and closures with 1e-13
-# of their inertia as regularisation make 7e-3 of the drive torque of what the first leaves (saw, 40 rpm). With less of a
-# flywheel it goes on, but for single poses of slow links; there closures that are less hard lose less.
+# (mjMINVAL), whatever they are. With a run's flywheel and slow links its second one already is, and of what the first
+# leaves closures with 1e-13 of their inertia as regularisation make 7e-3 of the drive torque (saw, 40 rpm). With less
+# of a flywheel it goes on, but for single poses of slow links; there closures that are less hard lose less.
 LIGHTER = 1e-8
 LEAST_HARDENING = 1e-6
 NO_DRIVE = "without a flywheel there is no drive"
@@ -109,12 +112,33 @@ def nothing_told(mechanism: Mechanism, reason: str) -> ForceTracks:
     return ForceTracks(Instants(none, none, none, none), None, {}, untold)
 
 
+@cache
+def spatial_tendons_count() -> bool:
+    """Whether this version of MuJoCo counts the forces of spatial tendons in what its joints carry.
+
+    MuJoCo 4.0.0 does; the documentation of earlier ones tells that they do not.
+    """
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><site name="a"/><body pos="0 0 2"><joint type="slide"/><inertial pos="0 0 0" mass="1" '
+        'diaginertia="1 1 1"/><site name="b"/></body></worldbody><tendon><spatial stiffness="1" springlength="1">'
+        '<site site="a"/><site site="b"/></spatial></tendon></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mujoco.mj_rnePostConstraint(model, data)
+    return bool(abs(data.cfrc_ext[1, 5]) > 0.5)
+
+
 class _Reading:
     """Accelerations of the crank and components of all joints, as they are read state by state."""
 
     def __init__(self, made: Build) -> None:
         self._made, self._model, self._data = made, made.model, mujoco.MjData(made.model)
         self._mechanism = made.form.whole
+        told_twice = [
+            x for x in self._mechanism.loads if not (isinstance(x.along, Distance) and spatial_tendons_count())
+        ]
+        self._to_be_told = replace(self._mechanism, loads=tuple(told_twice))
         # Names are looked up once: in a model with a large mesh that takes longer than a step.
         self._bodies = [int(made.model.body(body.name).id) for body in self._mechanism.bodies]
         branches = {branch.joint.name: branch for branch in made.tree.branches}
@@ -127,7 +151,7 @@ class _Reading:
         model, data, crank = self._model, self._data, self._made.crank_dof
         self.acceleration = np.zeros(len(times))
         told = {name: np.zeros((len(times), 2)) for name in self._readers}
-        pushes = applied_forces(self._mechanism, poses, rates, times)
+        pushes = applied_forces(self._to_be_told, poses, rates, times)
         for k, time in enumerate(times):
             data.time, data.qpos[:], data.qvel[:] = time, coordinates[k], speeds[k]
             data.qacc_warmstart[:] = 0.0  # what is told of a state depends on it alone

@@ -2,8 +2,8 @@
 
 A load acts along the length of a tendon (the distance of two points; a turn, which is a sum of joint coordinates) or
 along the way of a site. A spring or damper on a tendon is the tendon's own; every other law that is linear in the way
-and its rate is an actuator without an input, whose bias is affine in both. A law that is not linear is an actuator whose
-bias a program gives (`load_laws`), at every evaluation of the forces: with RK4 four times a step.
+and its rate is an actuator without an input, whose bias is affine in both. A law that is not linear is an actuator
+whose bias a program gives (`load_laws`), at every evaluation of the forces: with RK4 four times a step.
 """
 
 from __future__ import annotations
