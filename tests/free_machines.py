@@ -39,9 +39,18 @@ def chain(four_bars: int) -> Mechanism:
     return Mechanism(f"chain-{four_bars}", tuple(bodies), tuple(joints), driver, poses, tip, gravity=GRAVITY)
 
 
+_EXACT: dict[tuple[int, float, int, float], tuple[Mechanism, FreeMotion]] = {}
+
+
 def exact(mechanism: Mechanism, timestep: float, steps: int, crank_rate: float, every: int = 1) -> FreeMotion:
-    """The exact motion at the instants of a free run."""
-    return ForwardDynamics(mechanism).motion(timestep * every * np.arange(steps // every + 1), crank_rate)
+    """The exact motion at the instants of a free run; made once for runs that are told at the same ones."""
+    count = steps // every + 1
+    # A mechanism is known by its identity, and kept, so that no other one gets it.
+    key = id(mechanism), round(timestep * every, 12), count, crank_rate
+    if key not in _EXACT:
+        times = timestep * (every * np.arange(count))
+        _EXACT[key] = mechanism, ForwardDynamics(mechanism).motion(times, crank_rate)
+    return _EXACT[key][1]
 
 
 def pose_error(run: FreeRun, exact: FreeMotion) -> float:

@@ -64,7 +64,7 @@ def free_run(
     with np.errstate(all="ignore"):
         told_poses, told_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
         told_poses[0], told_rates[0] = poses, rates
-        times = np.asarray(h * every * np.arange(len(told_poses)), dtype=float)
+        times = np.asarray(h * (every * np.arange(len(told_poses))), dtype=float)
         verdict = free_verdict(mechanism, times, told_poses, told_rates)
         energy = free_energy(mechanism, told_poses, told_rates)
     return FreeRun(times, told_poses, told_rates, energy, verdict.outcome, verdict.reason, seconds)
