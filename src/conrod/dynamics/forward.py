@@ -166,7 +166,7 @@ class ForwardDynamics:
         for name, (force, slope) in forces.items():
             if force != 0.0 and abs(slope) < STANDS and abs(push) < STANDS * largest:
                 raise InvalidInput(
-                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} N or N m) moves nothing: "
+                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} N or N m) moves nothing; "
                     "start beside it, or in motion"
                 )
 

@@ -84,10 +84,9 @@ class Course:
         message = solver.step()
         self._short = self._short + 1 if solver.t - solver.t_old < SHORT * self._end else 0
         if self._short > MOST_SHORT:
-            raise InvalidInput(
-                f"at t = {solver.t:g} s the motion comes to rest in a force that acts in one sense of motion alone, and "
-                "sticks there: end the force before the stroke ends, or give it friction instead"
-            )
+            sticks = "it comes to rest in a force that acts in one sense of motion alone, and sticks there; give friction"
+            why = sticks if self._kinks else "forces or inertia change too fast there"
+            raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {why}")
         if solver.status == "failed":
             raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {message}")
 

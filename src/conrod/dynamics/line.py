@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from conrod.dynamics.configurations import Configurations
 from conrod.dynamics.pieces import DEGREE, Samples
@@ -103,13 +104,26 @@ class Line:
         return row, 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0, turns
 
     def _series(self, piece: Samples) -> _Row:
-        at = reduced(self.configurations, piece, self.mechanism.loads)
-        if not at.inertia.min() > LEAST_INERTIA * at.inertia.max():
+        with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
+            at = reduced(self.configurations, piece, self.mechanism.loads)
+        least = _least(piece.series(at.inertia)) / at.inertia.max()
+        if not least > LEAST_INERTIA:
             raise InvalidInput(
-                f"{self.mechanism.name}: its inertia falls to {at.inertia.min() / at.inertia.max():.1g} of what it is "
-                "nearby, where hardly anything that has mass moves: give the crank an inertia"
+                f"{self.mechanism.name}: where hardly anything that has mass moves, its inertia falls to "
+                f"{max(least, 0.0):.1g} of what it is nearby: give the crank an inertia"
             )
         columns = np.column_stack([at.inertia, at.slope, at.potential, at.descent, at.value, at.rate])
         if not np.isfinite(columns).all():
             raise InvalidInput(f"{self.mechanism.name}: a force is not finite: the two points of a load meet")
         return _Row(piece, piece.series(columns))
+
+
+def _least(series: Array) -> float:
+    """The least value of a Chebyshev series: on a grid, and at the vertex of the parabola there."""
+    grid = np.linspace(-1.0, 1.0, 129)
+    values = chebyshev.chebval(grid, series)
+    k = min(max(int(np.argmin(values)), 1), len(grid) - 2)
+    before, least, after = values[k - 1 : k + 2]
+    bend, slope = before - 2.0 * least + after, 0.5 * (after - before)
+    vertex = least - 0.5 * slope**2 / bend if bend > abs(slope) else values.min()
+    return float(min(vertex, values.min()))

@@ -1,7 +1,7 @@
 """What a wrong mass does: exact sensitivities of drive torque and reactions, and what no quantity can see.
 
-Drive torque and reactions are the multipliers of M q'' - Q = J^T lambda. J has no mass in it, so the derivative
-by a mass, by a place of a centre of gravity or by an inertia solves the same equations with the derivative of M q'' - Q on the left.
+Drive torque and reactions are the multipliers of M q'' - Q = J^T lambda. J has no mass in it, so the derivative by a
+mass, a place of a centre of gravity or an inertia solves the same equations with that of M q'' - Q on the left.
 """
 
 from __future__ import annotations
