@@ -9,11 +9,14 @@ from dataclasses import dataclass
 from typing import Generic, Protocol
 
 from conrod.cam_law import LawProfile
+from conrod.engines.forces import ForceTracks
+from conrod.engines.free import FreeRun
 from conrod.engines.ingredient import Ingredient
 from conrod.engines.mobility_count import MobilityCount
 from conrod.engines.rule import Grid, Rule
 from conrod.engines.variations import AnySettings, Variations
 from conrod.kinematics import Kinematics
+from conrod.mechanism import Mechanism
 from conrod.motion import Array
 from conrod.trajectory import Piece, Trajectory
 
@@ -142,6 +145,37 @@ class Engine(ABC, Generic[AnySettings]):
         """The run of `run`, bit for bit, in pieces of so many steps: memory does not grow with the revolutions.
 
         The first piece has the start beside its steps.
+        """
+
+    @abstractmethod
+    def forces(
+        self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0
+    ) -> ForceTracks:
+        """Drive torque and joint reactions of a run at constant crank speed, by the engine's own account.
+
+        What it does not tell is `unsupported`, with the reason; so is all of a run that did not come to its end.
+        """
+
+    @abstractmethod
+    def free_run(
+        self,
+        mechanism: Mechanism,
+        preset: str,
+        timestep: float,
+        steps: int,
+        poses: Array,
+        rates: Array,
+        every: int = 1,
+    ) -> FreeRun:
+        """A motion without drive: free, or under the mechanism's loads.
+
+        Args:
+            timestep: of the engine [s].
+            poses, rates: exact ones of all bodies to start from, each (3 n,), which the joints allow.
+            every: how many steps lie between two instants that are told.
+
+        Raises:
+            InvalidInput: there is no such preset, or the engine cannot have the mechanism; says why.
         """
 
     @abstractmethod
