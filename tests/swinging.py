@@ -16,7 +16,9 @@ def four_bar(crank: float = 0.1, rocker: float = 0.1, start: float = 0.6) -> Mec
         Revolute(j.name, j.a, j.b, j.point_a, (rocker, 0.0)) if isinstance(j, Revolute) and j.name == "q0" else j
         for j in mechanism.joints
     )
-    return Mechanism("four-bar", mechanism.bodies, joints, mechanism.driver, mechanism.poses, mechanism.observed, GRAVITY)
+    return Mechanism(
+        "four-bar", mechanism.bodies, joints, mechanism.driver, mechanism.poses, mechanism.observed, GRAVITY
+    )
 
 
 def chain(count: int, start: float = 0.6) -> tuple[Mechanism, float, float]:

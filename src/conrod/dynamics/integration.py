@@ -84,7 +84,9 @@ class Course:
         message = solver.step()
         self._short = self._short + 1 if solver.t - solver.t_old < SHORT * self._end else 0
         if self._short > MOST_SHORT:
-            sticks = "it comes to rest in a force that acts in one sense of motion alone, and sticks there; give friction"
+            sticks = (
+                "it comes to rest in a force that acts in one sense of motion alone, and sticks there; give friction"
+            )
             why = sticks if self._kinks else "forces or inertia change too fast there"
             raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {why}")
         if solver.status == "failed":
