@@ -5,6 +5,12 @@ is would be early by half a step, for good, since nothing but the start prescrib
 back by half a step, x_0 - h v_0 / 2, and the first step has half the length: it ends in the given poses, with the
 velocities of t = h / 2. The rates told are means of those before and after. Contact is corrected by velocities of its
 own, and its velocities belong to t_n as they are.
+
+What is left is of order 2, energy is lost with it. Where branches of a linkage meet its joints are redundant, and the
+iteration slow: what it leaves there costs energy at every passage, the more the more steps a passage has. Two four-bars
+in a row of 1 m, tuned, stay on their branch through the ten passages of ten seconds, but are off by 1.1e-2 of their
+travel with h = 2.5 ms, 0.7e-2 with 1.25 ms, and 0.7 with 0.3 ms; with 64 times the iterations by 0.6e-2, 1.0e-3 and
+2.4e-4 (0.6 ms).
 """
 
 from __future__ import annotations
