@@ -22,7 +22,7 @@ def four_bar(crank: float = 0.1, rocker: float = 0.1, start: float = 0.6) -> Mec
 
 
 def chain(count: int, start: float = 0.6) -> tuple[Mechanism, float, float]:
-    """Parallelograms in a row; with them the inertia [kg m^2] and the moment [kg m] about the pins of all that swings."""
+    """Parallelograms in a row; with them inertia [kg m^2] and moment [kg m] about the pins of all that swings."""
     a, w = 0.1, 0.3
     x, y = a * math.cos(start), a * math.sin(start)
     bodies, joints = [Body("r0", 1.0, 0.002, (a / 2, 0.0))], [Revolute("s", GROUND, "r0", (0.0, 0.0), (0.0, 0.0))]
@@ -43,7 +43,7 @@ def chain(count: int, start: float = 0.6) -> tuple[Mechanism, float, float]:
 
 
 def pendulum(released: float) -> tuple[Mechanism, float]:
-    """A pendulum that is let go at an angle [rad] from hanging down; with it the square of its small swings' frequency."""
+    """A pendulum that is let go at an angle [rad] from hanging down; with it the square of small swings' frequency."""
     bob = Body("bob", 2.0, 0.03, (0.4, 0.0))
     start = released - math.pi / 2.0
     mechanism = Mechanism(

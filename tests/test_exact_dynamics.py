@@ -1,4 +1,4 @@
-"""Exact dynamics: two derivations of a torque agree, energy is kept, known free motions are met; and defects are seen."""
+"""Exact dynamics: two derivations of a torque agree, energy is kept, known free motions are met, defects are seen."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def random_loads(mechanism: Mechanism, seed: int) -> Mechanism:
     chance = np.random.default_rng(seed)
     names = [GROUND, *(body.name for body in mechanism.bodies)]
     laws: list[Law] = [
-        Elastic(300.0, 0.1), Viscous(3.0), Steady(5.0), Friction(2.0, 0.1), TimePulse(4.0, 0.0, 0.5), SpeedLine(2.0, 30.0),
-        StrokePulse(20.0, -0.1, 0.3, 1),
+        Elastic(300.0, 0.1), Viscous(3.0), Steady(5.0), Friction(2.0, 0.1), TimePulse(4.0, 0.0, 0.5),
+        SpeedLine(2.0, 30.0), StrokePulse(20.0, -0.1, 0.3, 1),
     ]  # fmt: skip
     loads = []
     for k, law in enumerate(laws):

@@ -42,7 +42,7 @@ LOADS: dict[str, Any] = {
         "weight": {"body": "slider", "force": [0, "-10 N"]},
         "gas": {"point": "slider", "direction": "180 deg", "law": "constant", "force": "1 kN"},
         "cut": {
-            "point": "slider", "direction": 0, "law": "stroke-pulse", "peak": "5 kN", "begin": "500 mm", "end": "750 mm",
+            "point": "slider", "direction": 0, "law": "stroke-pulse", "peak": "5 kN", "begin": 0.5, "end": "750 mm",
             "against": "forward",
         },
         "knock": {"point": "rod.G", "direction": "90 deg", "law": "time-pulse", "peak": 20, "end": "10 ms"},

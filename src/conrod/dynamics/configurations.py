@@ -159,7 +159,7 @@ def _tail(piece: Samples) -> float:
     """The last coefficients of the curvature, but for rounding, against its own size."""
     series = piece.series(piece.curvatures)
     size = max(1.0, float(np.abs(piece.curvatures).max()), piece.noise / TAIL)
-    return float(np.abs(series[-2:]).max()) / size
+    return float(np.abs(series[piece.degree - 1 : piece.degree + 1]).max()) / size
 
 
 def _reversed(piece: Samples) -> Samples:

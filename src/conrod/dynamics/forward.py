@@ -51,7 +51,7 @@ class FreeMotion:
 
     @property
     def drift(self) -> float:
-        """Largest error of the balance of energy, against the largest kinetic energy."""
+        """Largest error of the balance of energy, against the largest kinetic energy or change of the potential one."""
         balance = self.energy - self.work
         return float(np.abs(balance - balance[0]).max()) / self.scale
 
@@ -106,7 +106,7 @@ class ForwardDynamics:
             self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads), breaks(self.loads)
         )
         states = course.run(times, start, self._passing)
-        return self._told(times, *states.T, tuple(sorted(course.passed)))
+        return self._told(times, states, tuple(sorted(course.passed)))
 
     def start_rate(self, given: Mapping[str, float]) -> float:
         """Rate of the arc length at the start [1/s], of given turn rates of bodies [rad/s]; 0 where none is given.
@@ -150,7 +150,7 @@ class ForwardDynamics:
         """The force along the arc length of loads that are no potential."""
         total = 0.0
         for law, value, slope in zip(self._driven, at.values, at.rates, strict=True):
-            total += float(law.force(value, slope * rate, np.float64(time))) * float(slope)
+            total += float(law.force(np.asarray(value), np.asarray(slope * rate), np.asarray(time))) * float(slope)
         if not math.isfinite(total):
             raise InvalidInput(f"{self.mechanism.name}: a force is not finite at t = {time:g} s")
         return total
@@ -166,7 +166,7 @@ class ForwardDynamics:
         for name, (force, slope) in forces.items():
             if force != 0.0 and abs(slope) < STANDS and abs(push) < STANDS * largest:
                 raise InvalidInput(
-                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} N or N m) moves nothing; "
+                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} N or Nm) moves nothing; "
                     "start beside it, or in motion"
                 )
 
@@ -198,7 +198,8 @@ class ForwardDynamics:
 
     # -- what is told of it ------------------------------------------------------------------------------------------
 
-    def _told(self, times: Array, along: Array, rate: Array, work: Array, crossings: tuple[float, ...]) -> FreeMotion:
+    def _told(self, times: Array, states: Array, crossings: tuple[float, ...]) -> FreeMotion:
+        along, rate, work = states.T
         shape = (len(times), 3 * len(self.mechanism.bodies))
         poses, rates, accelerations = (np.empty(shape) for _ in range(3))
         kinetic, potential = np.empty(len(times)), np.empty(len(times))
@@ -208,5 +209,5 @@ class ForwardDynamics:
             acceleration = self._rates(float(t), np.array([s, v, 0.0]))[1]
             poses[k], tangent, curvature = self.line.point(float(s))
             rates[k], accelerations[k] = tangent * v, tangent * acceleration + curvature * v * v
-        scale = float(kinetic.max()) or 1.0
+        scale = float(max(kinetic.max(), np.ptp(potential))) or 1.0
         return FreeMotion(times, poses, rates, accelerations, kinetic + potential, work, along, crossings, scale)

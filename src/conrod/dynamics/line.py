@@ -63,7 +63,8 @@ class Line:
         row, local, _ = self._row(along)
         told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
         values, rates = told[4:].reshape(2, -1)
-        return At(*(float(some) for some in told[:4]), values, rates)
+        inertia, slope, potential, descent = (float(some) for some in told[:4])
+        return At(inertia, slope, potential, descent, values, rates)
 
     def point(self, along: float) -> tuple[Array, Array, Array]:
         """Poses and their first and second derivatives by the arc length, each (3 n,)."""

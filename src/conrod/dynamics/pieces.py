@@ -18,6 +18,7 @@ NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev-Lobatto, in
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
 KEPT = 0.15  # of the largest nearness on a piece: nodes below it lose too many digits to a crossing of branches
 MOST_LOST = 5  # nodes of a piece
+LOST_ORDERS = 2  # of its series for each of them, so that what is left tells it well
 ENOUGH, AWAY = 5, 0.35  # places on a piece, and of their largest nearness the least, that tell that no branch crosses
 FITS = 1e-11  # what the smooth continuation may leave of the joints' equations, without units
 ROUNDING = 2e-15  # in the joints' equations
@@ -30,6 +31,7 @@ class Samples:
 
     Attributes:
         crossing: arc length where branches cross on the piece, if they do.
+        degree: of the series that was fitted where nodes near a crossing were left out.
         noise: what rounding leaves of the curvatures where branches come close to each other.
     """
 
@@ -40,6 +42,7 @@ class Samples:
     curvatures: Array
     crossing: float | None = None
     noise: float = 0.0
+    degree: int = DEGREE
 
     def series(self, values: Array) -> Array:
         """Chebyshev coefficients over the piece of values (DEGREE + 1, ...) at its nodes."""
@@ -61,7 +64,7 @@ def sampled(curve: JointCurve, places: list[Place], start: float) -> Samples | N
     _, frame, good = found
     # Arc length over the distance along the chord, by integrating its exact derivative.
     rates = _fitted(NODES[good], 1.0 / np.sum(frame.tangent * direction, axis=1))
-    integral = chebyshev.chebint(rates, lbnd=-1.0) * 0.5 * span
+    integral = np.asarray(chebyshev.chebint(rates, lbnd=-1.0) * 0.5 * span, dtype=float)
     length = float(chebyshev.chebval(1.0, integral))
     local = _inverted(integral, rates, span, 0.5 * length * (NODES + 1.0))
     found = _followed(curve, guess, direction, 0.5 * span * (local + 1.0), smooth)
@@ -75,7 +78,9 @@ def sampled(curve: JointCurve, places: list[Place], start: float) -> Samples | N
     points, tangents, curvatures = (chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in some)
     crossing = start + 0.5 * length * (1.0 + float(NODES[~good].mean()))
     fits = float(np.abs(curve.coefficient([points])).max()) <= FITS
-    return Samples(start, start + length, points, tangents, curvatures, crossing, noise) if fits else None
+    return (
+        Samples(start, start + length, points, tangents, curvatures, crossing, noise, _degree(good)) if fits else None
+    )
 
 
 def _followed(
@@ -110,9 +115,13 @@ def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: 
     return np.asarray(good) if inside else None
 
 
+def _degree(good: NDArray[np.bool_]) -> int:
+    return DEGREE - LOST_ORDERS * int(np.count_nonzero(~good))
+
+
 def _fitted(nodes: Array, values: Array) -> Array:
     """Chebyshev coefficients (DEGREE + 1, ...) of values at some nodes; without the highest orders if not at all."""
-    degree = DEGREE - 2 * (DEGREE + 1 - len(nodes))
+    degree = DEGREE - LOST_ORDERS * (DEGREE + 1 - len(nodes))
     low = np.linalg.lstsq(chebyshev.chebvander(nodes, degree), values, rcond=None)[0]
     return np.concatenate([low, np.zeros((DEGREE - degree, *values.shape[1:]))])
 

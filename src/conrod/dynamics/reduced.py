@@ -14,8 +14,7 @@ from conrod.dynamics.configurations import Configurations
 from conrod.dynamics.coordinates import coordinate_jet
 from conrod.dynamics.pieces import Samples
 from conrod.joint_equations import pose_jets
-from conrod.loads import Load
-from conrod.mechanism import Mechanism
+from conrod.loads import CONSERVATIVE, Load
 from conrod.motion import Array
 
 
@@ -56,9 +55,9 @@ def reduced(configurations: Configurations, piece: Samples, loads: Sequence[Load
         descent += fx * x[1] + fy * y[1]
     values, rates = [], []
     for load in loads:
-        along = coordinate_jet(load.along, bodies).coefficients
-        if load.conservative:
-            potential += load.law.energy(along[0])  # type: ignore[union-attr]
+        along = [np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients]
+        if isinstance(load.law, CONSERVATIVE):
+            potential += load.law.energy(along[0])
             descent += load.law.force(along[0], along[1], np.zeros_like(along[0])) * along[1]
         else:
             values.append(along[0])
@@ -69,9 +68,3 @@ def reduced(configurations: Configurations, piece: Samples, loads: Sequence[Load
         np.column_stack(values) if values else np.zeros(shape),
         np.column_stack(rates) if rates else np.zeros(shape),
     )  # fmt: skip
-
-
-def weight_scale(mechanism: Mechanism) -> float:
-    """Of the energies of a mechanism's weight [J], where nothing else tells one."""
-    gravity = float(np.hypot(*mechanism.gravity))
-    return sum(body.mass for body in mechanism.bodies) * gravity

@@ -115,7 +115,7 @@ def _sparse(rows: Array) -> Array:
     """The same space by rows of few entries: reduced to echelon form, the largest entries first."""
     rows = rows.copy()
     for k in range(len(rows)):
-        i, j = np.unravel_index(np.abs(rows[k:]).argmax(), rows[k:].shape)
+        i, j = (int(at) for at in np.unravel_index(np.abs(rows[k:]).argmax(), rows[k:].shape))
         rows[[k, k + i]] = rows[[k + i, k]]
         rows[k] /= rows[k, j]
         for other in range(len(rows)):
