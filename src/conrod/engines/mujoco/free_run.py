@@ -28,11 +28,12 @@ from conrod.mechanism import Mechanism
 from conrod.motion import Array
 
 PIECE = 4096  # steps whose states are kept together
-# Without a flywheel the solver's tolerance means what it says; what is left of the regularisation is 1e-9 of the
-# closures' inertia, beyond which more is lost in rounding than is gained (docs/hardening.md, "Which factor").
-FREE_HARDENING = 1e-5
+# What is left of the regularisation is 1e-11 of the closures' inertia. At a change point, where a linkage could go two
+# ways, what is left of it decides: parallelograms that turn over kept their branch for ten seconds with 1e-11, and one
+# left it at 1.25 s with 1e-6 (steps of 5 ms). So does the time constant: of forty steps, they are lost.
+FREE_HARDENING = 1e-7
 STOCK_TOLERANCE = 1e-8
-SLOW_STEPS = 40.0  # time constant of what closes hard loops
+FREE_STEPS = 10.0  # time constant of what closes hard loops
 
 
 def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoSettings:
@@ -61,7 +62,7 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoS
         return tuned
     if contact:
         raise InvalidInput(f"{mechanism.name}: hardening does not apply to contact; the nearest preset is 'tuned'")
-    return replace(tuned, preset="hardened", solref=(SLOW_STEPS * timestep, 1.0), hardening=FREE_HARDENING)
+    return replace(tuned, preset="hardened", solref=(FREE_STEPS * timestep, 1.0), hardening=FREE_HARDENING)
 
 
 def free_run(

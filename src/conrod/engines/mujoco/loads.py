@@ -67,10 +67,15 @@ def load_points(body: str, tree: Tree) -> list[tuple[str, Point]]:
         match load.along:
             case Distance() as along:
                 ends = ((along.a, along.point_a), (along.b, along.point_b))
-                points |= {f"{load.name}.{end}": point for end, point in ends if end == body}
+                points |= {_site_name(load, end): point for end, point in ends if end == body}
             case Displacement() as along if along.body == body:
-                points[f"{load.name}.{body}"] = along.point
+                points[_site_name(load, body)] = along.point
     return list(points.items())
+
+
+def _site_name(load: Load, body: str) -> str:
+    # Not that of a joint's site, should the two have one name.
+    return f"{load.name}.load.{body}"
 
 
 # -- tendons ----------------------------------------------------------------------------------------------------------
@@ -88,7 +93,7 @@ def add_load_tendons(root: ET.Element, tree: Tree) -> None:
         if isinstance(along, Distance):
             tendon = add(tendons, "spatial", name=load.name)
             for end in (along.a, along.b):
-                add(tendon, "site", site=f"{load.name}.{end}")
+                add(tendon, "site", site=_site_name(load, end))
         else:
             assert isinstance(along, Turn)
             tendon = add(tendons, "fixed", name=load.name)
@@ -150,7 +155,7 @@ def add_forces(root: ET.Element, tree: Tree, with_program: bool) -> None:
     for load in loads:
         push = add(actuators, "general", name=load.name)
         if isinstance(load.along, Displacement):
-            push.set("site", f"{load.name}.{load.along.body}")
+            push.set("site", _site_name(load, load.along.body))
             push.set("refsite", GROUND)
             way = (math.cos(load.along.direction), math.sin(load.along.direction))
             push.set("gear", numbers([*way, 0.0, 0.0, 0.0, 0.0]))

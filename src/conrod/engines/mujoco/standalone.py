@@ -11,9 +11,10 @@ from typing import Protocol
 import numpy as np
 
 from conrod.engines.engine import Machine, default_steps, run_of
+from conrod.engines.mujoco.loads import by_program, moves_nothing
 from conrod.engines.mujoco.mjcf import Dress, mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.tree import spanning_tree
+from conrod.engines.tree import Tree, spanning_tree
 
 
 class DescribedMachine(Machine, Protocol):
@@ -49,11 +50,11 @@ def standalone_mjcf(name: str, machine: DescribedMachine, steps_per_revolution: 
     tree = spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
     rates = tree.rates(poses, slopes * machine.speed)[0]
     settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
-    dress = Dress(_header(name, machine, settings), tuple(float(rate) for rate in rates))
+    dress = Dress(_header(name, machine, settings, tree), tuple(float(rate) for rate in rates))
     return mjcf(tree, settings, f"conrod-{name}", dress)
 
 
-def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
+def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: Tree) -> str:
     mechanism = machine.kinematics.mechanism
     points = " and ".join(point.name for point in mechanism.observed)
     values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
@@ -67,6 +68,7 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> s
         "before the step.",
         "LOAD THE KEYFRAME 'start' FIRST: it sets the machine in motion (mj_resetDataKeyframe(model, data, 0)). "
         f"Without it the machine stands still.{_pass(machine)}",
+        *_loads(tree),
         f"Settings: conrod's preset 'tuned' at {settings.steps_per_revolution} steps a revolution. The solver "
         "tolerance of 0 is needed: with this armature MuJoCo's default ends the solver before its first iteration, and "
         "what closes the joints does not act.",
@@ -75,6 +77,23 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> s
     text = "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)
     # Two hyphens would end the comment, and what a machine's file says after them would be part of the model.
     return re.sub("-(?=-)", "- ", text)
+
+
+def _loads(tree: Tree) -> list[str]:
+    """What the model has of the loads, and what it has not; nothing of a machine without them."""
+    loads = tree.mechanism.loads
+    no_words = by_program(tree.mechanism)
+    idle = [load for load in loads if load not in no_words and moves_nothing(load, tree)]
+    kept = ", ".join(load.name for load in loads if load not in no_words and load not in idle)
+    told = [f"Loads in this model, as tendons or as actuators without an input: {kept}."] if kept else []
+    for reason, left_out in (
+        ("because MJCF has no words for their laws", no_words),
+        ("because they turn what slides hold, and move nothing", idle),
+    ):
+        if left_out:
+            names = ", ".join(f"{load.name} ({load.law})" for load in left_out)
+            told.append(f"NOT IN THIS MODEL, {reason}: {names}.")
+    return told
 
 
 def _pass(machine: Machine) -> str:
