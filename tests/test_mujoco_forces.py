@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -119,6 +120,14 @@ def test_the_crank_keeps_its_speed_with_the_flywheel_of_forces() -> None:
         assert force_settings(settings).armature < settings.armature
 
 
+def test_the_flywheel_knows_the_work_of_loads() -> None:
+    """A torque of 50 kN m on the press: it gives as much in a turn as it takes from the drive."""
+    press = machine("shear-press", loads=(Load("cut", Turn("ground", "crank"), Steady(5e4)),))
+    tracks = told(press, 250)
+    assert np.abs(tracks.instants.rate / press.speed - 1.0).max() < 1e-5
+    assert errors(tracks, press)[0] < 1e-7
+
+
 @pytest.mark.parametrize("load", [*([load] for load in LOADS), LOADS], ids=[*(load.name for load in LOADS), "all"])
 def test_loads_are_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
     saw = machine("saw-500rpm", loads=tuple(load))
@@ -160,7 +169,7 @@ class Described:
     scene: Scene
     machine: Machine
 
-    def __getattr__(self, name: str) -> object:
+    def __getattr__(self, name: str) -> Any:
         return getattr(self.machine if name in {"kinematics", "speed"} else self.scene, name)
 
 

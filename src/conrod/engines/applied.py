@@ -6,8 +6,11 @@ import numpy as np
 
 from conrod.dynamics.coordinates import coordinate_jet, gradient
 from conrod.joint_equations import pose_jets
+from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
+
+SAMPLES = 720  # of a turn, for the work of loads: an estimate of its size
 
 
 def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:
@@ -31,3 +34,18 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
     for constant in mechanism.forces:
         result[:, mechanism.body_index[constant.body], :2] += constant.force
     return result
+
+
+def load_work(kinematics: Kinematics, speed: float) -> float:
+    """What loads give and take in a turn, or over the driver's span, at a crank speed [rad/s]: added up [J]."""
+    mechanism = kinematics.mechanism
+    if not mechanism.loads:
+        return 0.0
+    angles, (first, last) = kinematics.angles(SAMPLES), kinematics.span
+    poses, slopes = kinematics.derivatives(angles, 1)
+    bodies, work = pose_jets(mechanism, [poses, slopes]), 0.0
+    for load in mechanism.loads:
+        value, slope = (np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients)
+        power = load.law.force(value, slope * speed, angles / speed) * slope
+        work += (last - first) * float(np.mean(np.abs(power)))
+    return work

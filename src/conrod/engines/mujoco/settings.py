@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from conrod.engines.applied import load_work
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.left_out_rod import BODY, ROD_FORMS
 from conrod.engines.mujoco.hardening import HARDENING
@@ -133,15 +134,15 @@ def flywheel(machine: Machine) -> float:
     """Armature [kg m^2] that keeps the crank at its speed, a power of ten.
 
     The ripple of the rate is (energy exchanged in a turn) / (armature x speed^2). All links moving with the largest
-    velocity of an observed point, and falling through its whole travel, exchange more than any turn does; the
-    armature bounds the ripple by 1e-13 of that.
+    velocity of an observed point, and falling through its whole travel, exchange more than any turn does, but for the
+    work of loads; the armature bounds the ripple by 1e-13 of that.
     """
     kinematics = machine.kinematics
     mass = sum(body.mass for body in kinematics.mechanism.bodies)
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
     weight += sum(math.hypot(*force.force) for force in kinematics.mechanism.forces)
     kinetic = mass * kinematics.travel**2
-    potential = weight * kinematics.travel / machine.speed**2
+    potential = (weight * kinematics.travel + load_work(kinematics, machine.speed)) / machine.speed**2
     return 10.0 ** math.ceil(math.log10(1e13 * (kinetic + potential)))
 
 
