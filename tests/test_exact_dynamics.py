@@ -33,7 +33,8 @@ from conrod.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism import GROUND, Body, Mechanism
+from conrod.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute
+from conrod.rolling import Rolling
 from tests.swinging import chain, four_bar, pendulum, slider_crank
 
 MACHINES = ("six-bar", "two-slider-linkage", "inverted-slider-crank", "planetary-gear", "rack-and-wheel", "cam-3-4-5")
@@ -172,7 +173,11 @@ def test_a_parallelogram_itself_is_told_apart_from_that() -> None:
     points = np.concatenate([piece.points for piece in configurations.ahead])
     sine = np.sin(points[:, 8] - points[:, 5])
     assert sine.min() < -0.1 < 0.1 < sine.max()
-    assert sum(piece.crossing is not None for piece in configurations.ahead) == 1
+    (crossed,) = (piece for piece in configurations.ahead if piece.crossing is not None)
+    # Told where it is: the links lie in one line.
+    share = 2.0 * (crossed.crossing - crossed.start) / (crossed.stop - crossed.start) - 1.0
+    turn = np.polynomial.chebyshev.chebval(share, crossed.series(crossed.points[:, 2]))
+    assert turn == pytest.approx(math.pi, abs=1e-6)
 
 
 def sprung(mechanism: Mechanism) -> Mechanism:
@@ -266,12 +271,12 @@ def test_sensitivities_are_difference_quotients_of_the_forces(name: str) -> None
     kinematics, speed = kinematics_of(name)
     mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
     for some in sensitivities(kinematics, state):
-        if some.property.startswith("centre"):
+        if some.quality.startswith("centre"):
             continue
         moved = []
         for sign in (1.0, -1.0):
             bodies = tuple(
-                replace(b, **{some.property: getattr(b, some.property) + sign * some.change})
+                replace(b, **{some.quality: getattr(b, some.quality) + sign * some.change})
                 if b.name == some.body
                 else b
                 for b in mechanism.bodies
@@ -286,7 +291,7 @@ def test_a_centre_of_gravity_is_seen_as_the_torque_says() -> None:
     mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
     body = mechanism.bodies[1]
     (found,) = (
-        s for s in sensitivities(kinematics, state) if (s.body, s.property) == (body.name, "centre_of_gravity.y")
+        s for s in sensitivities(kinematics, state) if (s.body, s.quality) == (body.name, "centre_of_gravity.y")
     )
     step, moved = 1e-4, []
     for sign in (step, -step):
@@ -301,10 +306,57 @@ def test_what_no_quantity_can_see_is_listed() -> None:
     kinematics = Kinematics(slider_crank())
     angle = np.linspace(0.0, 6.0, 20)
     found = sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle, angle))
-    unseen = {(s.body, s.property) for s in found if s.unseen}
+    unseen = {(s.body, s.quality) for s in found if s.unseen}
     # The slider does not turn; the crank turns evenly. With angular acceleration the crank's is seen.
     assert unseen == {("slider", INERTIA), ("crank", INERTIA)}
     quickening = sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle + 3.0, angle))
-    assert {(s.body, s.property) for s in quickening if s.unseen} == {("slider", INERTIA)}
+    assert {(s.body, s.quality) for s in quickening if s.unseen} == {("slider", INERTIA)}
     # The torque alone does not tell the crank's inertia from its mass at a distance.
     assert len(blind_changes(quickening, [TORQUE])) > len(blind_changes(quickening)) >= 1
+
+
+def wheels(ratio: float) -> Mechanism:
+    """Two wheels on fixed shafts; the second one turns by so much of a turn for each of the first."""
+    radius, other = 0.1, 0.1 / ratio
+    away = radius + other
+    bodies = (Body("crank", 1.0, 0.005, (0.02, 0.0)), Body("wheel", 1.0, 0.01, (0.0, 0.03)))
+    joints = (
+        Revolute("shaft", GROUND, "crank", (0.0, 0.0), (0.0, 0.0)),
+        Revolute("axle", GROUND, "wheel", (away, 0.0), (0.0, 0.0)),
+        Rolling("mesh", "crank", "wheel", (0.0, 0.0), (0.0, 0.0), radius, other, 0.0),
+    )
+    poses = {"crank": (0.0, 0.0, 0.0), "wheel": (away, 0.0, 0.0)}
+    observed = (ObservedPoint("P", "wheel", (0.05, 0.0)),)
+    return Mechanism("wheels", bodies, joints, Driver("shaft"), poses, observed, (0.0, -9.81))
+
+
+@pytest.mark.parametrize(("ratio", "turns"), [(0.5, 2), (0.99, 100), (math.sqrt(0.5), None)])
+def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, turns: int | None) -> None:
+    """Of 99 to 100 the second wheel passes its start by a hundredth of a turn, turn after turn: that is not closed."""
+    configurations = Configurations(wheels(ratio))
+    per_turn = 2.0 * math.pi * math.hypot(1.0, ratio)
+    configurations.reach(3.5 * per_turn)
+    if turns == 2:
+        assert configurations.loop is not None
+        assert configurations.loop.length == pytest.approx(2.0 * per_turn)
+        assert np.abs(configurations.loop.gain[[2, 5]]) == pytest.approx([4.0 * math.pi, 2.0 * math.pi])
+    else:
+        assert configurations.loop is None
+
+
+@pytest.mark.parametrize("rate", [20.0, -20.0])
+def test_wheels_whose_turns_never_come_out_keep_their_energy(rate: float) -> None:
+    motion = ForwardDynamics(wheels(math.sqrt(0.5))).motion(np.linspace(0.0, 1.0, 21), rate)
+    assert motion.drift < 1e-11
+    assert motion.poses[:, 5] == pytest.approx(-math.sqrt(0.5) * motion.poses[:, 2], abs=1e-11)
+
+
+def test_a_roller_passes_from_arc_to_arc_of_its_cam() -> None:
+    """The curvature jumps there: pieces end, and the energy is kept."""
+    kinematics, speed = kinematics_of("cam-follower")
+    forward = ForwardDynamics(kinematics.mechanism)
+    motion = forward.motion(np.linspace(0.0, 1.1 * abs(2.0 * math.pi / speed), 23), speed)
+    assert motion.drift < 1e-11
+    pieces = [*forward.line.configurations.behind[::-1], *forward.line.configurations.ahead]
+    jumps = [np.abs(b.curvatures[0] - a.curvatures[-1]).max() for a, b in zip(pieces, pieces[1:], strict=False)]
+    assert sum(jump > 1e-3 for jump in jumps) >= 4

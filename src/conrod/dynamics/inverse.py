@@ -64,7 +64,7 @@ class InverseDynamics:
         right = inertia_forces(mechanism, poses, rates, accelerations) - self._applied(poses, rates, state.time)
         transposed = np.swapaxes(self._kinematics.jacobian(poses), 1, 2)
         multipliers = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
-        return self.forces_of(multipliers)
+        return self.forces_of(np.asarray(multipliers, dtype=float))
 
     def forces_of(self, multipliers: Array) -> JointForces:
         """Multipliers (T, 3 n) of all equations by joint and component."""

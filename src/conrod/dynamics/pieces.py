@@ -17,11 +17,11 @@ NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev-Lobatto, in
 # Values at the nodes to coefficients; a discrete cosine transform by its matrix, since it is small.
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
 KEPT = 0.15  # of the largest nearness on a piece: nodes below it lose too many digits to a crossing of branches
-MOST_LOST = 5  # nodes of a piece
+MOST_LOST = 3  # nodes of a piece
 LOST_ORDERS = 2  # of its series for each of them, so that what is left tells it well
 ENOUGH, AWAY = 5, 0.35  # places on a piece, and of their largest nearness the least, that tell that no branch crosses
 FITS = 1e-11  # what the smooth continuation may leave of the joints' equations, without units
-ROUNDING = 2e-15  # in the joints' equations
+ROUNDING = 2e-16  # in the joints' equations
 TAIL = 1e-12  # of the last coefficients, against the curvature that they tell: the series has converged
 
 
@@ -76,7 +76,7 @@ def sampled(curve: JointCurve, places: list[Place], start: float) -> Samples | N
         return Samples(start, start + length, points, frame.tangent, frame.curvature, noise=noise)
     some = (points, frame.tangent, frame.curvature)
     points, tangents, curvatures = (chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in some)
-    crossing = start + 0.5 * length * (1.0 + float(NODES[~good].mean()))
+    crossing = start + 0.5 * length * (1.0 + _crossing(good, frame.nearness))
     fits = float(np.abs(curve.coefficient([points])).max()) <= FITS
     return (
         Samples(start, start + length, points, tangents, curvatures, crossing, noise, _degree(good)) if fits else None
@@ -113,6 +113,16 @@ def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: 
     good = nearness >= KEPT * np.nanmax(nearness)
     inside = good[0] and good[-1] and np.count_nonzero(~good) <= MOST_LOST
     return np.asarray(good) if inside else None
+
+
+def _crossing(good: NDArray[np.bool_], nearness: Array) -> float:
+    """Where on a piece, from -1 to 1, branches cross: nearness, with the sign of the side, goes through 0 there."""
+    nodes, middle = NODES[good], float(NODES[~good].mean())
+    signed = np.where(nodes < middle, -nearness, nearness)
+    beside = np.searchsorted(nodes, middle) + np.arange(-2, 2)
+    inside = beside[(beside >= 0) & (beside < len(nodes))]
+    # Its inverse is interpolated, of which only the value at 0 is wanted.
+    return float(np.polyfit(signed[inside], nodes[inside], len(inside) - 1)[-1])
 
 
 def _degree(good: NDArray[np.bool_]) -> int:

@@ -38,7 +38,7 @@ class Sensitivity:
     """
 
     body: str
-    property: str
+    quality: str
     change: float
     derivatives: dict[str, Array]
     effects: dict[str, float]
@@ -74,7 +74,7 @@ def sensitivities(kinematics: Kinematics, state: State) -> tuple[Sensitivity, ..
     for body in mechanism.bodies:
         for name, left in _derivatives(mechanism, body, poses, rates, accelerations).items():
             multipliers = np.linalg.solve(jacobian, left[:, :, None])[:, :, 0]
-            told = quantities(inverse.forces_of(multipliers))
+            told = quantities(inverse.forces_of(np.asarray(multipliers, dtype=float)))
             change = _change(kinematics, body, name)
             effects = {key: float(np.abs(value).max()) * change / peaks[key] for key, value in told.items()}
             found.append(Sensitivity(body.name, name, change, told, effects))
@@ -106,7 +106,7 @@ def blind_changes(found: Sequence[Sensitivity], among: Sequence[str] | None = No
     _, sizes, directions = np.linalg.svd(matrix, full_matrices=False)
     blind = _sparse(directions[sizes <= SEEN * sizes[0]])
     return tuple(
-        Blind({(s.body, s.property): float(v) * s.change for s, v in zip(found, row, strict=True) if abs(v) > 1e-6})
+        Blind({(s.body, s.quality): float(v) * s.change for s, v in zip(found, row, strict=True) if abs(v) > 1e-6})
         for row in blind
     )
 
