@@ -28,12 +28,14 @@ from conrod.mechanism import Mechanism
 from conrod.motion import Array
 
 PIECE = 4096  # steps whose states are kept together
-# What is left of the regularisation is 1e-11 of the closures' inertia. At a change point, where a linkage could go two
-# ways, what is left of it decides: parallelograms that turn over kept their branch for ten seconds with 1e-11, and one
-# left it at 1.25 s with 1e-6 (steps of 5 ms). So does the time constant: of forty steps, they are lost.
-FREE_HARDENING = 1e-7
+# What is left of the regularisation is 1e-10 of the closures' inertia. At a change point, where a linkage could go two
+# ways, what is left of it decides, and rounding where less is left. One parallelogram that turns over for ten seconds
+# in steps of 5 ms, its start moved by rounding eight times: error at most 3.9e-7 rad with this factor and four steps of
+# time constant, 9.7e-7 with ten steps; 7.3e-7 and 6.8e-7 with a tenth of the factor, 5e-6 and 8e-6 with a hundredth.
+# With a factor of 1e-3 and ten steps the branch was lost after 2.5 s, with 1e-5 and forty steps after 3.1 s.
+FREE_HARDENING = 1e-6
 STOCK_TOLERANCE = 1e-8
-FREE_STEPS = 10.0  # time constant of what closes hard loops
+FREE_STEPS = 4.0  # time constant of what closes hard loops
 
 
 def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoSettings:
