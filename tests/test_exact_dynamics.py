@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -358,5 +359,5 @@ def test_a_roller_passes_from_arc_to_arc_of_its_cam() -> None:
     motion = forward.motion(np.linspace(0.0, 1.1 * abs(2.0 * math.pi / speed), 23), speed)
     assert motion.drift < 1e-11
     pieces = [*forward.line.configurations.behind[::-1], *forward.line.configurations.ahead]
-    jumps = [np.abs(b.curvatures[0] - a.curvatures[-1]).max() for a, b in zip(pieces, pieces[1:], strict=False)]
+    jumps = [np.abs(b.curvatures[0] - a.curvatures[-1]).max() for a, b in pairwise(pieces)]
     assert sum(jump > 1e-3 for jump in jumps) >= 4

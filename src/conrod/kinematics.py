@@ -186,7 +186,7 @@ class Kinematics:
 
 
 class _Geometry:
-    """A mechanism, equal to every other one that moves alike: masses, forces, loads and observed points move nothing."""
+    """A mechanism, equal to all others that move alike: masses, forces, loads and observed points move nothing."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
