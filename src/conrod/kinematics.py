@@ -83,8 +83,16 @@ class Kinematics:
         return self._walk.near_change(angle, distance)
 
     def conditioning(self, poses: Array) -> Array:
-        """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom."""
-        return np.asarray(np.linalg.svd(self._equations.scaled_jacobian(poses), compute_uv=False)[:, -1])
+        """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom.
+
+        Zero also where the Jacobian does not exist: a roller on the axis of its cam.
+        """
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            jacobian = self._equations.scaled_jacobian(poses)
+        exists = np.isfinite(jacobian).all(axis=(1, 2))
+        least = np.zeros(len(poses))
+        least[exists] = np.linalg.svd(jacobian[exists], compute_uv=False)[:, -1]
+        return least
 
     def reach(self, goal: float) -> float:
         """The crank angle [rad] where the way from angle 0 to a goal ends; the goal, if nothing ends it before."""
