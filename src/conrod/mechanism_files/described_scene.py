@@ -80,12 +80,11 @@ class DescribedScene(Scene):
     @property
     def description(self) -> str:
         # Reports fill parameters in where braces stand; a file has none to fill in.
-        return (
-            " ".join([self.described.about, *self._assumed(), *self._changes()]).replace("{", "{{").replace("}", "}}")
-        )
+        return " ".join([self.described.about, *self._changes()]).replace("{", "{{").replace("}", "}}")
 
-    def _assumed(self) -> list[str]:
-        return [f"Assumed: {'; '.join(self.described.assumptions)}."] if self.described.assumptions else []
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        return self.described.assumptions
 
     def _changes(self) -> list[str]:
         angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]

@@ -8,7 +8,7 @@ from conrod.report import numbers, prose, sections
 from conrod.report.figure_names import FIGURE_NAMES
 from conrod.report.settings_table import settings
 from conrod.report.styles import completed, engine_title
-from conrod.report.tables import paragraphs
+from conrod.report.tables import bullets, paragraphs
 from conrod.scenes import Scene
 from conrod.studies.results import Result, SceneStudy
 
@@ -26,6 +26,7 @@ def scene_page(study: SceneStudy, command: str, shown: Sequence[str] = FIGURE_NA
     blocks = [
         f"# {study.name}: {scene.title}",
         scene.description.format(**_in_words(scene)),
+        assumed(scene),
         f"Source: {scene.source}.",
         "" if scene.closed_form else prose.GENERIC_RULER,
         f"Reproduced by `{command}`, with {versions(study)}. See the [index](README.md) for the other machines.",
@@ -86,6 +87,11 @@ def _stretch(study: SceneStudy, run: Result) -> tuple[str, str]:
 def figure(study: SceneStudy, name: str, text: str, shown: Sequence[str] = FIGURE_NAMES) -> str:
     """A figure of the scene; nothing where the page does not show it."""
     return f"![{text}]({FIGURES}/{study.name}-{name}.svg)" if name in shown else ""
+
+
+def assumed(scene: Scene) -> str:
+    """What the scene assumes, a point each; nothing where it assumes nothing."""
+    return paragraphs("Assumed:", bullets(scene.assumptions)) if scene.assumptions else ""
 
 
 def summary(study: SceneStudy) -> str:
