@@ -201,3 +201,19 @@ def test_reports_say_what_is_exact_there(parallelogram: DescribedScene) -> None:
 def test_masses_and_weight_have_no_say_in_change_points(parallelogram: DescribedScene) -> None:
     heavier = replace(parallelogram.mechanism(), gravity=(0.0, -9.81))
     assert Kinematics(heavier).change_angles.size == 2
+
+
+def test_a_refusal_goes_each_way_once_and_looks_ahead_no_more_than_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks, crossing = [], smooth_course.crossing
+
+    def counted(equations: Any, angle: float, poses: Array, way: float) -> Any:
+        looks.append((angle, way))
+        return crossing(equations, angle, poses, way)
+
+    monkeypatch.setattr(smooth_course, "crossing", counted)
+    whole = changed(CATALOGUE / "two-slider-linkage.toml", "name", "gone-each-way-once")
+    del whole["driver"]["from"], whole["driver"]["to"]
+    with pytest.raises(InvalidInput, match=r"reaches -159\.08 to 112\.84 deg"):
+        scene_of(whole)
+    assert len(looks) < 40
+    assert len(set(looks)) == len(looks)
