@@ -77,7 +77,7 @@ def test_names_that_the_listing_never_assigns_are_told_and_put_right_they_are_no
 
 def test_the_listing_is_right_with_elementwise_operators_and_radians_alone() -> None:
     found = {(run.speed, run.way): (run.velocity_error, run.acceleration_error) for run in runs()}
-    right = "with ./ and .^, the speed typed in rad/s"
+    right = "with .*, ./ and .^, the speed typed in rad/s"
     for (_, way), errors in found.items():
         assert (max(errors) <= SAME) == (way == right)
         assert way == right or min(errors) > 0.3
