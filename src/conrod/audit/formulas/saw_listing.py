@@ -131,8 +131,8 @@ FORMULAS = (
               "the square of the crank pin's distance from the height r1"),
     Published("002", "MATLAB listing", 154, "theta_p", "theta_p=asin((r1-r2*sin(theta2);", None,
               lambda t2, **_: t2, "",
-              hindrance="cannot be evaluated: its parentheses do not close, and MATLAB runs no line of a script that it "
-              "cannot read; no other line uses theta_p, so that the line may go"),
+              hindrance="cannot be evaluated: its parentheses do not close, and MATLAB runs nothing of a script that "
+              "it cannot read; no other line uses theta_p, so that the line may go"),
     Published("002", "MATLAB listing", 151, "theta3a", "asin((r1-r5-r2.*sin(theta2))./(r3))",
               lambda t2, **_: np.pi - theta3b(t2), lambda t2, rpm: np.pi - _rod_angle(t2, rpm),
               "pi less the rod's angle in the exact motion"),
