@@ -54,6 +54,11 @@ class DescribedScene(Scene):
         # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
         return _met, (type(self), self.document, self.given_anew)
 
+    @property
+    def as_described(self) -> Self:
+        """The scene with the file's own numbers."""
+        return type(self)(self.document) if self.given_anew else self
+
     @cached_property
     def described(self) -> Description:
         """What the file says."""
