@@ -60,7 +60,8 @@ def dimensions(mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
 
 def _link(name: str, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
     """The length of a link with two pins."""
-    pins = [to_world(poses[name], point) for point in pins_of(mechanism, name)]
+    # Several links may share a pin.
+    pins = [to_world(poses[name], point) for point in dict.fromkeys(pins_of(mechanism, name))]
     if len(pins) != 2 or math.dist(*pins) == 0.0:
         return []
     text = f"{name} {_mm(math.dist(*pins))}"

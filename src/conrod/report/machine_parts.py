@@ -12,6 +12,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from conrod.mechanism import Point
 from conrod.motion import Array
 from conrod.report.dimensions import Length, Radius
+from conrod.report.link_shapes import LinkShape
 
 INK, FRAME, LINK, DIMENSION = "#222222", "#777777", "#7d97ab", "#8a2b2b"
 TEXT: dict[str, Any] = {"fontsize": 8.0, "zorder": 20}
@@ -23,9 +24,27 @@ def unit(direction: float) -> Array:
     return np.array([math.cos(direction), math.sin(direction)])
 
 
-def link(axes: Axes, points: list[Point], width: float) -> None:
-    """A bar through the points, in order."""
-    axes.plot(*np.array(points).T, color=LINK, linewidth=width, alpha=0.75, zorder=4)
+def body(axes: Axes, shape: LinkShape, width: float) -> None:
+    """A link as a bar, or as a plate with its edges, of a line width [pt]; and its arms."""
+    if len(shape.corners) > 2:
+        axes.add_patch(Polygon(shape.corners, facecolor=LINK, alpha=0.3, edgecolor="none", zorder=3))
+    if len(shape.edges):
+        axes.plot(*shape.edges.T, color=LINK, linewidth=width, alpha=0.75, zorder=4)
+    for line in shape.arms:
+        arm(axes, line)
+
+
+def arm(axes: Axes, line: Array) -> None:
+    """A thin line (2, 2) from a link to a place that no joint holds."""
+    axes.plot(*line.T, color=LINK, linewidth=1.5, alpha=0.75, zorder=3)
+
+
+def slot(axes: Axes, ends: Array, size: float) -> None:
+    """A slot of a moving link between two ends (2, 2): its sides, without the frame's hatching."""
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    left = 1.15 * size * np.array([-along[1], along[0]])
+    corners = np.array([ends[0] - left, ends[1] - left, ends[1] + left, ends[0] + left])
+    axes.add_patch(Polygon(corners, facecolor="white", edgecolor=LINK, linewidth=2.5, joinstyle="round", zorder=4.5))
 
 
 def pin(axes: Axes, centre: Point, size: float) -> None:
