@@ -169,4 +169,9 @@ class Equations:
     def cannot_turn(self, angle: Array) -> str:
         """What to say of angles (T,) [rad] that the linkage does not reach."""
         lowest, highest = np.degrees([angle.min(), angle.max()])
+        if lowest == highest:
+            return (
+                f"{self.mechanism.name} cannot be assembled at crank angle {lowest:.6g} deg: lengths do not reach, or "
+                "the start poses are too far from any that fit"
+            )
         return f"{self.mechanism.name} cannot be assembled at every crank angle from {lowest:.6g} to {highest:.6g} deg"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from conrod.report import numbers, prose, sections
+from conrod.report.description import described
 from conrod.report.figure_names import FIGURE_NAMES
 from conrod.report.settings_table import settings
 from conrod.report.styles import completed, engine_title
@@ -25,7 +26,7 @@ def scene_page(study: SceneStudy, command: str, shown: Sequence[str] = FIGURE_NA
     scene = study.scene
     blocks = [
         f"# {study.name}: {scene.title}",
-        scene.description.format(**_in_words(scene)),
+        described(scene),
         assumed(scene),
         f"Source: {scene.source}.",
         "" if scene.closed_form else prose.GENERIC_RULER,
@@ -110,11 +111,3 @@ def versions(study: SceneStudy) -> str:
     """Engines and their versions."""
     found = dict.fromkeys((r.engine, r.engine_version) for r in study.results)
     return ", ".join(f"{engine_title(engine)} {version}" for engine, version in found)
-
-
-def _in_words(scene: Scene) -> dict[str, str]:
-    facts = scene.parameter_facts()
-    return {
-        name: " ".join(numbers.in_shown_unit(value, facts[name].unit)).removesuffix(" -")
-        for name, value in scene.parameters.items()
-    }
