@@ -170,6 +170,14 @@ class Kinematics:
         """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
         return self._equations.jacobian(poses, arcs)
 
+    def solve(self, poses: Array, right: Array) -> Array:
+        """What changes of the poses (T, 3 n) make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
+        return self._equations.elimination(poses).solve(list(right.T))
+
+    def solve_transposed(self, poses: Array, right: Array) -> Array:
+        """What multipliers (T, 3 n) of all equations make forces (T, 3 n) along the poses: J^-T right."""
+        return self._equations.elimination(poses).solve_transposed(list(right.T))
+
     @staticmethod
     def equations_of(joint: Joint) -> int:
         """Number of equations of a joint: two for a lower pair, one for a higher one."""
