@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from conrod.audit import Kind
-from conrod.audit.formulas import cam_checks, listing_names, module_relations, press_steps, saw_listing, saw_vectors
+from conrod.audit.formulas import (
+    cam_checks,
+    listing_names,
+    module_relations,
+    module_vectors,
+    press_steps,
+    saw_listing,
+    saw_vectors,
+)
 from conrod.audit.formulas import module as module_formulas
 from conrod.audit.formulas import press as press_formulas
 from conrod.audit.formulas import saw as saw_formulas
@@ -21,6 +29,7 @@ ARGUMENTS = {
     "000-steps": (press_steps.FORMULAS, press_steps.arguments()),
     "001": (module_formulas.FORMULAS, module_formulas.arguments()),
     "001-relations": (module_relations.FORMULAS, module_relations.arguments()),
+    "001-vectors": (module_vectors.FORMULAS, module_vectors.arguments()),
     "002": (saw_formulas.FORMULAS, saw_formulas.arguments()),
     "002-vectors": (saw_vectors.FORMULAS, saw_vectors.arguments()),
     "002-listing": (saw_listing.FORMULAS, saw_listing.arguments()),
@@ -165,3 +174,15 @@ def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
     assert module_names._length(replace(length, name="O13A", right="O13A")).kind is Kind.AGREES
     # A use that does not give the printed result shows nothing.
     assert module_names._length(replace(length, length="0,66")).kind is Kind.NOT_REPRODUCIBLE
+
+
+def test_senses_and_directions_that_the_module_tells_are_those_of_its_machines() -> None:
+    from conrod.audit.documents import module_claims
+
+    found = {v.quantity: v for v in module_claims.verdicts()}
+    assert [found[q].kind for q in ("sense of omega 3", "sense of omega 5", "omega 3 and omega 4")] == [Kind.AGREES] * 3
+    assert found["direction of CY4"].kind is Kind.MISPRINT
+    # The speeds that the example prints, with their signs; and the other sense is not believed.
+    assert module_claims.turn_of("two-slider-linkage", "A", "B") == pytest.approx(-21.88, abs=0.005)
+    assert module_claims.turn_of("two-slider-linkage", "B", "C") == pytest.approx(63.457, abs=0.005)
+    assert module_claims._sense(750, "omega 3", "A", "B", 1).kind is Kind.MISPRINT

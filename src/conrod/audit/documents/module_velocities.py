@@ -64,13 +64,15 @@ LOST = "read from a polygon whose drawing is lost; the printed lengths allow any
 
 CASES: dict[str, CaseOf] = {
     "mobility": plain(gruebler(4, 4), "3 (n - 1) - 2 j"),
+    "arrow": plain(120.0 / 30.0, "the speed over the scale"),
     "walker": plain(60.0 - 20.0, "60 - 20"),
     "centres": plain(FOUR_BAR_PAIRS, "pairs of four links"),
     "centres-left": plain(FOUR_BAR_PAIRS - 4, "pairs of four links, less four pins"),
     "4.10-w2": plain(FAST, "1000 x 2 pi/60"),
     "4.10-vb-first": slipped(
         V_B,
-        "B is no point of link 2: omega 3 x O13B, 12,69 m/s as the example itself has it (line 754)",
+        "B is no point of link 2: omega 3 x O13B, 12,69 m/s as the example itself has it (line 754); line 744 goes on "
+        "with V_A = 104,72 x 0,14 = 14,66 m/s, which is perhaps what is meant here",
         "omega 2 times 0,67 m, which is O13A,",
         FAST * O13_A,
     ),
