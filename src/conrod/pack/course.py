@@ -24,14 +24,24 @@ def drive(scene: Scene) -> str:
     first, last = span if scene.speed > 0.0 else span[::-1]
     return (
         f"in motion from the start, in one pass from crank angle {first!r} rad at time {first / scene.speed:.15g} s to "
-        f"{last!r} rad at {last / scene.speed:.15g} s, with crank angle 0, and the start poses, at time 0: the input cannot turn "
-        "fully"
+        f"{last!r} rad at {last / scene.speed:.15g} s, with crank angle 0, and the start poses, at time 0: the input "
+        "cannot turn fully"
     )
 
 
 def covered(scene: Scene, revolutions: int) -> str:
     """What the trajectory goes over."""
     return f"{revolutions}, from crank angle 0" if _span(scene) is None else "the pass, from its start"
+
+
+def unknowns(scene: Scene) -> str:
+    """What need not be known of a solution."""
+    if _span(scene) is not None:
+        return "An unknown frame can be worked out first: `--estimate frame`."
+    return (
+        "Unknown start times, crank angles, senses and frames can be worked out first: "
+        "`--estimate time,phase,sense,frame`."
+    )
 
 
 def _span(scene: Scene) -> tuple[float, float] | None:

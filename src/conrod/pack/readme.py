@@ -9,7 +9,7 @@ from typing import assert_never
 from conrod.cam_law import LawProfile
 from conrod.mechanism import CamContact, Mechanism, Prismatic, Revolute
 from conrod.mechanism_files import DescribedScene
-from conrod.pack.course import course, covered, drive, whole_course
+from conrod.pack.course import course, covered, drive, unknowns, whole_course
 from conrod.pack.tolerances import Tolerance
 from conrod.report import numbers
 from conrod.report.tables import paragraphs, table
@@ -110,9 +110,8 @@ def _how(name: str, scene: Scene) -> str:
     machine = name if scene.closed_form else "machine.toml"
     command = " ".join(["conrod validate YOUR.csv --scene", machine, *_assignments(name, scene)])
     return (
-        f"`{command}` prints it, says what else is off, and why where it can. Unknown start times, crank angles, "
-        "senses and frames can be worked out first: `--estimate time,phase,sense,frame`. Without conrod the figure is "
-        "the largest distance from `trajectory.csv`, row by row at its times, over L."
+        f"`{command}` prints it, says what else is off, and why where it can. {unknowns(scene)} Without conrod the "
+        "figure is the largest distance from `trajectory.csv`, row by row at its times, over L."
     )
 
 
