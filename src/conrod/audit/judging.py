@@ -69,7 +69,10 @@ class Case:
 
 
 def judge(case: Case) -> Verdict:
-    """The verdict on a printed number; the kindest that a computation supports."""
+    """The verdict on a printed number; the kindest that a computation supports.
+
+    A systematic cause goes before a single number's cut: it leaves the document's habit of rounding as it is.
+    """
     return (
         _agreement(case)
         or _first(case, case.causes, Kind.EXPLAINED, keeps=False)
@@ -122,7 +125,7 @@ def _contradiction(case: Case) -> Verdict | None:
 def _read(case: Case) -> Verdict | None:
     if case.exact is None or abs(case.item.number.value - case.exact) > case.reading:
         return None
-    reason = f"{case.why}; measured from a drawing, good to {_number(case.reading)}"
+    reason = f"{case.why}; measured from a drawing, good to {case.reading:.2g}"
     return _verdict(case, Kind.AFTER_ROUNDING, reason)
 
 

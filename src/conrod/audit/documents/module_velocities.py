@@ -93,7 +93,12 @@ CASES: dict[str, CaseOf] = {
     "4.10-vc-second": plain(V_O25 / O15_O25 * O15_C, "omega 5 x O15C"),
     "5.1-va": plain(30.0 * 0.3, "omega 2 x O12A"),
     "5.1-drawn": plain(9.0 / 2.0, "V_A over the scale"),
-    "5.6-w2": contradicted(FAST, "1000 x 2 pi/60", "1000 rpm of the task (line 887)", FAST),
+    "5.6-w2": contradicted(
+        FAST,
+        f"1000 x 2 pi/60; with {60.0 / RPM:.0f} rpm in the task 60 rad/s and all that follows from it stand",
+        "1000 rpm of the task (line 887)",
+        FAST,
+    ),
     "5.6-va": slipped(FAST * 0.11, "omega 2 x O12A at 1000 rpm", "60 rad/s in place of 1000 rpm", 60.0 * 0.11),
     "5.6-read": read_only(LOST),
     "5.6-w3": plain(6.4 / 0.21, "V_B/A over AB"),
