@@ -120,6 +120,12 @@ class Kinematics:
         return self.mechanism.driver.span is None and self._walk.table is not None
 
     @property
+    def repeats(self) -> bool:
+        """Whether the crank turns fully, and each turn is like the last; after one, gears may stand elsewhere."""
+        table = self._walk.table
+        return self.mechanism.driver.span is None and table is not None and table.gain is not None
+
+    @property
     def span(self) -> tuple[float, float]:
         """The crank angles [rad] between which the machine is looked at: one turn, or the driver's span."""
         return self.mechanism.driver.span or (0.0, 2.0 * math.pi)
