@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from conrod.files import write_whole
 from conrod.mechanism import GROUND, Pose
-from conrod.report import machine_parts as parts
 from conrod.report.canvas import drawing_style, svg_text
-from conrod.report.dimensions import Length, dimensions
+from conrod.report.drawn_dimensions import draw_dimensions
 from conrod.report.drawn_joints import draw_joints, draw_links
-from conrod.report.drawn_marks import draw_crank_angle, draw_frame_axes, draw_observed, draw_paths
+from conrod.report.drawn_marks import draw_crank_angle, draw_frame_axes, draw_observed, draw_paths, reserve_axes
 from conrod.report.outlines import outline
+from conrod.report.room import Room
 from conrod.report.view import MM, View
 from conrod.scenes import Scene
 
@@ -24,6 +24,7 @@ TELLING_ANGLES = {"shear-press": 50.0, "saw": 60.0, "cam-follower": 120.0}  # [d
 OTHERWISE = 60.0
 # Of a pass, because links often lie in line or over each other in its middle.
 TELLING_PART = 0.75
+POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
 LARGEST_SIDE, LEAST_SIDE = 8.2, 4.6  # of the drawing [inch]
 
 
@@ -46,15 +47,10 @@ def mechanism_figure(scene: Scene) -> Figure:
     draw_joints(view)
     draw_links(view)
     draw_observed(view)
+    reserve_axes(view)
     draw_crank_angle(view, scene, angle)
     draw_frame_axes(view)
-    for dimension in dimensions(view.mechanism, view.in_metres):
-        if isinstance(dimension, Length):
-            start, stop = MM * np.array(dimension.start), MM * np.array(dimension.stop)
-            if np.linalg.norm(stop - start) > 1e-6 * view.extent:
-                parts.length_line(view.axes, dimension, start, stop, view.extent)
-        else:
-            parts.radius_line(view.axes, dimension, MM * np.array(dimension.centre), MM * dimension.radius)
+    draw_dimensions(view)
     return _framed(view)
 
 
@@ -79,7 +75,9 @@ def _view(scene: Scene, angle: float) -> View:
     reached = np.concatenate([*paths.values(), MM * outline(mechanism, in_metres)])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
-    return View(Figure().subplots(), mechanism, poses, turn, paths, 0.022 * extent, extent)
+    # The angles and the sides of the dimensions of the scenes with a closed form were chosen for them.
+    room = Room(extent / POINTS, first=scene.closed_form)
+    return View(Figure().subplots(), mechanism, poses, turn, paths, 0.022 * extent, extent, room)
 
 
 def _framed(view: View) -> Figure:

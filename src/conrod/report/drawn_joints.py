@@ -27,7 +27,9 @@ def draw_joints(view: View) -> None:
                 place = (float(centre[0]), float(centre[1]))
                 if GROUND in (joint.a, joint.b):
                     parts.bearing(view.axes, place, view.size)
+                    view.room.mark(centre - np.array([0.0, 0.9 * view.size]), 0.9 * view.size)
                 parts.pin(view.axes, place, view.size)
+                view.room.mark(centre, 0.35 * view.size)
             case Prismatic():
                 _slide(view, joint)
             case CamContact():
@@ -56,7 +58,10 @@ def draw_links(view: View) -> None:
             min(ends, key=lambda end: float(np.linalg.norm(end - pin))) for pin in held[:1] for ends in slots[body.name]
         ]
         seen = [view.place(body.name, point.point) for point in view.mechanism.observed if point.body == body.name]
-        parts.body(view.axes, link_shape(held + near, seen), BAR)
+        shape = link_shape(held + near, seen)
+        parts.body(view.axes, shape, BAR)
+        for line in (shape.edges, *shape.arms):
+            view.room.draw(line)
 
 
 def _travel(view: View, slide: Slide) -> tuple[float, float]:

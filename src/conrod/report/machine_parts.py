@@ -130,15 +130,32 @@ def note(axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, gro
 
 def length_line(axes: Axes, dimension: Length, start: Array, stop: Array, extent: float) -> None:
     """A dimension line with its two extension lines."""
-    along = (stop - start) / np.linalg.norm(stop - start)
-    left = np.array([-along[1], along[0]])
-    shift = dimension.aside * extent * left
+    line, *extensions = length_lines(dimension, start, stop, extent)
+    for extension in extensions:
+        axes.plot(*extension.T, color=DIMENSION, linewidth=0.6, zorder=6)
+    arrow(axes, line[0], line[1], DIMENSION, "<|-|>", 0.8)
+    middle, turned = length_text(dimension, start, stop, extent)
+    note(axes, middle, dimension.text, DIMENSION, turned)
+
+
+def length_lines(dimension: Length, start: Array, stop: Array, extent: float) -> list[Array]:
+    """A dimension line and its two extension lines, each (2, 2)."""
+    shift = dimension.aside * extent * _left(start, stop)
     origin = stop if dimension.stop_from is None else 1e3 * np.array(dimension.stop_from)
-    for end, seen_from in ((start, start), (stop, origin)):
-        axes.plot(*np.array([seen_from, end + 1.15 * shift]).T, color=DIMENSION, linewidth=0.6, zorder=6)
-    arrow(axes, start + shift, stop + shift, DIMENSION, "<|-|>", 0.8)
-    middle = 0.5 * (start + stop) + shift + math.copysign(0.03 * extent, dimension.aside) * left
-    note(axes, middle, dimension.text, DIMENSION, _readable(float(np.degrees(np.arctan2(along[1], along[0])))))
+    extensions = [np.array([seen_from, end + 1.15 * shift]) for end, seen_from in ((start, start), (stop, origin))]
+    return [np.array([start + shift, stop + shift]), *extensions]
+
+
+def length_text(dimension: Length, start: Array, stop: Array, extent: float) -> tuple[Array, float]:
+    """Centre of the text on a dimension line, and its angle [deg]."""
+    aside = (dimension.aside + math.copysign(0.03, dimension.aside)) * extent * _left(start, stop)
+    along = stop - start
+    return start + dimension.text_at * along + aside, _readable(math.degrees(math.atan2(along[1], along[0])))
+
+
+def _left(start: Array, stop: Array) -> Array:
+    along = (stop - start) / np.linalg.norm(stop - start)
+    return np.array([-along[1], along[0]])
 
 
 def radius_line(axes: Axes, dimension: Radius, centre: Array, radius: float) -> None:

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from conrod.mechanism import GROUND, Mechanism, Point, Pose, to_world
 from conrod.motion import Array
+from conrod.report.room import Room
 
 MM = 1e3
 
@@ -24,6 +25,7 @@ class View:
         paths: of the observed points over a turn or a pass, (T, 2).
         size: of a symbol.
         extent: of the mechanism.
+        room: texts and lines that are drawn already.
     """
 
     axes: Axes
@@ -33,6 +35,7 @@ class View:
     paths: dict[str, Array]
     size: float
     extent: float
+    room: Room
 
     def place(self, body: str, point: Point) -> Array:
         """A point of a body, given in its own frame [m], in the drawing; (2,) [mm]."""
