@@ -185,3 +185,13 @@ def test_a_remark_may_have_a_column_and_a_slip_of_the_pen_in_a_columns_name_is_t
     assert audit_table("mine", HEADING.strip() + ",remark\n" + row)[0].kind is Kind.AGREES
     with pytest.raises(InvalidInput, match=r"unknown column 'paramters': .* did you mean 'parameters'"):
         audit_table("mine", HEADING.strip() + ",paramters\n" + row + "crank=10mm")
+
+
+def test_a_print_that_should_be_nothing_is_off_by_its_own_size_and_a_row_without_line_is_found_by_its_own() -> None:
+    angles = range(100, 200, 20)
+    places = [PRESS.motion([math.radians(k - 20)], PRESS.speed).point("G").position[0, 0] * 1e3 for k in angles]
+    rows = [f"shear-press,G position x,{k},{place:.2f},mm" for k, place in zip(angles, places, strict=True)]
+    found = audit_table("mine", HEADING + "\n".join(rows))[4]
+    assert (found.kind, found.should_be) == (Kind.WRONG_STEP, "-0.00" if found.exact < 0.0 else "0.00")
+    assert found.exact == pytest.approx(0.0, abs=1e-9)
+    assert (found.off, found.line) == (pytest.approx(1.0), 6)

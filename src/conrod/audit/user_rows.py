@@ -195,7 +195,7 @@ def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[
     point, derivative, axis = _quantity(scene, fields["quantity"])
     degrees = _degrees(fields["angle_deg"])
     check_number("angle_deg", degrees, -LARGEST_ANGLE, LARGEST_ANGLE, "deg")
-    line = fields.get("line", "") or "0"
+    line = fields.get("line", "") or str(number)
     if not (line.isascii() and line.isdecimal() and len(line) < 10):
         raise InvalidInput(f"line = {line!r} is not a line number")
     document = fields.get("document", "") or name
