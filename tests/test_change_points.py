@@ -10,11 +10,15 @@ import numpy as np
 import pytest
 
 from conrod import smooth_course
+from conrod.console import print_verdicts
+from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.kinematics import Kinematics
 from conrod.mechanism_files.described_scene import DescribedScene, scene_of
 from conrod.motion import Array
 from conrod.outcome import judge
+from conrod.studies.results import SceneStudy
+from conrod.studies.validate import Plan, validate_dynamic
 from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from described import CATALOGUE, changed, tables
 
@@ -217,3 +221,15 @@ def test_a_refusal_goes_each_way_once_and_looks_ahead_no_more_than_it_must(monke
         scene_of(whole)
     assert len(looks) < 40
     assert len(set(looks)) == len(looks)
+
+
+def test_validate_tells_why_a_run_is_not_judged_and_which_assembly_it_took(
+    parallelogram: DescribedScene, capsys: pytest.CaptureFixture[str]
+) -> None:
+    engine, told = engine_named("pymunk"), "went on in the assembly of the exact motion"
+    slider_crank = scene_of(tables(CATALOGUE / "slider-crank.toml"))
+    for scene, expected in ((parallelogram, True), (slider_crank, False)):
+        result = validate_dynamic(scene.kind, scene, engine, "tuned", Plan(steps_per_revolution=80, revolutions=1.0))
+        assert (result.passed is None) is expected
+        print_verdicts([SceneStudy(scene.kind, scene, (result,))])
+        assert (told in " ".join(capsys.readouterr().out.split())) is expected

@@ -74,7 +74,15 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     for study in studies:
         for result in study.results:
             table.add_row(*_row(result))
-    console().print(table)
+    out = console()
+    out.print(table)
+    for scene, reason in dict.fromkeys(
+        (result.scene, result.tolerance.reason)
+        for study in studies
+        for result in study.results
+        if result.passed is None and result.tolerance.reason
+    ):
+        out.print(f"{escape(scene)}: tolerances: {escape(reason)}", highlight=False)
 
 
 def _row(result: Result) -> list[str]:
