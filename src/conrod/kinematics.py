@@ -25,6 +25,8 @@ MOTION_ORDER = 3  # position to jerk
 GEOMETRIES_KEPT = 128
 CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
 
+DIFFERENT_TURNS = 2  # that are looked at where one is not like the next
+
 
 class Kinematics:
     """Solver for one mechanism.
@@ -133,9 +135,13 @@ class Kinematics:
     def angles(self, count: int) -> Array:
         """So many crank angles [rad], evenly over the turn without its end, or over the driver's span with both ends.
 
+        Over two turns where they differ, as behind gears: what a run of usual length passes.
+
         Raises:
             InvalidInput: names a span that the linkage does not reach.
         """
+        if self.turns_fully and not self.repeats:
+            return np.linspace(0.0, DIFFERENT_TURNS * 2.0 * math.pi, count, endpoint=False)
         return np.linspace(*self.span, count, endpoint=self.mechanism.driver.span is not None)
 
     @property
