@@ -59,9 +59,10 @@ def read_joints(fields: Fields, places: Places) -> Read:
         if kinds[name] not in _READERS:
             raise _unknown_kind(some.at("kind"), kinds[name])
         joints.append(_READERS[kinds[name]](some, name, places))
-        some.may_hold("offset")
-        if isinstance(joints[-1], Rolling | Rack) and "offset" not in some:
-            to_fit.add(name)
+        if isinstance(joints[-1], Rolling | Rack):
+            some.may_hold("offset")
+            if "offset" not in some:
+                to_fit.add(name)
         some.end()
     return Read(tuple(joints), frozenset(to_fit))
 
