@@ -104,6 +104,7 @@ def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> Non
     reading = read(pack / "trajectory.csv", scene)
     observed = reading.observed
     assert observed.times[0] == pytest.approx(scene.kinematics.span[0] / scene.speed, abs=1e-15)
+    assert observed.angle is not None
     np.testing.assert_allclose(observed.angle, scene.speed * observed.times, atol=1e-14)
     late = replace(reading, observed=replace(observed, times=observed.times - observed.times[0]))
     with pytest.raises(InvalidInput, match=r"from crank angle 0 to .* deg, out of the pass from -10 to 60 deg"):
@@ -135,4 +136,4 @@ def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:
     found = read_parameters(tmp_path / "pack/parameters.json")
     assert isinstance(found, DescribedScene)
     assert found.as_described == read_scene(own)
-    assert found.given_anew == (("speed", pytest.approx(-100.0 * math.pi / 30.0, rel=1e-15)),)
+    assert dict(found.given_anew) == {"speed": pytest.approx(-100.0 * math.pi / 30.0, rel=1e-15)}

@@ -131,7 +131,7 @@ def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_ingredients_of_a_pass_are_looked_at_in_the_pass(engine: str) -> None:
     asked = cell(read(PASS), engine=engine)
-    change = ChangeCell(asked.name, asked.scene, asked.settings, against=replace(asked.settings))
+    change = ChangeCell(asked.name, asked.scene, asked.settings, against=asked.settings)
     found = measure_change(change)
     assert found.outcome == "completed"
     assert found.beside is not None
