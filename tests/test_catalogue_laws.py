@@ -63,3 +63,11 @@ def test_too_few_iterations_break_pymunks_law() -> None:
     assert enough is not None
     assert few is not None
     assert enough < 1.0 < few
+
+
+def test_pymunks_law_knows_what_the_start_leaves_of_the_first_acceleration() -> None:
+    """Backwards a Peaucellier linkage begins where it bends most: without that term it is 1.02 times its law."""
+    scene, engine = at_speed("peaucellier", -1.0), engine_named("pymunk")
+    found = over_the_law(scene, engine, engine.presets["tuned"](scene, 1000))
+    assert found is not None
+    assert 0.9 < found < 1.0
