@@ -37,7 +37,7 @@ def over_the_law(scene: DescribedScene, engine: Any, settings: Any) -> float | N
     assert trajectory.outcome is Outcome.COMPLETED
     found = compare(trajectory, scene)
     quantities = ("position", "velocity", "acceleration")
-    return max(found.worst(quantity) / getattr(law, quantity) for quantity in quantities)
+    return max(float(found.worst(quantity) / getattr(law, quantity)) for quantity in quantities)
 
 
 @pytest.mark.parametrize("factor", SPEEDS)
