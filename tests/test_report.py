@@ -235,7 +235,7 @@ def test_a_result_out_of_tolerance_names_what_was_found_and_allowed() -> None:
 
 def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_for_that() -> None:
     result = replace(a_result("shear-press"), passed=False, printed=PrintedCells(584, 467, 464, 0.6))
-    page = scene_page(a_study("shear-press", result), COMMAND.of("saw-40rpm"))
+    page = scene_page(a_study("shear-press", result), COMMAND.of("shear-press"))
     assert "the printed table, 464 of 467 cells met" in page
     assert "The other 117 cells" in page
 
@@ -243,6 +243,7 @@ def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_fo
 def test_a_plateau_is_named_as_such() -> None:
     flat = tuple(RefinementPoint(n, "completed", 0.1, 0.1, 0.1) for n in (125, 250, 500, 1000))
     result = replace(a_result("saw-40rpm"), refinement=flat, order=dict.fromkeys(QUANTITIES))
+    page = scene_page(a_study("saw-40rpm", result), COMMAND.of("saw-40rpm"))
     assert "none: plateau at 0.10" in page
 
 
