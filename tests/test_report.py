@@ -487,7 +487,7 @@ def test_the_summary_has_two_digits_and_null_for_what_is_missing(tmp_path: Path)
 def test_the_report_names_no_host_and_no_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import platform
 
-    monkeypatch.setattr(writer, "figures", lambda study: drawn(study.name))
+    monkeypatch.setattr(writer, "figures", lambda study, shown: drawn(study.name))
     write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
     everything = b"".join(contents(tmp_path).values())
     for word in (platform.node(), platform.python_version(), platform.platform()):
