@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
@@ -12,6 +12,7 @@ import pytest
 from ablations import MINIMAL, MINIMAL_ERROR, variant
 from catalogue import SAW
 from conrod import MuJoCoSettings
+from conrod.catalogue import catalogue_scene
 from conrod.commands.ablate import ROUNDS as ROUNDS_OF_THE_COMMAND
 from conrod.studies.ablate.results import Verdict
 from conrod.studies.ablate.variants import Role
@@ -48,6 +49,34 @@ def timed(engine: Any, settings: Any = WITH_IT, other: Any = MINIMAL_SETTINGS, r
 
 def dearer(share: float) -> Callable[[Any, float], float]:
     return lambda settings, now: STEP * (1.0 + share * (settings.preset == "tuned"))
+
+
+def test_a_pass_is_made_anew_in_every_block_and_never_driven_beyond_its_end() -> None:
+    machine, made = catalogue_scene("swinging-four-bar"), list[list[int]]()
+
+    class Counting(FakeEngine):
+        def stepper(self, machine: object, settings: Any) -> Callable[[int], None]:
+            advance, taken = super().stepper(machine, settings), list[int]()
+            made.append(taken)
+            self.now += 50 * STEP  # to make a machine takes time, which is in no block
+
+            def advanced(steps: int) -> None:
+                taken.append(steps)
+                advance(steps)
+
+            return advanced
+
+    engine: Any = Counting(dearer(0.5))
+    twice = replace(WITH_IT, steps_per_revolution=2000)
+    found = time_pair(engine, machine, twice, MINIMAL_SETTINGS, rounds=10, clock=engine.clock)
+    assert found.ratio == pytest.approx(3.0, rel=0.01)  # of a revolution, with twice as many steps
+    assert found.other_seconds == pytest.approx(1000 * 1e-9 * STEP, rel=1e-4)
+    assert {sum(taken) for taken in made} == {194, 388}
+    # Negative control: what turns goes on and on, in the same two machines.
+    made.clear()
+    time_pair(engine, SAW, WITH_IT, MINIMAL_SETTINGS, rounds=10, clock=engine.clock)
+    assert len(made) == 2
+    assert min(sum(taken) for taken in made) > 1000
 
 
 def test_the_ratio_is_that_of_the_costs() -> None:

@@ -164,6 +164,16 @@ def test_the_module_put_a_for_c_in_its_last_angular_acceleration() -> None:
     assert (verdict.kind, verdict.printed, verdict.should_be) == (Kind.WRONG_STEP, "520,408", "459,184")
 
 
+def test_numbers_of_a_lost_polygon_that_other_numbers_of_it_support_are_not_called_lost() -> None:
+    by_quantity = {v.quantity: v for v in audit("001") if v.place == "Example 6.15"}
+    supported = ("V_X4/C", "V_X4/D", "V_D/C", "A_C", "tangential A_C")
+    assert {by_quantity[name].kind for name in supported} == {Kind.AFTER_ROUNDING}
+    assert by_quantity["V_X4/B"].kind is Kind.MISPRINT
+    # Negative control: a millimetre and a half of the drawing more is not supported.
+    item = next(i for i in shipped_items("001", "module.csv") if i.key == "6.15-vxc")
+    assert judge(module.CASES[item.key](replace(item, number=Number("25,7")))).kind is Kind.NOT_REPRODUCIBLE
+
+
 # -- linkages whose drawings are lost ------------------------------------------------------------------------------
 
 

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from conrod.audit import Kind
-from conrod.audit.formulas import cam_checks, listing_names, module_relations, press_steps, saw_listing, saw_vectors
+from conrod.audit.formulas import (
+    cam_checks,
+    listing_names,
+    module_relations,
+    module_vectors,
+    press_steps,
+    saw_listing,
+    saw_vectors,
+)
 from conrod.audit.formulas import module as module_formulas
 from conrod.audit.formulas import press as press_formulas
 from conrod.audit.formulas import saw as saw_formulas
@@ -20,6 +29,7 @@ ARGUMENTS = {
     "000-steps": (press_steps.FORMULAS, press_steps.arguments()),
     "001": (module_formulas.FORMULAS, module_formulas.arguments()),
     "001-relations": (module_relations.FORMULAS, module_relations.arguments()),
+    "001-vectors": (module_vectors.FORMULAS, module_vectors.arguments()),
     "002": (saw_formulas.FORMULAS, saw_formulas.arguments()),
     "002-vectors": (saw_vectors.FORMULAS, saw_vectors.arguments()),
     "002-listing": (saw_listing.FORMULAS, saw_listing.arguments()),
@@ -60,6 +70,77 @@ def test_matlab_divides_two_rows_into_one_number() -> None:
     assert saw_listing.matrix_right_division(a, b) == pytest.approx(float(solved[0]), rel=1e-14)
 
 
+class Matlab:
+    """A row with MATLAB's operators: `@`, `//` and `square` stand for `.*`, `./` and `.^2`."""
+
+    def __init__(self, values: object) -> None:
+        self.values = np.asarray(values, dtype=float)
+
+    def _of(self, other: object) -> np.ndarray:
+        return other.values if isinstance(other, Matlab) else np.asarray(other, dtype=float)
+
+    def __mul__(self, other: object) -> Matlab:
+        if self.values.ndim and self._of(other).ndim:
+            raise ValueError("inner dimensions of two rows do not agree")
+        return Matlab(self.values * self._of(other))
+
+    def __truediv__(self, other: object) -> Matlab:
+        a, b = self.values, self._of(other)
+        return Matlab(np.linalg.lstsq(b[:, None], a, rcond=None)[0][0] if a.ndim and b.ndim else a / b)
+
+    def __xor__(self, other: object) -> Matlab:
+        raise AssertionError("written as power() below")
+
+    def __matmul__(self, other: object) -> Matlab:
+        return Matlab(self.values * self._of(other))
+
+    def __floordiv__(self, other: object) -> Matlab:
+        return Matlab(self.values / self._of(other))
+
+    def __add__(self, other: object) -> Matlab:
+        return Matlab(self.values + self._of(other))
+
+    def __sub__(self, other: object) -> Matlab:
+        return Matlab(self.values - self._of(other))
+
+    def __neg__(self) -> Matlab:
+        return Matlab(-self.values)
+
+
+def power(base: Matlab) -> Matlab:
+    if base.values.ndim:
+        raise ValueError("the power of a row")
+    return Matlab(base.values**2)
+
+
+def run_listing(lines: dict[str, str], w2: float) -> dict[str, Matlab]:
+    """Values of the listing's names, its lines taken as they are written."""
+    turn = saw_listing.arguments()["t2"]
+    names: dict[str, object] = {
+        "r2": Matlab(100.0), "r3": Matlab(300.0), "w2": Matlab(w2), "theta2": Matlab(turn),
+        "theta3b": Matlab(saw_listing.theta3b(turn)), "power": power, "square": lambda row: row @ row,
+        "sin": lambda row: Matlab(np.sin(row.values)), "cos": lambda row: Matlab(np.cos(row.values)),
+    }  # fmt: skip
+    for name, text in lines.items():
+        code = re.sub(r"(\w+)\^2", r"power(\1)", re.sub(r"(\w+)\.\^2", r"square(\1)", text))
+        names[name] = eval(code.replace(".*", "@").replace("./", "//"), {}, names)
+    return names  # type: ignore[return-value]
+
+
+def test_the_lines_that_are_to_stand_in_the_listing_run_in_matlab_and_give_the_exact_motion() -> None:
+    found = {f.quantity: verdict_on(f, saw_listing.arguments()) for f in saw_listing.FORMULAS if f.line > 160}
+    order = ("w3", "kecepatanC", "a3", "percepatanC")
+    exact = {f.quantity: f.truth(**saw_listing.arguments()) for f in saw_listing.FORMULAS}
+    mended = run_listing({name: str(found[name].should_be) for name in order}, 40.0 * saw_listing.RPM)
+    for name in order:
+        assert mended[name].values == pytest.approx(exact[name], rel=1e-11, abs=1e-9 * np.abs(exact[name]).max())
+    printed = run_listing({name: found[name].printed for name in order}, 40.0 * saw_listing.RPM)
+    assert printed["w3"].values.shape == printed["a3"].values.shape == ()
+    # Negative control: with ./ alone the products of two rows stop MATLAB.
+    with pytest.raises(ValueError, match="inner dimensions"):
+        run_listing({"w3": str(found["w3"].should_be), "kecepatanC": found["kecepatanC"].printed}, 4.0)
+
+
 def test_names_that_the_listing_never_assigns_are_told_and_put_right_they_are_not() -> None:
     text = listing_names.listing()
     told = {verdict.quantity: (verdict.line, verdict.should_be) for verdict in listing_names.verdicts(text)}
@@ -77,7 +158,7 @@ def test_names_that_the_listing_never_assigns_are_told_and_put_right_they_are_no
 
 def test_the_listing_is_right_with_elementwise_operators_and_radians_alone() -> None:
     found = {(run.speed, run.way): (run.velocity_error, run.acceleration_error) for run in runs()}
-    right = "with ./ and .^, the speed typed in rad/s"
+    right = "with .*, ./ and .^, the speed typed in rad/s"
     for (_, way), errors in found.items():
         assert (max(errors) <= SAME) == (way == right)
         assert way == right or min(errors) > 0.3
@@ -93,3 +174,15 @@ def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
     assert module_names._length(replace(length, name="O13A", right="O13A")).kind is Kind.AGREES
     # A use that does not give the printed result shows nothing.
     assert module_names._length(replace(length, length="0,66")).kind is Kind.NOT_REPRODUCIBLE
+
+
+def test_senses_and_directions_that_the_module_tells_are_those_of_its_machines() -> None:
+    from conrod.audit.documents import module_claims
+
+    found = {v.quantity: v for v in module_claims.verdicts()}
+    assert [found[q].kind for q in ("sense of omega 3", "sense of omega 5", "omega 3 and omega 4")] == [Kind.AGREES] * 3
+    assert found["direction of CY4"].kind is Kind.MISPRINT
+    # The speeds that the example prints, with their signs; and the other sense is not believed.
+    assert module_claims.turn_of("two-slider-linkage", "A", "B") == pytest.approx(-21.88, abs=0.005)
+    assert module_claims.turn_of("two-slider-linkage", "B", "C") == pytest.approx(63.457, abs=0.005)
+    assert module_claims._sense(750, "omega 3", "A", "B", 1).kind is Kind.MISPRINT

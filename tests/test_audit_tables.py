@@ -134,7 +134,8 @@ def test_a_row_that_cannot_be_used_is_named(row: str, message: str) -> None:
 @pytest.mark.parametrize(("text", "message"), [
     ("", "no column 'scene'"),
     (HEADING, "no rows"),
-    (HEADING.replace("unit", "units"), "no column 'unit'"),
+    (HEADING.replace(",unit", ""), "no column 'unit'"),
+    (HEADING.replace("unit", "units"), "unknown column 'units': .* did you mean 'unit'"),
 ])  # fmt: skip
 def test_a_table_that_is_none_is_refused(text: str, message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
@@ -159,3 +160,38 @@ def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> No
     found = float(pressure_angles(cam, cam.exact(angle), 9.0)[0])
     assert found == pytest.approx(math.degrees(math.asin(sine)), abs=1e-10)
     assert found > LARGEST_PRESSURE_ANGLE
+
+
+def test_values_that_slipped_by_a_row_are_a_wrong_step_throughout_and_no_misprint() -> None:
+    right = speeds()
+    verdicts = audit_table("mine", table([*right[1:], "0.00"]))
+    assert [v.kind for v in verdicts[:-1]] == [Kind.WRONG_STEP] * (len(right) - 1)
+    assert all("one step after" in v.reason for v in verdicts[:-1])
+    assert [v.should_be for v in verdicts[:-1]] == right[:-1]
+    # Negative control: with every other value right there is no slip to be named.
+    half = [a if k % 2 else b for k, (a, b) in enumerate(zip(right, [*right[1:], "0.00"], strict=True))]
+    assert Kind.WRONG_STEP not in {v.kind for v in audit_table("mine", table(half))}
+
+
+def test_fields_apart_by_semicolons_with_decimal_commas_and_a_typeset_minus_are_read() -> None:
+    text = HEADING.replace(",", ";") + "shear-press;A velocity y;12,5;\u221244,04;mm/s\n"
+    found = audit_table("mine", text)[0]
+    exact = PRESS.motion([math.radians(12.5)], PRESS.speed).point("A").velocity[0, 1] * 1e3
+    assert (found.exact, found.condition, found.printed) == (pytest.approx(exact), "12.5 deg", "-44,04")
+
+
+def test_a_remark_may_have_a_column_and_a_slip_of_the_pen_in_a_columns_name_is_told() -> None:
+    row = "shear-press,A velocity y,90,-186.88,mm/s,"
+    assert audit_table("mine", HEADING.strip() + ",remark\n" + row)[0].kind is Kind.AGREES
+    with pytest.raises(InvalidInput, match=r"unknown column 'paramters': .* did you mean 'parameters'"):
+        audit_table("mine", HEADING.strip() + ",paramters\n" + row + "crank=10mm")
+
+
+def test_a_print_that_should_be_nothing_is_off_by_its_own_size_and_a_row_without_line_is_found_by_its_own() -> None:
+    angles = range(100, 200, 20)
+    places = [PRESS.motion([math.radians(k - 20)], PRESS.speed).point("G").position[0, 0] * 1e3 for k in angles]
+    rows = [f"shear-press,G position x,{k},{place:.2f},mm" for k, place in zip(angles, places, strict=True)]
+    found = audit_table("mine", HEADING + "\n".join(rows))[4]
+    assert (found.kind, found.should_be) == (Kind.WRONG_STEP, "-0.00" if found.exact < 0.0 else "0.00")
+    assert found.exact == pytest.approx(0.0, abs=1e-9)
+    assert (found.off, found.line) == (pytest.approx(1.0), 6)

@@ -250,7 +250,10 @@ def test_a_page_says_which_ruler_was_used_and_has_the_figures_that_were_asked_fo
     batch = report_batch([studied], tmp_path, COMMAND, ("mechanism", "error"))
     page = str(batch.files["swinging-four-bar.md"])
     assert "Ruler: the generic solver" in page
-    assert "Assumed: " in page
+    assert all(f"\n- {assumption}\n" in page for assumption in studied.scene.assumptions)
+    assert page.count("\nAssumed:\n") == len(studied.scene.assumptions[:1]) == 1
+    # Negative control: the description does not tell them as well.
+    assert "ssumed" not in studied.scene.description
     assert "over its one pass" in page
     assert sorted(name for name in batch.files if name.endswith(".svg")) == [
         "figures/swinging-four-bar-error.svg",

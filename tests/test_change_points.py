@@ -10,11 +10,15 @@ import numpy as np
 import pytest
 
 from conrod import smooth_course
+from conrod.console import print_verdicts
+from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.kinematics import Kinematics
 from conrod.mechanism_files.described_scene import DescribedScene, scene_of
 from conrod.motion import Array
 from conrod.outcome import judge
+from conrod.studies.results import SceneStudy
+from conrod.studies.validate import Plan, validate_dynamic
 from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from described import CATALOGUE, changed, tables
 
@@ -201,3 +205,31 @@ def test_reports_say_what_is_exact_there(parallelogram: DescribedScene) -> None:
 def test_masses_and_weight_have_no_say_in_change_points(parallelogram: DescribedScene) -> None:
     heavier = replace(parallelogram.mechanism(), gravity=(0.0, -9.81))
     assert Kinematics(heavier).change_angles.size == 2
+
+
+def test_a_refusal_goes_each_way_once_and_looks_ahead_no_more_than_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks, crossing = [], smooth_course.crossing
+
+    def counted(equations: Any, angle: float, poses: Array, way: float) -> Any:
+        looks.append((angle, way))
+        return crossing(equations, angle, poses, way)
+
+    monkeypatch.setattr(smooth_course, "crossing", counted)
+    whole = changed(CATALOGUE / "two-slider-linkage.toml", "name", "gone-each-way-once")
+    del whole["driver"]["from"], whole["driver"]["to"]
+    with pytest.raises(InvalidInput, match=r"reaches -159\.08 to 112\.84 deg"):
+        scene_of(whole)
+    assert len(looks) < 40
+    assert len(set(looks)) == len(looks)
+
+
+def test_validate_tells_why_a_run_is_not_judged_and_which_assembly_it_took(
+    parallelogram: DescribedScene, capsys: pytest.CaptureFixture[str]
+) -> None:
+    engine, told = engine_named("pymunk"), "went on in the assembly of the exact motion"
+    slider_crank = scene_of(tables(CATALOGUE / "slider-crank.toml"))
+    for scene, expected in ((parallelogram, True), (slider_crank, False)):
+        result = validate_dynamic(scene.kind, scene, engine, "tuned", Plan(steps_per_revolution=80, revolutions=1.0))
+        assert (result.passed is None) is expected
+        print_verdicts([SceneStudy(scene.kind, scene, (result,))])
+        assert (told in " ".join(capsys.readouterr().out.split())) is expected

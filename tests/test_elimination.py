@@ -45,6 +45,18 @@ def test_it_solves_and_signs_as_lapack_does(loops: int, seed: int) -> None:
     np.testing.assert_array_equal(factors.determinant_sign(), np.sign(np.linalg.det(matrix)))
 
 
+@pytest.mark.parametrize("loops", [0, 1, 2, 3])
+@pytest.mark.parametrize("seed", range(5))
+def test_it_solves_the_transposed_matrix_as_lapack_does(loops: int, seed: int) -> None:
+    rows = matrix_with(loops, seed)
+    right = np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES))
+    solution = Elimination(rows, SAMPLES).solve_transposed(list(right))
+    expected = np.linalg.solve(np.swapaxes(dense(rows), 1, 2), right.T[:, :, None])[:, :, 0]
+    np.testing.assert_allclose(solution, expected, rtol=1e-9, atol=1e-9)
+    # Negative control: the matrix itself has other solutions.
+    assert loops == 0 or np.abs(solution - np.linalg.solve(dense(rows), right.T[:, :, None])[:, :, 0]).max() > 1e-3
+
+
 @pytest.mark.parametrize("loops", [1, 2])
 def test_a_singular_sample_has_no_finite_solution_and_spares_none_that_it_need_not(loops: int) -> None:
     rows = matrix_with(loops, 3)

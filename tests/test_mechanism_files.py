@@ -150,7 +150,7 @@ def test_a_rack_is_moved_by_its_wheel() -> None:
     given["joints"]["mesh"] = {"kind": "rack", "wheel": "crank", "rack": "wheel", "direction": 0, "radius": "20 mm"}
     given["observed"]["P"] = "wheel"
     # Where along its slide it stands is not told by the joints: this is what a rack's phase is.
-    assert "give start.wheel" in refusal(given)
+    assert "as in start.wheel.origin = [0, 0]" in refusal(given)
     given["start"] = {"wheel": {"origin": [0, "-20 mm"]}}
     given["driver"] |= {"from": 0, "to": 1.0}
     scene = scene_of(given)
@@ -164,7 +164,7 @@ UNUSABLE = [
     ("bodies.rod.mass", "-1 kg", "bodies.rod.mass = -1 kg is out of range"),
     ("bodies.rod.mass", math.nan, "bodies.rod.mass = nan is not a finite number"),
     ("bodies.rod.mass", "5 mm", "'mm' is not a unit of kg"),
-    ("bodies.rod.mass", True, "bodies.rod.mass = True is not a number"),
+    ("bodies.rod.mass", True, "bodies.rod.mass = true is not a number"),
     ("bodies.rod.mass", 10**400, "too many digits"),
     ("bodies.rod.mas", 1, "unknown field in bodies.rod 'mas'"),
     ("bodies.rod.inertia", 1, "bodies.rod.inertia: a uniform bar has its own"),
@@ -277,7 +277,7 @@ def test_two_parts_of_which_one_is_locked_and_one_loose_are_refused() -> None:
         (b"x = {a" + b' . "a"' * 30000 + b" = 1}", "line 1: a name of more than"),
         (b"a = " + b"9" * 5000, "it is no TOML"),
         (b"#" * 300_000, "too large"),
-        (b"name = 1979-05-27", "name = datetime.date(1979, 5, 27): a text is wanted"),
+        (b"name = 1979-05-27", "name = a date: a text is wanted"),
     ],
     ids=["empty", "broken", "twice", "bytes", "deep", "nested", "dotted", "quoted", "digits", "large", "date"],
 )

@@ -235,7 +235,7 @@ def test_a_result_out_of_tolerance_names_what_was_found_and_allowed() -> None:
 
 def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_for_that() -> None:
     result = replace(a_result("shear-press"), passed=False, printed=PrintedCells(584, 467, 464, 0.6))
-    page = scene_page(a_study("shear-press", result), COMMAND.of("saw-40rpm"))
+    page = scene_page(a_study("shear-press", result), COMMAND.of("shear-press"))
     assert "the printed table, 464 of 467 cells met" in page
     assert "The other 117 cells" in page
 
@@ -243,6 +243,7 @@ def test_an_engine_that_misses_cells_of_the_printed_table_is_out_of_tolerance_fo
 def test_a_plateau_is_named_as_such() -> None:
     flat = tuple(RefinementPoint(n, "completed", 0.1, 0.1, 0.1) for n in (125, 250, 500, 1000))
     result = replace(a_result("saw-40rpm"), refinement=flat, order=dict.fromkeys(QUANTITIES))
+    page = scene_page(a_study("saw-40rpm", result), COMMAND.of("saw-40rpm"))
     assert "none: plateau at 0.10" in page
 
 
@@ -486,7 +487,7 @@ def test_the_summary_has_two_digits_and_null_for_what_is_missing(tmp_path: Path)
 def test_the_report_names_no_host_and_no_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import platform
 
-    monkeypatch.setattr(writer, "figures", lambda study: drawn(study.name))
+    monkeypatch.setattr(writer, "figures", lambda study, shown: drawn(study.name))
     write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
     everything = b"".join(contents(tmp_path).values())
     for word in (platform.node(), platform.python_version(), platform.platform()):

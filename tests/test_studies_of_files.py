@@ -19,7 +19,9 @@ from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.kinematics import Kinematics
 from conrod.mechanism_files import DescribedScene, scene_of
 from conrod.scenes import Saw
-from conrod.studies.cell import Cell, as_run
+from conrod.studies.ablate.cell import ChangeCell
+from conrod.studies.ablate.perform import measure_change
+from conrod.studies.cell import LEAST_STEPS, Cell, as_run
 from conrod.studies.choice import confirming_cells
 from conrod.studies.clock import time_run
 from conrod.studies.limits.axes import AXES
@@ -124,6 +126,46 @@ def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
     assert list(found) == ["the pass backwards", "speed -10%", "speed +10%"]
     assert len({as_run(other).key for other in (one, *found.values())}) == 4
     assert as_run(found["the pass backwards"]).start_angle == scene.kinematics.span[1]
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_ingredients_of_a_pass_are_looked_at_in_the_pass(engine: str) -> None:
+    asked = cell(read(PASS), engine=engine)
+    change = ChangeCell(asked.name, asked.scene, asked.settings, against=asked.settings)
+    found = measure_change(change)
+    assert found.outcome == "completed"
+    assert found.beside is not None
+    assert found.beside["change"] == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
+    assert (found.largest("total") or 1.0) < 0.01
+    # Negative control: twice the steps in a revolution make another motion, over the same pass.
+    finer = cell(read(PASS), 400, engine).settings
+    other = measure_change(replace(change, against=finer))
+    assert other.beside is not None
+    assert 0.0 < other.beside["change"]["position"] < 0.01
+
+
+def test_an_ingredient_of_joints_leaves_the_tendon_of_wheels_alone() -> None:
+    scene = catalogue_scene("planetary-gear")
+    bare = engine_named("mujoco").minimal(scene, 200)
+    for name in ("passive-damping", "passive-armature"):
+        change = ChangeCell("a", scene, replace(bare, dressing=(name,)), against=bare, revolutions=0.1)
+        found = measure_change(change)
+        assert found.outcome == "completed"
+        # Negative control: the joints have it. What turns evenly feels damping, and no inertia.
+        assert found.beside is not None
+        assert (found.beside["torque_change"] > 1.0) == (name == "passive-damping")
+
+
+def test_the_steps_of_a_pass_are_walked_to_where_it_has_three() -> None:
+    for axis in (AXES["steps"], AXES["speed"]):
+        case = Case("a", read(PASS), "pymunk", "tuned")
+        ((_, last),) = axis.spans(case)
+        coarsest = axis.cell(case, last)
+        assert round(as_run(coarsest).revolutions * coarsest.settings.steps_per_revolution) == LEAST_STEPS
+        assert watch(coarsest).outcome != "unsupported"
+        # Negative control: of what turns, two steps in a turn are run.
+        ((_, last),) = axis.spans(Case("a", read(TURNS), "pymunk", "tuned"))
+        assert axis.cell(Case("a", read(TURNS), "pymunk", "tuned"), last).settings.steps_per_revolution == 2
 
 
 @pytest.mark.parametrize("axis", ["start-pose", "run-length", "nearness", "float", "flank-radius", "nose-radius"])

@@ -13,6 +13,7 @@ from conrod.console import console
 # Items of a user's file that are told one by one.
 MOST = 20
 GOOD = (Kind.AGREES, Kind.AFTER_ROUNDING)
+ORDER = (Kind.MISPRINT, Kind.WRONG_STEP, Kind.NOT_REPRODUCIBLE, Kind.EXPLAINED)
 
 
 def print_counts(audits: Sequence[Audited]) -> None:
@@ -32,7 +33,8 @@ def print_counts(audits: Sequence[Audited]) -> None:
 def print_items(audited: Audited) -> None:
     """The items that do not agree, each with what it should be."""
     out = console()
-    told = [verdict for verdict in audited.verdicts if verdict.kind not in GOOD]
+    # What is to be corrected first, in the order of the file; what one cause explains comes last.
+    told = sorted((v for v in audited.verdicts if v.kind not in GOOD), key=lambda verdict: ORDER.index(verdict.kind))
     for verdict in told[:MOST]:
         out.print(_told(verdict), markup=False, highlight=False, soft_wrap=True)
     if len(told) > MOST:

@@ -40,6 +40,7 @@ class BranchWalk:
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
         self._longer: PoseTable | None = None
+        self._ends: dict[bool, float] = {}  # where the way forwards (True) and backwards ends, once it was gone
         self._course = SmoothCourse(equations)
 
     @cached_property
@@ -163,13 +164,22 @@ class BranchWalk:
         return self._refined(PoseTable(angles, stacked, self._course.slope(stacked, angles), None))
 
     def _passed(self, goal: float) -> list[Place]:
-        """Places from the start to an angle, in steps of no more than one of the turn's."""
+        """Places from the start to an angle, in steps of no more than one of the turn's.
+
+        Raises:
+            InvalidInput: the linkage goes no further than to the angle that is then in `_ends`.
+        """
         passed = [self._course.place(0.0, self.start)]
         goals = np.linspace(0.0, goal, math.ceil(abs(goal) / (2.0 * math.pi) * STEPS_PER_TURN) + 1)[1:]
         length = 2
         while len(goals := goals[np.abs(goals) > abs(passed[-1].angle)]):
             found = stride(self._course, passed, goals[:length])
-            passed.extend(found or self._course.steps(passed[-1], float(goals[0]), goal))
+            try:
+                for place in found or self._course.steps(passed[-1], float(goals[0]), goal):
+                    passed.append(place)
+            except InvalidInput:
+                self._ends[goal > 0.0] = passed[-1].angle
+                raise
             length = min(2 * length, LONGEST) if len(found) == length else max(len(found), 1)
         return passed
 
@@ -195,11 +205,12 @@ class BranchWalk:
 
     def reach(self, goal: float) -> float:
         """The crank angle [rad] where the way from the start to a goal ends; the goal, if nothing ends it before."""
-        here = self._course.place(0.0, self.start)
-        with suppress(InvalidInput):
-            for passed in self._course.steps(here, goal):
-                here = passed
-        return here.angle
+        forwards = goal > 0.0
+        if forwards not in self._ends:
+            with suppress(InvalidInput):
+                self._passed(goal)
+        end = self._ends.get(forwards, goal)
+        return end if abs(end) < abs(goal) else goal
 
     def _gain(self, turn: PoseTable) -> Array | None:
         """What one turn adds to the poses: turns of bodies, and nothing else; None if the next turn is another one."""

@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.trajectory import BodyStates, BodyTracks, PointTracks
@@ -52,7 +50,5 @@ def _mended_points(kinematics: Kinematics, states: BodyStates, order: int) -> di
     for k, values in enumerate(measured):
         residual = kinematics.residual([*mended, values], crank[k])
         # One Newton step: poses are mended by the Jacobian of the measured ones, rates by that of the mended.
-        jacobian = kinematics.jacobian(mended[0] if k else values)
-        step = np.linalg.solve(jacobian, residual[:, :, None])[:, :, 0]
-        mended.append(np.asarray(values - step, dtype=float))
+        mended.append(values - kinematics.solve(mended[0] if k else values, residual))
     return {name: values[-1] for name, values in kinematics.point_derivatives(mended).items()}

@@ -9,8 +9,10 @@ from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
+from rich.padding import Padding
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from conrod.catalogue import catalogue_heading, catalogue_names
 from conrod.engines import ENGINES, Engine
@@ -18,6 +20,8 @@ from conrod.errors import unknown_choice
 from conrod.execution.validation import run_jobs
 from conrod.export import as_csv, as_npz, exact_columns
 from conrod.facts import dead_centres, jumps, stroke
+from conrod.report.description import described
+from conrod.report.numbers import SHOWN_UNITS
 from conrod.scenes import SCENES, Scene
 from conrod.studies.results import Result, SceneStudy
 from conrod.studies.validate import Plan
@@ -70,7 +74,15 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     for study in studies:
         for result in study.results:
             table.add_row(*_row(result))
-    console().print(table)
+    out = console()
+    out.print(table)
+    for scene, reason in dict.fromkeys(
+        (result.scene, result.tolerance.reason)
+        for study in studies
+        for result in study.results
+        if result.passed is None and result.tolerance.reason
+    ):
+        out.print(f"{escape(scene)}: tolerances: {escape(reason)}", highlight=False)
 
 
 def _row(result: Result) -> list[str]:
@@ -91,7 +103,7 @@ def _order(value: float | None) -> str:
 
 def _verdict(result: Result) -> str:
     if result.outcome != "completed":
-        return f"[yellow]{result.outcome}[/]: {result.reason}"
+        return f"[yellow]{result.outcome}[/]: {escape(result.reason)}"
     if result.passed is None:
         return "measured, not judged"
     return "[green]within tolerance[/]" if result.passed else f"[red]OUT OF TOLERANCE[/]: {_missed(result)}"
@@ -131,25 +143,28 @@ def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Se
     out.print()
 
 
-UNITS = {"m": ("mm", 1e3), "rad/s": ("rpm", 60.0 / (2.0 * math.pi)), "kg*m^2": ("kg m^2", 1.0)}
-
-
 def show_scene(name: str, scene: Scene) -> None:
     """All about one scene."""
     out = console()
     mechanism = scene.kinematics.mechanism
-    out.print(f"{name}: {scene.title}")
-    out.print(f"source: {scene.source}")
-    out.print(f"frame: {scene.frame}\n")
+    for text in (f"{name}: {scene.title}", f"source: {scene.source}", f"frame: {scene.frame}"):
+        out.print(text, markup=False)
+    if described(scene) != f"{scene.title}.":  # what a file without a description has
+        out.print(f"\n{described(scene)}", markup=False)
+    if scene.assumptions:
+        out.print("\nassumed:")
+    for assumption in scene.assumptions:
+        out.print(Padding(Text(f"- {assumption}"), (0, 0, 0, 2), expand=False))
+    out.print()
     table = Table(box=None, pad_edge=False)
     for heading in ("parameter", "value", "unit", "meaning"):
         table.add_column(heading, justify="right" if heading == "value" else "left")
     for parameter in scene.parameter_facts().values():
-        unit, scale = UNITS.get(parameter.unit, (parameter.unit, 1.0))
+        unit, scale = SHOWN_UNITS.get(parameter.unit, (parameter.unit, 1.0))
         value = f"{scene.parameters[parameter.name] * scale:.6g}"
         table.add_row(parameter.name, value, unit, parameter.meaning)
     out.print(table)
-    bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m^2" for b in mechanism.bodies)
+    bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m²" for b in mechanism.bodies)
     out.print(f"\nbodies: {bodies}")
     higher = len(mechanism.cam_contacts) + len(mechanism.meshes)
     out.print(

@@ -87,6 +87,25 @@ class Elimination:
                 for column, value in step.others.items():
                     total = total - value * unknown[column]
                 unknown[step.column] = total if step.pivot == 1.0 else total / step.pivot
+        return self._stacked(unknown)
+
+    def solve_transposed(self, right: Sequence[Entry]) -> Array:
+        """Solutions (T, n) of the transposed matrices, for one right-hand side given column by column of the matrix."""
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            known = list(right)
+            unknown: list[Entry] = [0.0] * self._size
+            for step in self._steps:
+                unknown[step.row] = found = known[step.column] / step.pivot
+                for column, value in step.others.items():
+                    known[column] = known[column] - value * found
+            for block in reversed(self._blocks):
+                block.solve_transposed(known, unknown)
+            for step in reversed(self._steps):
+                for row, factor in step.factors:
+                    unknown[step.row] = unknown[step.row] - factor * unknown[row]
+        return self._stacked(unknown)
+
+    def _stacked(self, unknown: Sequence[Entry]) -> Array:
         solution = np.empty((self._samples, self._size))
         for column, value in enumerate(unknown):
             solution[:, column] = value
@@ -133,9 +152,22 @@ class _Block:
         if len(right) == 1:
             unknown[self._columns[0]] = right[0] / self.matrix[:, 0, 0]
             return
-        stacked = np.stack([np.broadcast_to(value, self._samples) for value in right], axis=1)
-        for column, found in zip(self._columns, (self._inverse @ stacked[:, :, None])[:, :, 0].T, strict=True):
+        for column, found in zip(self._columns, self._times(self._inverse, right), strict=True):
             unknown[column] = found
+
+    def solve_transposed(self, known: list[Entry], unknown: list[Entry]) -> None:
+        """Fill in the unknowns of the block's equations; what is known by columns before is changed by them."""
+        transposed = np.swapaxes(self._inverse, 1, 2)
+        found = self._times(transposed, [known[column] for column in self._columns])
+        for row, values in zip(self._rows, found, strict=True):
+            unknown[row] = values
+        for row, column, value in self._before:
+            known[column] = known[column] - value * unknown[row]
+
+    def _times(self, inverse: Array, right: list[Entry]) -> Array:
+        """Products (k, T) of matrices (T, k, k) and right-hand sides."""
+        stacked = np.stack([np.broadcast_to(value, self._samples) for value in right], axis=1)
+        return np.asarray((inverse @ stacked[:, :, None])[:, :, 0].T)
 
     @cached_property
     def _inverse(self) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -136,23 +138,28 @@ class Equations:
         moved = pose_jets(self.mechanism, [poses + width * self.slope(poses, here)])
         return {joint.name: active_arcs(joint, moved) for joint in contacts}
 
-    def newton(self, guess: Array, angle: Array, attempts: int = NEWTON_STEPS) -> Array:
+    def newton(self, guess: Array, angle: Array, attempts: int = NEWTON_STEPS, falling: bool = False) -> Array:
         """Poses (T, 3 n) that fit the crank angles (T,), near a guess, after so many steps at most.
+
+        Args:
+            falling: give up at the first step that is longer than the one before, which from a good guess none is.
 
         Raises:
             InvalidInput: the iteration does not converge at every angle.
         """
-        poses = guess.copy()
+        poses, longest = guess.copy(), math.inf
         for _ in range(attempts):
             # A guess may lie where an equation has no slope, a roller on a cam's axis; what is not finite ends it.
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 bodies = pose_jets(self.mechanism, [poses])
                 step = self._eliminated(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
             poses -= step
-            if not np.all(np.isfinite(step)):
+            length = float(np.abs(step / self.scale).max())
+            if not math.isfinite(length) or (falling and length > longest):
                 break
-            if np.abs(step / self.scale).max() <= NEWTON_DONE:
+            if length <= NEWTON_DONE:
                 return poses
+            longest = length
         raise InvalidInput(self.cannot_turn(angle))
 
     def distance(self, first: Array, second: Array) -> Array:
@@ -162,4 +169,9 @@ class Equations:
     def cannot_turn(self, angle: Array) -> str:
         """What to say of angles (T,) [rad] that the linkage does not reach."""
         lowest, highest = np.degrees([angle.min(), angle.max()])
+        if lowest == highest:
+            return (
+                f"{self.mechanism.name} cannot be assembled at crank angle {lowest:.6g} deg: lengths do not reach, or "
+                "the start poses are too far from any that fit"
+            )
         return f"{self.mechanism.name} cannot be assembled at every crank angle from {lowest:.6g} to {highest:.6g} deg"

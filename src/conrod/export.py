@@ -21,7 +21,8 @@ def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, t
 
     Args:
         samples: instants in a revolution, equally spaced; the last instant of the run is included.
-        revolutions: turns of the crank from angle 0; an input that makes one pass makes that, from its start.
+        revolutions: turns of the crank from angle 0; an input that makes one pass makes that, from its start, whose
+            time is before that of crank angle 0, which is 0 everywhere.
     """
     times, angle = _instants(scene, samples, revolutions)
     makes_a_pass = scene.mechanism().driver.span is not None
@@ -42,8 +43,9 @@ def _instants(scene: Scene, samples: int, revolutions: float) -> tuple[Array, Ar
         times = np.asarray(np.arange(round(samples * revolutions) + 1) * step, dtype=float)
         return times, scene.speed * times
     duration = (span[1] - span[0]) / abs(scene.speed)
-    times = np.asarray(np.arange(int(duration / step * (1.0 + ROUNDING)) + 1) * step, dtype=float)
-    return times, np.clip((span[0] if scene.speed > 0.0 else span[1]) + scene.speed * times, *span)
+    begin = (span[0] if scene.speed > 0.0 else span[1]) / scene.speed
+    times = begin + np.asarray(np.arange(int(duration / step * (1.0 + ROUNDING)) + 1) * step, dtype=float)
+    return times, np.clip(scene.speed * times, *span)
 
 
 def as_csv(columns: dict[str, tuple[str, Array]]) -> str:

@@ -25,6 +25,8 @@ MOTION_ORDER = 3  # position to jerk
 GEOMETRIES_KEPT = 128
 CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
 
+DIFFERENT_TURNS = 2  # that are looked at where one is not like the next
+
 
 class Kinematics:
     """Solver for one mechanism.
@@ -83,8 +85,16 @@ class Kinematics:
         return self._walk.near_change(angle, distance)
 
     def conditioning(self, poses: Array) -> Array:
-        """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom."""
-        return np.asarray(np.linalg.svd(self._equations.scaled_jacobian(poses), compute_uv=False)[:, -1])
+        """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom.
+
+        Zero also where the Jacobian does not exist: a roller on the axis of its cam.
+        """
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            jacobian = self._equations.scaled_jacobian(poses)
+        exists = np.isfinite(jacobian).all(axis=(1, 2))
+        least = np.zeros(len(poses))
+        least[exists] = np.linalg.svd(jacobian[exists], compute_uv=False)[:, -1]
+        return least
 
     def reach(self, goal: float) -> float:
         """The crank angle [rad] where the way from angle 0 to a goal ends; the goal, if nothing ends it before."""
@@ -112,6 +122,12 @@ class Kinematics:
         return self.mechanism.driver.span is None and self._walk.table is not None
 
     @property
+    def repeats(self) -> bool:
+        """Whether the crank turns fully, and each turn is like the last; after one, gears may stand elsewhere."""
+        table = self._walk.table
+        return self.mechanism.driver.span is None and table is not None and table.gain is not None
+
+    @property
     def span(self) -> tuple[float, float]:
         """The crank angles [rad] between which the machine is looked at: one turn, or the driver's span."""
         return self.mechanism.driver.span or (0.0, 2.0 * math.pi)
@@ -119,9 +135,13 @@ class Kinematics:
     def angles(self, count: int) -> Array:
         """So many crank angles [rad], evenly over the turn without its end, or over the driver's span with both ends.
 
+        Over two turns where they differ, as behind gears: what a run of usual length passes.
+
         Raises:
             InvalidInput: names a span that the linkage does not reach.
         """
+        if self.turns_fully and not self.repeats:
+            return np.linspace(0.0, DIFFERENT_TURNS * 2.0 * math.pi, count, endpoint=False)
         return np.linspace(*self.span, count, endpoint=self.mechanism.driver.span is not None)
 
     @property
@@ -161,6 +181,14 @@ class Kinematics:
     def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
         """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
         return self._equations.jacobian(poses, arcs)
+
+    def solve(self, poses: Array, right: Array) -> Array:
+        """What changes of the poses (T, 3 n) make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
+        return self._equations.elimination(poses).solve(list(right.T))
+
+    def solve_transposed(self, poses: Array, right: Array) -> Array:
+        """What multipliers (T, 3 n) of all equations make forces (T, 3 n) along the poses: J^-T right."""
+        return self._equations.elimination(poses).solve_transposed(list(right.T))
 
     @staticmethod
     def equations_of(joint: Joint) -> int:

@@ -39,6 +39,8 @@ def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
     span = kinematics.mechanism.driver.span
     if span is not None:
         out.print(f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg")
+    elif turn.crank_range.full and not kinematics.repeats:
+        out.print("after a turn the links do not stand as before it: strokes and angles are those of the first turn")
     if turn.outputs:
         rows = [_output_row(output) for output in turn.outputs]
         heading = ("driven link", "guided by", "stroke", "turns back at [deg]", "there and back [deg]", "time ratio")

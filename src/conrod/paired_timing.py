@@ -10,12 +10,15 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 # CPU time of the calling thread [ns].
 Clock = Callable[[], int]
 Stepper = Callable[[int], None]
+# Runs a block; the CPU time [ns] that it took.
+Block = Callable[[], int]
 
 ROUNDS = 24
 # Of a block [s]: a thousand times what the clock and the calls cost.
@@ -64,7 +67,8 @@ def paired_cost(
     for pair in range(pairs):
         steppers = (make_one(), make_other())
         steps = _block(steppers, clock)
-        turns = in_turns(steppers, (steps, steps), len(range(pair, rounds, pairs)), clock)
+        blocks = (partial(spent_by, steppers[0], steps, clock), partial(spent_by, steppers[1], steps, clock))
+        turns = in_turns(blocks, len(range(pair, rounds, pairs)))
         spent += [(one / steps, other / steps) for one, other in turns]
     times = 1e-9 * np.array(spent)
     # A clock that has not moved must not divide by zero.
@@ -83,19 +87,13 @@ def _block(steppers: tuple[Stepper, Stepper], clock: Clock) -> int:
         steps *= 2
 
 
-def in_turns(
-    steppers: tuple[Stepper, Stepper], steps: tuple[int, int], rounds: int, clock: Clock
-) -> list[tuple[int, int]]:
-    """CPU times [ns] of a block of each, round after round; the first of a round is the last of the next.
-
-    Args:
-        steps: in the blocks of either.
-    """
+def in_turns(blocks: tuple[Block, Block], rounds: int) -> list[tuple[int, int]]:
+    """CPU times [ns] of a block of each, round after round; the first of a round is the last of the next."""
     found = []
     for turn in range(rounds):
         times = [0, 0]
         for which in (1, 0) if turn % 2 else (0, 1):
-            times[which] = spent_by(steppers[which], steps[which], clock)
+            times[which] = blocks[which]()
         found.append((times[0], times[1]))
     return found
 

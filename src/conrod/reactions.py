@@ -32,8 +32,7 @@ def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
     """Reactions in the exact motion at constant crank speed, at crank angles (T,) [rad]."""
     poses, first, second = kinematics.derivatives(angle, 2)
     right = inertia_forces(kinematics.mechanism, poses, first * speed, second * speed**2)
-    transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
-    multipliers = np.asarray(np.linalg.solve(transposed, right[:, :, None])[:, :, 0], dtype=float)
+    multipliers = kinematics.solve_transposed(poses, right)
     joints, row = {}, 0
     for joint in kinematics.mechanism.joints:
         rows = kinematics.equations_of(joint)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.catalogue import CATALOGUE, catalogue_names, scene_named
+from conrod.catalogue import CATALOGUE, catalogue_file, catalogue_names, scene_named
 from conrod.engines import ENGINES, Engine, engine_named
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.ranges import check_count, check_number
@@ -62,6 +62,11 @@ def typed_names(names: Sequence[str]) -> dict[str, str]:
 def is_file(given: str) -> bool:
     """Whether what a user named is a mechanism file, and not the name of a scene."""
     return given.lower().endswith(MECHANISM_FILE)
+
+
+def machine_file(given: str) -> Path | None:
+    """The mechanism file of what a user named as one scene; None of a scene in closed form."""
+    return None if given in SCENES else Path(given) if is_file(given) else catalogue_file(given)
 
 
 def _named(names: Sequence[str]) -> dict[str, Scene]:

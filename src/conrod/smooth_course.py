@@ -26,6 +26,9 @@ WALK_BEND = 0.5
 # Where a step fails, or takes the determinant below this part of what it was, a change point is looked for so many
 # steps ahead, unless steps are this small already [rad].
 NEARING, LOOK_AHEAD, LEAST_LOOK = 0.5, 3.0, 1e-6
+# Places of a look are closest where it begins, and resolve (1/16)^2 of its way: a second one from the same place, not
+# much shorter, sees no more.
+LOOK_AGAIN = 1.0 / 64.0
 
 
 @dataclass(frozen=True)
@@ -85,15 +88,18 @@ class SmoothCourse:
         """
         way = goal - here.angle
         step = math.copysign(min(abs(way), 2.0 * math.pi / STEPS_PER_TURN), way)
+        looked = math.inf  # the step [rad] at which a change point was looked for last from here
         while math.copysign(1.0, way) * (goal - here.angle) > 0.0:
             # A step that ends short of the goal by rounding alone ends there.
             near = abs(goal - here.angle) <= (1.0 + SAME_STEP) * abs(step)
             following = goal if near else here.angle + step
             reached = self._try_step(here, following)
-            if reached is None or abs(reached.determinant) < NEARING * abs(here.determinant):
+            nearing = reached is None or abs(reached.determinant) < NEARING * abs(here.determinant)
+            if nearing and abs(step) <= LOOK_AGAIN * looked:
+                looked = abs(step)
                 reached = self._cross(here, step, goal if last is None else last) or reached
             if reached is not None:
-                here, step = reached, 2.0 * step
+                here, step, looked = reached, 2.0 * step, math.inf
                 yield here
             elif abs(step) > LEAST_STEP:
                 step *= 0.5
@@ -104,7 +110,7 @@ class SmoothCourse:
         """The place after a step along the tangent; None if it strayed from it, turned a corner or changed branch."""
         guess = here.poses + here.slope * (following - here.angle)
         try:
-            poses = self.equations.newton(guess, np.array([following]), ATTEMPTS)
+            poses = self.equations.newton(guess, np.array([following]), ATTEMPTS, falling=True)
         except InvalidInput:
             return None
         if self.equations.distance(poses, guess)[0] > WALK_MISS:

@@ -88,7 +88,8 @@ def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
         # Of two rockers on a rod, the one farther from the crank is driven.
         farthest = max((away[driven] for driven, *_ in ends), default=0)
         for driven, point, own, other in ends:
-            if away[driven] < farthest:
+            # A rod that is reached by way of a link does not push that one: it is itself moved by it.
+            if away[driven] < farthest or away[driven] < away[rod.name]:
                 continue
             path = _path(mechanism, poses, driven, point)
             if path is not None:

@@ -25,6 +25,9 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 # Products and quotients of unit names with one-digit powers: all that units need, and no expression to evaluate.
 TERM = r"[A-Za-zµμ°]+(\^[+-]?\d)?"
 UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
+# As reports write them.
+RAISED = str.maketrans({"²": "^2", "³": "^3"})
+COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
 @cache
@@ -53,7 +56,11 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
     number = NUMBER.match(stripped)
     if number is None:
         raise InvalidInput(f"{name} = {text!r} is not a number{_example(unit)}")
-    written = stripped[number.end() :].strip()
+    if COMMA.match(stripped):
+        raise InvalidInput(
+            f"{name} = {text!r}: decimals are written with a point, as in {stripped.replace(',', '.')!r}"
+        )
+    written = stripped[number.end() :].strip().translate(RAISED)
     if not written:
         return float(number.group())
     if not UNIT.fullmatch(written):
@@ -79,7 +86,19 @@ def _convert(name: str, text: str, value: float, written: str, unit: str) -> flo
 
 
 def _unknown_unit(name: str, text: str, written: str, unit: str) -> InvalidInput:
-    return InvalidInput(f"{name} = {text!r}: unknown unit {written!r}{_example(unit)}")
+    near = f"; did you mean {written.lower()!r}?" if _is_unit_of(written.lower(), unit) else _example(unit)
+    return InvalidInput(f"{name} = {text!r}: unknown unit {written!r}{near}")
+
+
+def _is_unit_of(written: str, unit: str) -> bool:
+    import pint
+
+    if not UNIT.fullmatch(written):
+        return False
+    try:
+        return bool(_registry().Quantity(1.0, written).is_compatible_with(unit or "dimensionless"))
+    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError):
+        return False
 
 
 def _example(unit: str) -> str:

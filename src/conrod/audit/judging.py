@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from conrod.audit.printed import Item
+from conrod.audit.printed import Item, Number
 from conrod.audit.verdict import Kind, Verdict
 
 
@@ -69,7 +69,10 @@ class Case:
 
 
 def judge(case: Case) -> Verdict:
-    """The verdict on a printed number; the kindest that a computation supports."""
+    """The verdict on a printed number; the kindest that a computation supports.
+
+    A systematic cause goes before a single number's cut: it leaves the document's habit of rounding as it is.
+    """
     return (
         _agreement(case)
         or _first(case, case.causes, Kind.EXPLAINED, keeps=False)
@@ -101,7 +104,9 @@ def _first(case: Case, ways: tuple[Explanation, ...], kind: Kind, keeps: bool) -
         rounded = number.is_rounding_of(way.value) or abs(number.value - way.value) <= way.within
         if rounded or (kind is not Kind.EXPLAINED and number.is_cut_of(way.value)):
             how = "" if rounded else ", cut off"
-            reason = f"{way.text} gives {_number(way.value)}{how}; {case.why}"
+            # What is nothing in the printed digits by far is rounding noise.
+            value = way.value if abs(way.value) > 1e-9 * number.last else 0.0
+            reason = f"{way.text} gives {_number(value)}{how}; {case.why}"
             return _verdict(case, kind, reason, None if keeps else _correct(case), cause=way.text)
     return None
 
@@ -122,7 +127,7 @@ def _contradiction(case: Case) -> Verdict | None:
 def _read(case: Case) -> Verdict | None:
     if case.exact is None or abs(case.item.number.value - case.exact) > case.reading:
         return None
-    reason = f"{case.why}; measured from a drawing, good to {_number(case.reading)}"
+    reason = f"{case.why}; measured from a drawing, good to {case.reading:.2g}"
     return _verdict(case, Kind.AFTER_ROUNDING, reason)
 
 
@@ -155,14 +160,15 @@ def _verdict(
         kind,
         reason,
         should_be,
-        None if against is None or should_be is None else _share(item.number.value, against),
+        None if against is None or should_be is None else _share(item.number, against),
         cause,
     )
 
 
-def _share(value: float, right: float) -> float:
-    """How far a value is off, as a share of the right one; of itself where that is zero."""
-    return abs(value - right) / (abs(right) or abs(value) or 1.0)
+def _share(number: Number, right: float) -> float:
+    """How far a print is off, as a share of the right value; of itself where that is zero in the printed digits."""
+    of = abs(right) if abs(right) >= 0.5 * number.last else abs(number.value)
+    return abs(number.value - right) / (of or 1.0)
 
 
 def _number(value: float) -> str:

@@ -24,8 +24,8 @@ SPEEDS = (40.0, 500.0)  # [rpm], of the document's machine and of its figures
 WAYS: dict[str, tuple[Division, float]] = {
     "as printed, the speed typed in rpm": (matrix_right_division, 1.0),
     "as printed, the speed typed in rad/s": (matrix_right_division, RPM),
-    "with ./ and .^, the speed typed in rpm": (elementwise_division, 1.0),
-    "with ./ and .^, the speed typed in rad/s": (elementwise_division, RPM),
+    "with .*, ./ and .^, the speed typed in rpm": (elementwise_division, 1.0),
+    "with .*, ./ and .^, the speed typed in rad/s": (elementwise_division, RPM),
 }
 
 

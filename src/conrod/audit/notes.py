@@ -8,9 +8,14 @@ SCAN = (
     "The text was read from a scan by a machine. A misprint of a formula or of a single digit may be an error of that "
     "reading: look at the paper before correcting it."
 )
+DOTS = (
+    "Dots over letters, for derivatives by time, are lost in the scan's text: where a formula fails for want of a dot "
+    "alone, the paper may have it."
+)
 NOTES: Mapping[str, tuple[str, ...]] = {
     "000": (
         SCAN,
+        DOTS.replace("are lost", "are lost or misplaced here and there"),
         "That the factors 1/18 and 1/324 of the velocity and the acceleration were whole, not cut short, cannot be "
         "told from the table; the cause named for the explained cells is the set of constants that reproduces every "
         "cell but two, not a listing that was seen.",
@@ -21,14 +26,13 @@ NOTES: Mapping[str, tuple[str, ...]] = {
         "speeds fix it.",
         "Example 6.15 is partly circular: two angles of its pose, those of O12-A and O15-C, were fitted to the "
         "velocities that are printed. Where such a number agrees, that says little; where it does not, the reason "
-        "is that no pose at all gives the printed polygon. No value is named as the right one.",
+        "is that no pose at all gives the printed polygon, and no value is named as the right one.",
         "In Examples 4.10, 5.6 and 6.18 the links' directions follow from the printed speeds themselves, which are "
         "therefore not tested by them.",
     ),
     "002": (
         SCAN,
-        "Dots over letters, for derivatives by time, are lost in the scan's text: where a formula fails for want of a "
-        "dot alone, the paper may have it.",
+        DOTS,
         "The figures are lost. What a curve in them shows cannot be held against the listing.",
     ),
     "004": (

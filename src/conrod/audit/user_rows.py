@@ -10,11 +10,12 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import cache
 
 import numpy as np
 
-from conrod.audit.printed import Item, Number
+from conrod.audit.printed import DIGITS, Item, Number
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.motion import BREAK_WIDTH, Array
 from conrod.ranges import check_number
@@ -25,6 +26,7 @@ NEEDED = ("scene", "quantity", "angle_deg", "printed", "unit")
 OPTIONAL = ("parameters", "document", "table", "row", "equation", "place", "line")
 UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
 AXES = ("x", "y", "size")
+MINUS = "\u2212"  # as typeset text has it
 LARGEST_TABLE = 10_000  # rows
 LARGEST_ANGLE = 36_000.0  # [deg], a hundred turns
 # A line at the top, "# scene: shear-press", gives a column's value for rows that have none of their own.
@@ -151,8 +153,12 @@ def _fields(
     name: str, lines: Sequence[str], first: int, settings: Mapping[str, str]
 ) -> Iterator[tuple[int, dict[str, str]]]:
     """Number of the line and values by column of each row that is not empty."""
-    reader = csv.DictReader(lines[first:])
+    reader = csv.DictReader(lines[first:], delimiter=_delimiter(lines[first] if first < len(lines) else ""))
     names = reader.fieldnames or ()
+    for column in names:
+        # A remark of one's own may have a column; a slip of the pen in a name would be passed over in silence.
+        if column not in (*NEEDED, *OPTIONAL) and get_close_matches(column.casefold(), (*NEEDED, *OPTIONAL)):
+            raise InvalidInput(f"{name}: {unknown_choice('column', column, (*NEEDED, *OPTIONAL))}")
     for column in NEEDED:
         if column not in names and column not in settings:
             raise InvalidInput(
@@ -171,20 +177,30 @@ def _fields(
         yield number, {**settings, **given}
 
 
+def _delimiter(heading: str) -> str:
+    """What stands between fields: a semicolon or a tab where decimals have the comma."""
+    return max(",;\t", key=heading.count)
+
+
+def _degrees(text: str) -> float:
+    """An angle, of either decimal mark."""
+    return parse_quantity("angle_deg", text.replace(",", ".") if DIGITS.fullmatch(text) else text, "")
+
+
 def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[str], Scene]) -> Row:
     for column in NEEDED:
         if not fields[column]:
             raise InvalidInput(f"{column}: nothing is given")
     scene = _with(scene_of(fields["scene"]), fields.get("parameters", ""))
     point, derivative, axis = _quantity(scene, fields["quantity"])
-    degrees = parse_quantity("angle_deg", fields["angle_deg"], "")
+    degrees = _degrees(fields["angle_deg"])
     check_number("angle_deg", degrees, -LARGEST_ANGLE, LARGEST_ANGLE, "deg")
-    line = fields.get("line", "") or "0"
+    line = fields.get("line", "") or str(number)
     if not (line.isascii() and line.isdecimal() and len(line) < 10):
         raise InvalidInput(f"line = {line!r} is not a line number")
     document = fields.get("document", "") or name
-    item = Item(document, "", _place(fields), int(line), fields["quantity"], f"{fields['angle_deg']} deg",
-                Number(fields["printed"]), fields["unit"], fields["scene"])  # fmt: skip
+    item = Item(document, "", _place(fields), int(line), fields["quantity"], f"{degrees:g} deg",
+                Number(fields["printed"].replace(MINUS, "-")), fields["unit"], fields["scene"])  # fmt: skip
     return Row(number, item, scene, point, derivative, axis, degrees, _factor(item.unit, derivative))
 
 

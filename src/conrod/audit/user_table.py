@@ -54,15 +54,17 @@ def _cases(group: Sequence[Row], beside: Mapping[int, Sequence[Row]]) -> Iterato
     """A case for each row of a group; `beside` has all rows of its point."""
     causes, slips = _systematic(group, CAUSES), _systematic(group, SLIPS)
     for place, row in enumerate(group):
-        # Neighbours are asked only where the print is off: they cost more than all the rest.
-        off = not row.item.number.is_rounding_of(row.exact)
+        slipped = _explanations(slips, place)
+        # Neighbours are asked only where the print is off: they cost more than all the rest. And where a slip runs
+        # through the whole quantity they have slipped too.
+        off = not any(row.item.number.is_rounding_of(value) for value in (row.exact, *(s.value for s in slipped)))
         yield Case(
             row.item,
             row.exact,
             f"exact motion of {row.item.mechanism}",
             causes=_explanations(causes, place),
             neighbours=tuple(neighbours(row, beside[id(row)])) if off else (),
-            wrong_steps=_explanations(slips, place),
+            wrong_steps=slipped,
         )
 
 
@@ -80,6 +82,19 @@ def _scaled(factor: float) -> Way:
     return lambda rows: factor * np.array([row.exact for row in rows])
 
 
+def _shifted(rows: int) -> Way:
+    """The exact values that belong some rows further on, in a table of even steps."""
+
+    def way(group: Sequence[Row]) -> Array:
+        places = np.unique([row.degrees for row in group])
+        if len(places) < 2:
+            return np.full(len(group), np.nan)
+        step = float(np.median(np.diff(places)))
+        return values(group, np.radians([row.degrees + rows * step for row in group]))
+
+    return way
+
+
 def _short_pi(pi: float) -> Way:
     return _turned(lambda degrees: degrees * pi / 180.0)
 
@@ -89,6 +104,10 @@ SLIPS: dict[str, Way] = {
     "the opposite sign": _scaled(-1.0),
     "the crank angle counted in the other sense": _turned(lambda degrees: -np.radians(degrees)),
     "the crank angle counted from the opposite dead centre": _turned(lambda degrees: np.radians(degrees) + np.pi),
+    "the value of the angle one step before": _shifted(-1),
+    "the value of the angle one step after": _shifted(1),
+    "the crank angle counted from a line 90 deg further on": _turned(lambda degrees: np.radians(degrees) + 0.5 * np.pi),
+    "the crank angle counted from a line 90 deg back": _turned(lambda degrees: np.radians(degrees) - 0.5 * np.pi),
     "degrees taken for radians": _turned(lambda degrees: degrees),
     "degrees taken for radians in the speed": _scaled(180.0 / np.pi),
     **{f"a unit {10**k} times as large": _scaled(10.0**-k) for k in (1, 2, 3)},

@@ -10,6 +10,8 @@ from conrod.commands import options
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from conrod.scenes import Scene
 
 # The figure that counts is taken over two turns.
@@ -40,13 +42,11 @@ def export(
     """Write the MJCF model of SCENE, its exact trajectory as a table with units, or a pack for other tools to solve."""
     from conrod.console import CSV_SAMPLES, exported
     from conrod.files import file_to_write, naming, write_whole
-    from conrod.selection import check_model, check_table, select_scene
+    from conrod.selection import check_model, check_table, machine_file, select_scene
 
     name, chosen = select_scene(scene, assignments)
     if kind == "pack":
-        if not chosen.closed_form:
-            raise InvalidInput(f"{scene}: a pack is of a scene in closed form; give mjcf, csv or npz as --format")
-        _export_pack(name, chosen, output, steps_per_rev, revolutions)
+        _export_pack(name, chosen, machine_file(scene), output, steps_per_rev, revolutions)
         return
     turns = 1 if revolutions is None else revolutions
     if kind == "mjcf":
@@ -64,7 +64,9 @@ def export(
             click.echo(content, nl=False)
 
 
-def _export_pack(name: str, scene: Scene, output: str | None, samples: int | None, revolutions: int | None) -> None:
+def _export_pack(
+    name: str, scene: Scene, machine: Path | None, output: str | None, samples: int | None, revolutions: int | None
+) -> None:
     from conrod.console import CSV_SAMPLES
     from conrod.files import write_together
     from conrod.pack.contents import pack_files
@@ -75,5 +77,6 @@ def _export_pack(name: str, scene: Scene, output: str | None, samples: int | Non
     turns = PACK_REVOLUTIONS if revolutions is None else revolutions
     check_table(name, a_turn, turns)
     place = pack_to_write(output)
-    write_together([pack_batch(pack_files(name, scene, a_turn, turns), place)])
+    text = None if machine is None else machine.read_bytes()
+    write_together([pack_batch(pack_files(name, scene, a_turn, turns, text), place)])
     click.echo(f"pack: {place}")

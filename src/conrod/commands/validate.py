@@ -78,6 +78,9 @@ def validate(
         raise InvalidInput(f"{files[0]}: a file is judged on its own, {said}")
     if scene is None:
         raise InvalidInput(f"{files[0]}: say with --scene what machine it is; `conrod show` lists them")
+    for option in ("jobs", "figures"):
+        if asked.pop(option, None) is not None:
+            raise InvalidInput(f"--{option} does not go with a file: it is for scenes")
     if files[0].lower().endswith(MODELS):
         from conrod.commands.validate_model import validate_model
 

@@ -8,7 +8,10 @@ from conrod.kinematics import Kinematics
 
 SAMPLES = 720
 # Why there are no bounds for a linkage with a change point: there is no largest motion of links per gap of a joint.
-UNDETERMINED = "none at a change point: there any give of the joints, however small, leaves the motion open"
+UNDETERMINED = (
+    "none at a change point: there any give of the joints, however small, leaves the motion open. A run that completed "
+    "went on in the assembly of the exact motion; one that took the other is told as flipped"
+)
 
 
 def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:

@@ -43,7 +43,7 @@ class Course:
 
     Attributes:
         kinematics: the mechanism's solver.
-        periodic: whether they are those of a whole turn.
+        periodic: whether they are those of a whole turn, and of every other one too.
         by_angle: whether the parameter is the crank angle [rad], as for a turn or a driver's span; else it is the arc
             length of the poses [1], 0 at crank angle 0.
         parameter: that the samples are taken at, (T,), growing; both ends of a turn are there.
@@ -88,7 +88,7 @@ def course_of(kinematics: Kinematics) -> Course:
     span = kinematics.mechanism.driver.span
     if span is not None or kinematics.turns_fully:
         angles = np.linspace(*(span or (0.0, TURN)), SAMPLES + 1)
-        return Course(kinematics, span is None, True, angles, *kinematics.derivatives(angles, 1))
+        return Course(kinematics, kinematics.repeats, True, angles, *kinematics.derivatives(angles, 1))
     columns = (np.array(column) for column in zip(*whole_range(kinematics)[1], strict=True))
     return Course(kinematics, False, False, *columns)
 

@@ -47,7 +47,7 @@ class Output:
         joint: name of the joint that guides it.
         unit: "m" of a slide, "rad" of a pin.
         dead_centres: in the order of the crank angle.
-        gain: what a turn of the crank adds to the link's way or turn [m] or [rad]; 0 for a link that comes back.
+        gain: what every turn of the crank adds to the link's way or turn [m] or [rad]; 0 for a link that comes back.
         stroke: greatest less least value [m] or [rad]; None for a link that does not come back.
         forward: crank angle [rad] between least and greatest value, at rest not counted; None without one stroke to and
             one fro in a turn.
@@ -95,7 +95,7 @@ def _output(course: Course, link: str | None, joint: Joint) -> Output | None:
     parameter = course.parameter
     values, rates = course.samples @ weights, course.tangents @ weights
     full = course.periodic
-    gain = float(values[-1] - values[0]) if full else 0.0
+    gain = float(values[-1] - values[0]) if full else _steady_gain(course, weights, values)
     unit = "m" if isinstance(joint, Prismatic) else "rad"
     signs = _signs(rates)
     if full:
@@ -114,6 +114,15 @@ def _output(course: Course, link: str | None, joint: Joint) -> Output | None:
     stroke = float(max(reached) - min(reached))
     ways = _ways(centres) if full and len(centres) == 2 else (None, None)
     return Output(link, joint.name, unit, tuple(centres), 0.0, stroke, *ways)
+
+
+def _steady_gain(course: Course, weights: Array, values: Array) -> float:
+    """What a first turn adds, if the next one adds the same, as to a wheel in a train of gears; 0 otherwise."""
+    if not course.kinematics.turns_fully:
+        return 0.0
+    gain = float(values[-1] - values[0])
+    after_next = float((course.poses(np.array([2.0 * TURN])) @ weights)[0])
+    return gain if abs(after_next - values[-1] - gain) <= RETURNED * float(np.ptp(values)) else 0.0
 
 
 def _weights(course: Course, link: str, joint: Joint) -> Array:

@@ -54,6 +54,11 @@ class DescribedScene(Scene):
         # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
         return _met, (type(self), self.document, self.given_anew)
 
+    @property
+    def as_described(self) -> Self:
+        """The scene with the file's own numbers."""
+        return type(self)(self.document) if self.given_anew else self
+
     @cached_property
     def described(self) -> Description:
         """What the file says."""
@@ -80,12 +85,11 @@ class DescribedScene(Scene):
     @property
     def description(self) -> str:
         # Reports fill parameters in where braces stand; a file has none to fill in.
-        return (
-            " ".join([self.described.about, *self._assumed(), *self._changes()]).replace("{", "{{").replace("}", "}}")
-        )
+        return " ".join([self.described.about, *self._changes()]).replace("{", "{{").replace("}", "}}")
 
-    def _assumed(self) -> list[str]:
-        return [f"Assumed: {'; '.join(self.described.assumptions)}."] if self.described.assumptions else []
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        return self.described.assumptions
 
     def _changes(self) -> list[str]:
         angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]

@@ -130,6 +130,8 @@ def _observed(fields: Fields, places: Places) -> tuple[ObservedPoint, ...]:
     table = fields.table("observed")
     found = []
     for name in table.names():
+        if name == "output" and name not in fields and table.raw(name) in table.names():
+            raise InvalidInput(f"{table.at(name)}: as a field of the file it stands before the first [table]")
         place = places.field(table, name)
         if place.body == GROUND:
             raise InvalidInput(f"{table.at(name)}: a point of the ground does not move")
@@ -143,4 +145,9 @@ def _output(fields: Fields, mechanism: Mechanism) -> str:
     names = [observed.name for observed in mechanism.observed]
     if len(names) == 1 and "output" not in fields:
         return names[0]
+    if "output" not in fields:
+        raise InvalidInput(
+            f"there is no 'output', which is needed with several observed points: one of {', '.join(sorted(names))}; "
+            "it stands before the first [table]"
+        )
     return fields.choice("output", names)

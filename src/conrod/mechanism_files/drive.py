@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism import GROUND, Driver, Joint, Revolute
 from conrod.mechanism_files.fields import Fields
@@ -20,10 +22,14 @@ def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float
     table = fields.table("driver")
     name = table.text("joint")
     joint = next((joint for joint in joints if joint.name == name), None)
+    cranks = [joint.name for joint in joints if isinstance(joint, Revolute) and GROUND in (joint.a, joint.b)]
     if joint is None:
-        raise unknown_choice(table.at("joint"), name[:SHOWN], [joint.name for joint in joints])
-    if not isinstance(joint, Revolute) or GROUND not in (joint.a, joint.b):
-        raise InvalidInput(f"{table.at('joint')} = {name!r}: the crank's revolute joint with the ground is wanted")
+        raise unknown_choice(table.at("joint"), name[:SHOWN], cranks)
+    if joint.name not in cranks:
+        found = f"; here {', '.join(sorted(cranks))}" if cranks else ""
+        raise InvalidInput(
+            f"{table.at('joint')} = {name!r}: the crank's revolute joint with the ground is wanted{found}"
+        )
     sense = SENSES[table.choice("sense", SENSES, "counter-clockwise")]
     meaning = "crank speed; negative is the other sense of rotation"
     speed = table.numbers.take(table.at("speed"), table.raw("speed"), SPEED, meaning, SPEED_PARAMETER)
@@ -35,8 +41,9 @@ def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float
             table.number("to", ANGLE, "crank angle at which the pass ends"),
         )
         if not span[0] <= 0.0 <= span[1] or span[0] == span[1]:
+            first, last = (math.degrees(end) for end in span)
             raise InvalidInput(
-                f"{table.place}: from = {span[0]:g} rad, to = {span[1]:g} rad: from must be less than to, with the "
+                f"{table.place}: from = {first:.6g} deg, to = {last:.6g} deg: from must be less than to, with the "
                 "crank angle 0, where the start poses are, between them"
             )
     table.end()

@@ -116,7 +116,10 @@ class Fields:
 
     def _pair(self, given: object, place: str, measure: Measure, meaning: str) -> Point:
         if isinstance(given, list) and len(given) == COORDINATES + 1 and measure is COORDINATE:
-            raise InvalidInput(f"{place} has three coordinates: only planar mechanisms can be described, give [x, y]")
+            raise InvalidInput(
+                f"{place} has three coordinates: only planar mechanisms can be described, give [x, y], with decimal "
+                "points"
+            )
         if not isinstance(given, list) or len(given) != COORDINATES:
             raise InvalidInput(f"{place} = {shown(given)}: two numbers are wanted, [x, y]")
         x, y = (self.numbers.take(f"{place}.{a}", v, measure, meaning) for a, v in zip("xy", given, strict=True))

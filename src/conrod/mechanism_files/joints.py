@@ -15,6 +15,14 @@ from conrod.mechanism_files.places import ORIGIN, Place, Places, check_apart
 from conrod.rolling import Rack, Rolling
 
 MOST_JOINTS = 200
+# What others call the kinds, and what is none.
+SYNONYMS = {
+    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "revolve", "turning"), "revolute"),
+    **dict.fromkeys(("slide", "slider", "sliding", "translational", "linear"), "prismatic"),
+    **dict.fromkeys(("gears", "mesh"), "gear"),
+    "rack-and-pinion": "rack",
+}
+RIGID = {"fixed", "rigid", "weld", "welded"}
 # Freedoms that the joints of space leave, for the mobility that is told where one of them stands in a file.
 SPATIAL = {"spherical": 3, "ball": 3, "cylindrical": 2, "universal": 2, "helical": 1, "screw": 1, "planar": 3}
 FREEDOMS = {"revolute": 1, "prismatic": 1, "gear": 5, "rack": 5, "rolling": 5, "cam": 5}
@@ -49,13 +57,23 @@ def read_joints(fields: Fields, places: Places) -> Read:
     joints, to_fit = [], set()
     for name, some in inside.items():
         if kinds[name] not in _READERS:
-            raise unknown_choice(some.at("kind"), kinds[name][:SHOWN], _READERS)
+            raise _unknown_kind(some.at("kind"), kinds[name])
         joints.append(_READERS[kinds[name]](some, name, places))
-        some.may_hold("offset")
-        if isinstance(joints[-1], Rolling | Rack) and "offset" not in some:
-            to_fit.add(name)
+        if isinstance(joints[-1], Rolling | Rack):
+            some.may_hold("offset")
+            if "offset" not in some:
+                to_fit.add(name)
         some.end()
     return Read(tuple(joints), frozenset(to_fit))
+
+
+def _unknown_kind(place: str, kind: str) -> InvalidInput:
+    known, plain = ", ".join(sorted(_READERS)), kind.lower()
+    if plain in RIGID:
+        return InvalidInput(f"unknown {place} {kind!r}: bodies that do not move against each other are one body")
+    if plain in SYNONYMS:
+        return InvalidInput(f"unknown {place} {kind!r}: choose from {known}; did you mean {SYNONYMS[plain]!r}?")
+    return unknown_choice(place, kind[:SHOWN], _READERS)
 
 
 def _check_planar(kinds: dict[str, str], links: int) -> None:

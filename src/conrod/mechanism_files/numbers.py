@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -91,7 +92,14 @@ def shown(given: object) -> str:
     """A value of a file in a message: one short line."""
     # A list may hold anything, of any depth: its size says enough.
     text = f"a {_KINDS[type(given)]}" if type(given) in _KINDS else repr(given)
+    text = text.lower() if isinstance(given, bool) else text
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 4]}...{text[-1]}"
 
 
-_KINDS: dict[type, str] = {list: "list", dict: "table"}
+_KINDS: dict[type, str] = {
+    list: "list",
+    dict: "table",
+    datetime.datetime: "date",
+    datetime.date: "date",
+    datetime.time: "time of day",
+}

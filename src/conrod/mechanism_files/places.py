@@ -37,6 +37,8 @@ class Places:
         Raises:
             InvalidInput: there is none; names the nearest.
         """
+        if not isinstance(given, str):
+            raise InvalidInput(f'{place} = {shown(given)}: a point is wanted, as text: "body.point", or the body alone')
         text = one_line(place, given)
         body, dot, name = text.partition(".")
         if body not in self.of_body:

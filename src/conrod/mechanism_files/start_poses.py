@@ -93,11 +93,7 @@ def placed(structure: Structure, driver: Driver, hints: Mapping[str, Hint]) -> d
     # What is told exactly goes before what has to be supposed.
     while open_ones := [name for name in names if name not in search.poses]:
         if not any(attempt(name) for attempt in (search.place, search.suppose) for name in open_ones):
-            first = f"start.{open_ones[0]}"
-            raise InvalidInput(
-                f"{first}: where it is at crank angle 0 does not follow from the other bodies: give {first}.{TURN}, "
-                f"or where about its points are, as in {first}.{ORIGIN} = [0, 0]"
-            )
+            raise InvalidInput(search.missing(open_ones))
     return {name: search.poses[name] for name in names}
 
 
@@ -107,6 +103,15 @@ class _Search:
     def __init__(self, joints: tuple[Joint, ...], hints: Mapping[str, Hint], poses: dict[str, Pose]) -> None:
         self._joints, self._hints, self.poses = joints, hints, poses
         self.turns: dict[str, float] = {name: hint.turn for name, hint in hints.items() if hint.turn is not None}
+
+    def missing(self, bodies: list[str]) -> str:
+        """What to say of bodies that could not be placed."""
+        first = f"start.{bodies[0]}"
+        give = f"where about one of its points is, as in {first}.{ORIGIN} = [0, 0]"
+        if self._turn(bodies[0]) is None:
+            give = f"{first}.{TURN}, or {give}"
+        others = f", or the same of {', '.join(bodies[1:])}" if bodies[1:] else ""
+        return f"{first}: where it is at crank angle 0 does not follow from the other bodies: give {give}{others}"
 
     def place(self, body: str) -> bool:
         """Place a body by what is known; false where that is not enough."""

@@ -17,6 +17,7 @@ MOST_BYTES = 256 * 1024
 MOST_DEPTH = 20
 _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_DEPTH}}}")
+DECIMAL_COMMA = re.compile(r"=\s*[+-]?\d+,\d")
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -40,18 +41,25 @@ def parse(content: bytes) -> dict[str, Any]:
         InvalidInput: it is none; says where.
     """
     try:
-        text = content.decode("utf-8")
+        text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
     except UnicodeDecodeError as error:
-        raise InvalidInput(f"it is no text in UTF-8: byte {error.start} cannot be read") from None
+        raise InvalidInput(f"it is no text in UTF-8: byte {error.start} cannot be read; save it as UTF-8") from None
     _check_keys(text)
     try:
         tables = tomllib.loads(text)
     except RecursionError:
         raise InvalidInput("its lists or tables lie too deep inside each other") from None
     except ValueError as error:  # TOMLDecodeError is one; numbers of too many digits raise another one
-        raise InvalidInput(f"it is no TOML: {' '.join(str(error).split())[:200]}") from None
+        raise InvalidInput(f"it is no TOML: {' '.join(str(error).split())[:200]}{_comma(text, error)}") from None
     _check_depth(tables)
     return tables
+
+
+def _comma(text: str, error: ValueError) -> str:
+    """A word on a decimal comma, if one stands in the line that an error names."""
+    named = re.search(r"at line (\d+)", str(error))
+    line = text.splitlines()[int(named.group(1)) - 1 :][:1] if named else []
+    return "; decimals are written with a point, not with a comma" if line and DECIMAL_COMMA.search(line[0]) else ""
 
 
 def _content(path: Path) -> bytes:

@@ -20,6 +20,8 @@ from conrod.scenes import Scene
 
 SCHEMA = 1
 README, PARAMETERS, MECHANISM, TOLERANCES = "README.md", "parameters.json", "mechanism.json", "tolerances.json"
+# The file that a mechanism comes from, as it is; the values of its numbers are among the parameters.
+MACHINE = "machine.toml"
 TRAJECTORY_CSV, TRAJECTORY_NPZ = "trajectory.csv", "trajectory.npz"
 FIGURES = "figures"
 DRAWING = f"{FIGURES}/mechanism.svg"
@@ -30,17 +32,21 @@ READABLE = 0o644 << 16  # by all, once unpacked
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can say
 
 
-def pack_files(name: str, scene: Scene, samples: int, revolutions: int) -> dict[str, str | bytes]:
+def pack_files(
+    name: str, scene: Scene, samples: int, revolutions: int, machine: bytes | None = None
+) -> dict[str, str | bytes]:
     """Content of all files of a pack by their names, the README last.
 
     Args:
         name: of the scene.
         samples: of the trajectory, a revolution.
-        revolutions: of the trajectory.
+        revolutions: of the trajectory; an input that makes one pass makes that.
+        machine: the mechanism file that the scene comes from; None of a scene in closed form.
     """
     columns = exact_columns(scene, samples, revolutions)
     tolerances = worth_meeting(scene)
     return {
+        **({} if machine is None else {MACHINE: machine}),
         PARAMETERS: _json(parameters_document(name, scene)),
         MECHANISM: _json(mechanism_document(scene.mechanism())),
         TOLERANCES: _json({"schema": SCHEMA, "tolerances": [asdict(t) for t in tolerances]}),
@@ -78,6 +84,7 @@ def parameters_document(name: str, scene: Scene) -> dict[str, Any]:
             parameter: {"value": value, "unit": facts[parameter].unit or "1", "meaning": facts[parameter].meaning}
             for parameter, value in scene.parameters.items()
         },
+        **({} if scene.closed_form else {"machine": MACHINE}),
         "period": {"value": scene.period, "unit": "s"},
         "lengths": {point: {"value": length, "unit": "m"} for point, length in scene.lengths.items()},
     }

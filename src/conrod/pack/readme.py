@@ -8,6 +8,8 @@ from typing import assert_never
 
 from conrod.cam_law import LawProfile
 from conrod.mechanism import CamContact, Mechanism, Prismatic, Revolute
+from conrod.mechanism_files import DescribedScene
+from conrod.pack.course import course, covered, drive, unknowns, whole_course
 from conrod.pack.tolerances import Tolerance
 from conrod.report import numbers
 from conrod.report.tables import paragraphs, table
@@ -21,6 +23,7 @@ FILES = (
     ("`tolerances.json`", "errors worth meeting, and where they come from"),
     ("`figures/mechanism.svg`", "a drawing with dimensions"),
 )
+FILE = ("`machine.toml`", "the mechanism as conrod reads it, but for parameters that were given anew")
 
 
 def readme(
@@ -50,7 +53,7 @@ def readme(
             "## What to hand in",
             _hand_in(scene),
             "## The figure that counts",
-            "The **largest position error over L, over two revolutions**: of all observed points and all rows the "
+            f"The **largest position error over L, over {course(scene)}**: of all observed points and all rows the "
             "largest distance from the exact position at that time, divided by the L of the point.",
             table(("point", "L [mm]"), [(p, numbers.quantity(1e3 * x, 9)) for p, x in scene.lengths.items()]),
             _how(name, scene),
@@ -66,8 +69,8 @@ def readme(
             _joints(mechanism),
             _loads(mechanism),
             "## Files",
-            table(("file", "holds"), FILES),
-            f"The trajectory has {samples} instants a revolution over {revolutions}, from crank angle 0; its columns "
+            table(("file", "holds"), FILES if scene.closed_form else (FILE, *FILES)),
+            f"The trajectory has {samples} instants a revolution over {covered(scene, revolutions)}; its columns "
             f"are {', '.join(f'`{column}`' for column in columns)}. {_breaks(scene)}".strip(),
         )
         + "\n"
@@ -87,9 +90,8 @@ def _task(scene: Scene, mechanism: Mechanism) -> str:
     sense = "counter-clockwise" if mechanism.driver.sense * scene.speed > 0 else "clockwise"
     return (
         f"Drive the body `{mechanism.crank}` about the joint `{mechanism.driver.joint}` at a constant "
-        f"{abs(scene.speed)!r} rad/s {sense}, from crank angle 0 at time 0, in motion from the start, over two "
-        f"revolutions of {scene.period:.15g} s each. Assemble the mechanism on the branch of the start poses below. "
-        "The exact motion depends on no mass and no gravity; what your tool makes of it may."
+        f"{abs(scene.speed)!r} rad/s {sense}, {drive(scene)}. Assemble the mechanism on the branch of the start poses "
+        "below. The exact motion depends on no mass and no gravity; what your tool makes of it may."
     )
 
 
@@ -97,25 +99,25 @@ def _hand_in(scene: Scene) -> str:
     first = next(iter(scene.lengths))
     return (
         "A table (CSV, Parquet or npz) with the time and the positions of the observed points "
-        f"({', '.join(f'`{p}.x`, `{p}.y`' for p in scene.lengths)}), at any times that cover the two revolutions, such "
-        f"as those of `trajectory.csv`; with velocities (`{first}.vx`) and "
+        f"({', '.join(f'`{p}.x`, `{p}.y`' for p in scene.lengths)}), at any times that cover {whole_course(scene)}, "
+        f"such as those of `trajectory.csv`; with velocities (`{first}.vx`) and "
         f"accelerations (`{first}.ax`) if you have them, and the crank's own angle (`crank_angle`). Units go into the "
         f"headings: `time [s]`, `{first}.x [mm]`."
     )
 
 
 def _how(name: str, scene: Scene) -> str:
-    command = " ".join(["conrod validate YOUR.csv --scene", name, *_assignments(name, scene)])
+    machine = name if scene.closed_form else "machine.toml"
+    command = " ".join(["conrod validate YOUR.csv --scene", machine, *_assignments(name, scene)])
     return (
-        f"`{command}` prints it, says what else is off, and why where it can. Unknown start times, crank angles, "
-        "senses and frames can be worked out first: `--estimate time,phase,sense,frame`. Without conrod the figure is "
-        "the largest distance from `trajectory.csv`, row by row at its times, over L."
+        f"`{command}` prints it, says what else is off, and why where it can. {unknowns(scene)} Without conrod the "
+        "figure is the largest distance from `trajectory.csv`, row by row at its times, over L."
     )
 
 
 def _assignments(name: str, scene: Scene) -> list[str]:
-    """What makes the scene of the one that ships."""
-    usual = SCENES[name].parameters
+    """What makes the scene of the one that ships, or that the file describes."""
+    usual = scene.as_described.parameters if isinstance(scene, DescribedScene) else SCENES[name].parameters
     return [f"--set {shlex.quote(f'{p}={value!r}')}" for p, value in scene.parameters.items() if value != usual[p]]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from conrod.errors import InvalidInput
 from conrod.files import Batch, file_to_write, folder_to_write, single
-from conrod.pack.contents import DRAWING, FIGURES, KEYS, PAGES, PARAMETERS, zipped
+from conrod.pack.contents import DRAWING, FIGURES, KEYS, MACHINE, PAGES, PARAMETERS, zipped
 from conrod.report.own_folder import check_own_folder, holds_document
 
 ARCHIVE = ".zip"
@@ -25,7 +25,7 @@ def pack_to_write(text: str | None) -> Path:
         return file_to_write(text, "-o")
     folder = folder_to_write(text, "-o")
     own = holds_document(folder / PARAMETERS, KEYS)
-    check_own_folder(folder, PAGES, (DRAWING,), FIGURES, own, "of a pack")
+    check_own_folder(folder, (*PAGES, MACHINE), (DRAWING,), FIGURES, own, "of a pack")
     return folder
 
 

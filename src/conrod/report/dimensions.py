@@ -17,7 +17,7 @@ Poses = Mapping[str, Pose]
 class Length:
     """A dimension line beside the line from `start` to `stop` [m]; `aside` of the drawing's size to its left.
 
-    Its second extension line begins at `stop_from`, where that is not `stop`.
+    Its second extension line begins at `stop_from`, where that is not `stop`; its text stands at `text_at` of the line.
     """
 
     text: str
@@ -25,6 +25,7 @@ class Length:
     stop: Point
     aside: float
     stop_from: Point | None = None
+    text_at: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,8 @@ def dimensions(mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
 
 def _link(name: str, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
     """The length of a link with two pins."""
-    pins = [to_world(poses[name], point) for point in pins_of(mechanism, name)]
+    # Several links may share a pin.
+    pins = [to_world(poses[name], point) for point in dict.fromkeys(pins_of(mechanism, name))]
     if len(pins) != 2 or math.dist(*pins) == 0.0:
         return []
     text = f"{name} {_mm(math.dist(*pins))}"
@@ -82,7 +84,7 @@ def _offset(slide: Prismatic, mechanism: Mechanism, poses: Poses) -> list[Dimens
     if abs(away) < 1e-9 * math.dist(slider, shaft):
         return []
     foot = (slider[0] - away * nx, slider[1] - away * ny)
-    return [Length(f"offset {_mm(away)}", slider, foot, -0.08, stop_from=shaft)]
+    return [Length(f"offset {_mm(abs(away))}", slider, foot, -0.08, stop_from=shaft)]
 
 
 def _cam(contact: CamContact, poses: Poses) -> tuple[Dimension, ...]:

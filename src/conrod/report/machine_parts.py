@@ -12,6 +12,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from conrod.mechanism import Point
 from conrod.motion import Array
 from conrod.report.dimensions import Length, Radius
+from conrod.report.link_shapes import LinkShape
 
 INK, FRAME, LINK, DIMENSION = "#222222", "#777777", "#7d97ab", "#8a2b2b"
 TEXT: dict[str, Any] = {"fontsize": 8.0, "zorder": 20}
@@ -23,9 +24,27 @@ def unit(direction: float) -> Array:
     return np.array([math.cos(direction), math.sin(direction)])
 
 
-def link(axes: Axes, points: list[Point], width: float) -> None:
-    """A bar through the points, in order."""
-    axes.plot(*np.array(points).T, color=LINK, linewidth=width, alpha=0.75, zorder=4)
+def body(axes: Axes, shape: LinkShape, width: float) -> None:
+    """A link as a bar, or as a plate with its edges, of a line width [pt]; and its arms."""
+    if len(shape.corners) > 2:
+        axes.add_patch(Polygon(shape.corners, facecolor=LINK, alpha=0.3, edgecolor="none", zorder=3))
+    if len(shape.edges):
+        axes.plot(*shape.edges.T, color=LINK, linewidth=width, alpha=0.75, zorder=4)
+    for line in shape.arms:
+        arm(axes, line)
+
+
+def arm(axes: Axes, line: Array) -> None:
+    """A thin line (2, 2) from a link to a place that no joint holds."""
+    axes.plot(*line.T, color=LINK, linewidth=1.5, alpha=0.75, zorder=3)
+
+
+def slot(axes: Axes, ends: Array, size: float) -> None:
+    """A slot of a moving link between two ends (2, 2): its sides, without the frame's hatching."""
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    left = 1.15 * size * np.array([-along[1], along[0]])
+    corners = np.array([ends[0] - left, ends[1] - left, ends[1] + left, ends[0] + left])
+    axes.add_patch(Polygon(corners, facecolor="white", edgecolor=LINK, linewidth=2.5, joinstyle="round", zorder=4.5))
 
 
 def pin(axes: Axes, centre: Point, size: float) -> None:
@@ -111,15 +130,32 @@ def note(axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, gro
 
 def length_line(axes: Axes, dimension: Length, start: Array, stop: Array, extent: float) -> None:
     """A dimension line with its two extension lines."""
-    along = (stop - start) / np.linalg.norm(stop - start)
-    left = np.array([-along[1], along[0]])
-    shift = dimension.aside * extent * left
+    line, *extensions = length_lines(dimension, start, stop, extent)
+    for extension in extensions:
+        axes.plot(*extension.T, color=DIMENSION, linewidth=0.6, zorder=6)
+    arrow(axes, line[0], line[1], DIMENSION, "<|-|>", 0.8)
+    middle, turned = length_text(dimension, start, stop, extent)
+    note(axes, middle, dimension.text, DIMENSION, turned)
+
+
+def length_lines(dimension: Length, start: Array, stop: Array, extent: float) -> list[Array]:
+    """A dimension line and its two extension lines, each (2, 2)."""
+    shift = dimension.aside * extent * _left(start, stop)
     origin = stop if dimension.stop_from is None else 1e3 * np.array(dimension.stop_from)
-    for end, seen_from in ((start, start), (stop, origin)):
-        axes.plot(*np.array([seen_from, end + 1.15 * shift]).T, color=DIMENSION, linewidth=0.6, zorder=6)
-    arrow(axes, start + shift, stop + shift, DIMENSION, "<|-|>", 0.8)
-    middle = 0.5 * (start + stop) + shift + math.copysign(0.03 * extent, dimension.aside) * left
-    note(axes, middle, dimension.text, DIMENSION, _readable(float(np.degrees(np.arctan2(along[1], along[0])))))
+    extensions = [np.array([seen_from, end + 1.15 * shift]) for end, seen_from in ((start, start), (stop, origin))]
+    return [np.array([start + shift, stop + shift]), *extensions]
+
+
+def length_text(dimension: Length, start: Array, stop: Array, extent: float) -> tuple[Array, float]:
+    """Centre of the text on a dimension line, and its angle [deg]."""
+    aside = (dimension.aside + math.copysign(0.03, dimension.aside)) * extent * _left(start, stop)
+    along = stop - start
+    return start + dimension.text_at * along + aside, _readable(math.degrees(math.atan2(along[1], along[0])))
+
+
+def _left(start: Array, stop: Array) -> Array:
+    along = (stop - start) / np.linalg.norm(stop - start)
+    return np.array([-along[1], along[0]])
 
 
 def radius_line(axes: Axes, dimension: Radius, centre: Array, radius: float) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from conrod.report import numbers, prose, sections
+from conrod.report.description import described
 from conrod.report.figure_names import FIGURE_NAMES
 from conrod.report.settings_table import settings
 from conrod.report.styles import completed, engine_title
-from conrod.report.tables import paragraphs
+from conrod.report.tables import bullets, paragraphs
 from conrod.scenes import Scene
 from conrod.studies.results import Result, SceneStudy
 
@@ -25,7 +26,8 @@ def scene_page(study: SceneStudy, command: str, shown: Sequence[str] = FIGURE_NA
     scene = study.scene
     blocks = [
         f"# {study.name}: {scene.title}",
-        scene.description.format(**_in_words(scene)),
+        described(scene),
+        assumed(scene),
         f"Source: {scene.source}.",
         "" if scene.closed_form else prose.GENERIC_RULER,
         f"Reproduced by `{command}`, with {versions(study)}. See the [index](README.md) for the other machines.",
@@ -88,6 +90,11 @@ def figure(study: SceneStudy, name: str, text: str, shown: Sequence[str] = FIGUR
     return f"![{text}]({FIGURES}/{study.name}-{name}.svg)" if name in shown else ""
 
 
+def assumed(scene: Scene) -> str:
+    """What the scene assumes, a point each; nothing where it assumes nothing."""
+    return paragraphs("Assumed:", bullets(scene.assumptions)) if scene.assumptions else ""
+
+
 def summary(study: SceneStudy) -> str:
     """The verdict on the scene in a sentence or two."""
     judged = [r for r in study.results if r.passed is not None]
@@ -104,11 +111,3 @@ def versions(study: SceneStudy) -> str:
     """Engines and their versions."""
     found = dict.fromkeys((r.engine, r.engine_version) for r in study.results)
     return ", ".join(f"{engine_title(engine)} {version}" for engine, version in found)
-
-
-def _in_words(scene: Scene) -> dict[str, str]:
-    facts = scene.parameter_facts()
-    return {
-        name: " ".join(numbers.in_shown_unit(value, facts[name].unit)).removesuffix(" -")
-        for name, value in scene.parameters.items()
-    }

@@ -10,7 +10,7 @@ from conrod.convergence import PAIRS_AGREE, observed_order
 from conrod.follower_lift import follower_lift
 from conrod.report import numbers, prose
 from conrod.report.styles import engine_title
-from conrod.report.tables import paragraphs, table
+from conrod.report.tables import bullets, paragraphs, table
 from conrod.report.verdicts import verdict
 from conrod.scenes import CamFollower, Scene
 from conrod.studies.results import QUANTITIES, Result, SceneStudy
@@ -242,4 +242,4 @@ def _contact_notes(scene: Scene) -> tuple[str, list[str]]:
 def blind_spots(study: SceneStudy) -> str:
     """What the comparison cannot see."""
     first = prose.BLIND_SPOTS_CONTACT if has_contact(study) else prose.BLIND_SPOTS_LINKAGE
-    return "\n".join(f"- {text}" for text in (first, *prose.blind_spots(study.scene.closed_form)))
+    return bullets((first, *prose.blind_spots(study.scene.closed_form)))

@@ -1,4 +1,4 @@
-"""Markdown tables."""
+"""Markdown tables, lists and paragraphs."""
 
 from __future__ import annotations
 
@@ -16,6 +16,11 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def paragraphs(*blocks: str) -> str:
     """Blocks with an empty line between them; empty ones are left out."""
     return "\n\n".join(block.strip("\n") for block in blocks if block.strip())
+
+
+def bullets(points: Iterable[str]) -> str:
+    """A list of points, each on one line."""
+    return "\n".join(f"- {' '.join(point.split())}" for point in points)
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -67,6 +67,11 @@ class Scene(ABC):
     def frame(self) -> str:
         """Origin, axes and the crank angle's sense, for the report."""
 
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What had to be chosen because the source does not tell it, a sentence or clause each."""
+        return ()
+
     def __post_init__(self) -> None:
         check_ranges(self)
         self._check_geometry()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.tables.alignment import Alignment
 from conrod.tables.ideas import ideas
@@ -45,7 +46,10 @@ def likely_causes(observed: Observed, scene: Scene, alignment: Alignment, wrong:
     before = {name: size for name in wrong if (size := largest(errors, name))}
     found: dict[str, Cause] = {}
     for idea in ideas(rows, scene, alignment, tuple(before)):
-        left = table_errors(idea.observed, scene, idea.alignment)
+        try:
+            left = table_errors(idea.observed, scene, idea.alignment)
+        except InvalidInput:
+            continue  # the linkage does not come to where the crank would then be
         explains = {}
         for name, size in before.items():
             after = largest(left, name) if name in idea.concerns else None

@@ -96,6 +96,11 @@ def estimate(observed: Observed, scene: Scene, asked: Sequence[str]) -> Estimati
     """
     if not observed.has("position"):
         _check_without_positions(observed, asked)
+    elif scene.kinematics.mechanism.driver.span is not None and tuple(asked) != ("frame",):
+        raise InvalidInput(
+            f"--estimate {','.join(asked)}: it would be looked for anywhere in a turn, and the input makes one pass; "
+            "only frame can be estimated"
+        )
     rows = observed.thinned(MOST_ROWS)
     if "sense" not in asked:
         return _with_sense(rows, scene, asked, 1)

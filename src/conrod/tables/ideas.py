@@ -173,7 +173,9 @@ def _tell(observed: Observed, names: Sequence[str]) -> bool:
 
 def _times(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Idea]:
     """The crank's zero and the clock, found from anywhere in the turn; then what alone belongs to other instants."""
-    shifts, told = [], _tell(observed, ["time"])
+    # One pass has no turn in which to look anywhere: most of it the linkage does not reach.
+    turns = scene.kinematics.mechanism.driver.span is None
+    shifts, told = [], turns and _tell(observed, ["time"])
     if told and observed.angle is not None and "position" in wrong:
         other = fitted(Fit(observed, scene, "reached"), alignment, ["zero"]).alignment
         by = math.remainder(other.zero - alignment.zero, TURN)

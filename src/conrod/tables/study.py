@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,12 +18,13 @@ from conrod.tables.columns import Column
 from conrod.tables.estimation import Estimation, estimate
 from conrod.tables.judging import ERRORS, Crank, crank_of, largest, table_errors
 from conrod.tables.reading import Reading
-from conrod.tables.samples import QUANTITIES
+from conrod.tables.samples import QUANTITIES, Observed
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
 NOTEWORTHY = 1e-6
 # An angle that a clock's rounding makes uncertain by more than this is told [rad].
 CLOCK_ROUNDING = 1e-9
+BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
 WHOLE = 1.0 - 1e-6  # revolutions that are one: times are written with so many digits
 EPS = float(np.finfo(float).eps)
 RMS = "velocity_rms"
@@ -115,6 +117,7 @@ def study_table(
     observed, allowed = reading.observed, dict(tolerance or {})
     estimation = estimate(observed, scene, asked) if asked else None
     alignment = estimation.alignment if estimation else Alignment()
+    _check_pass(observed, scene, alignment)
     errors = table_errors(observed, scene, alignment)
     crank = crank_of(observed, scene, alignment)
     _check_tolerance(allowed, errors, crank)
@@ -135,6 +138,22 @@ def study_table(
         causes=likely_causes(observed, scene, alignment, _wrong(errors, crank, allowed)),
         notes=tuple(_notes(reading, scene)),
     )
+
+
+def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
+    """Refuse a table whose clock leads out of the one pass of an input that cannot turn fully."""
+    span = scene.kinematics.mechanism.driver.span
+    if span is None:
+        return
+    angle = alignment.nominal(observed, scene.speed)
+    if angle.min() < span[0] - BEYOND or angle.max() > span[1] + BEYOND:
+        found, allowed = (
+            f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in ((angle.min(), angle.max()), span)
+        )
+        raise InvalidInput(
+            f"the table's times lead from crank angle {found}, out of the pass from {allowed}: time 0 is that of crank "
+            f"angle 0, so that the pass begins at {(span[0] if scene.speed > 0.0 else span[1]) / scene.speed:.6g} s"
+        )
 
 
 def _found(name: str, errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None) -> float | None:
@@ -170,8 +189,13 @@ def _notes(reading: Reading, scene: Scene) -> list[str]:
     observed, notes = reading.observed, []
     if reading.repeated:
         notes.append(f"rows that repeat the time and all values of the row before are left out: {reading.repeated}")
-    if np.ptp(observed.times) < WHOLE * scene.period:
-        notes.append("it spans less than a revolution: the rest of the turn is not judged")
+    span = scene.kinematics.mechanism.driver.span
+    whole = 2.0 * math.pi if span is None else span[1] - span[0]
+    # A pass is whole where no other row would have fitted into it.
+    left = 0.0 if span is None else observed.step
+    if np.ptp(observed.times) + left < WHOLE * whole / abs(scene.speed):
+        rest = "a revolution: the rest of the turn" if span is None else "the pass: the rest of it"
+        notes.append(f"it spans less than {rest} is not judged")
     assumed = [column.target.name for column in reading.columns if column.told_by == "assumed"]
     if assumed:
         notes.append(f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise")

@@ -140,14 +140,15 @@ def _tip_angle(item: Item) -> Case:
     return Case(item, angle, f"exact geometry: {value:.3f} just after the joint C", causes=(cut,))
 
 
-def _extreme_on_nose(quantity: int) -> Callable[[Item], Case]:
+def _extreme_on_nose(quantity: int, besides: str = "") -> Callable[[Item], Case]:
     def case(item: Item) -> Case:
         angle, value = _exact_extreme(quantity, magnitude=True)
         slip = Explanation(
             "rho = 108 mm put in place of 118 mm in the series, at its joint C, in magnitude,",
             abs(_series(OTHER, OTHER.joint_c, "nose", quantity)),
         )
-        return Case(item, abs(value), f"exact geometry: just after the joint C, {angle:.3f} deg", wrong_steps=(slip,))
+        why = f"exact geometry: just after the joint C, {angle:.3f} deg{besides}"
+        return Case(item, abs(value), why, wrong_steps=(slip,))
 
     return case
 
@@ -163,14 +164,14 @@ def _joint_angle(mirrored: bool) -> Callable[[Item], Case]:
 def _jerk_130(item: Item) -> Case:
     angles = WIDEST.flank_angles
     peak = float(angles[int(np.argmax(WIDEST.series(angles, "flank")[ACCELERATION]))])
-    slip = Explanation(
-        f"the largest acceleration taken from the grid of 10 deg to be at 130 deg, and the jerk of its true place, "
-        f"{peak:.3f} deg,",
+    grid = Explanation(
+        f"the grid of 10 deg, where the series' largest acceleration stands at {_on_grid(ACCELERATION)[0]:g} deg, with "
+        f"the jerk of its true place, {peak:.3f} deg,",
         _series(WIDEST, peak, "flank", JERK),
     )
     series = _series(WIDEST, 130.0, "flank", JERK)
     why = f"exact geometry (the series gives {series:.3f})"
-    return Case(item, float(WIDEST.exact(130.0)[JERK, 0]), why, wrong_steps=(slip,))
+    return Case(item, float(WIDEST.exact(130.0)[JERK, 0]), why, causes=(grid,))
 
 
 def _jerk_before(item: Item) -> Case:
@@ -199,7 +200,9 @@ CASES: dict[str, Callable[[Item], Case]] = {
     "flank-acceleration-angle": _flank_peak(ACCELERATION, 0),
     "tip-acceleration": _tip,
     "tip-angle": _tip_angle,
-    "acceleration-max": _extreme_on_nose(ACCELERATION),
+    "acceleration-max": _extreme_on_nose(
+        ACCELERATION, "; line 277 itself has a larger one for this cam, 248,421 mm/s^2 at its tip"
+    ),
     "acceleration-max-angle": _joint_angle(mirrored=False),
     "acceleration-max-mirror": _joint_angle(mirrored=True),
     "flank-jerk": _flank_peak(JERK, 1),

@@ -10,7 +10,7 @@ from functools import cache
 
 from conrod.audit.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar, least_misfit
 from conrod.audit.documents.module_velocities import CaseOf, caused, contradicted, plain, read_only, slipped
-from conrod.audit.judging import Case
+from conrod.audit.judging import Case, Explanation
 from conrod.audit.printed import Item
 
 HALF_MM = 0.05  # [cm]
@@ -36,20 +36,33 @@ def pose() -> str:
     )
 
 
-def _posed(item: Item, exact: float, reading: float) -> Case:
-    return Case(item, exact, pose(), reading=reading, certain=False)
+def _posed(item: Item, exact: float, reading: float, beside: tuple[Explanation, ...], more: str = "") -> Case:
+    return Case(item, exact, pose() + more, roundings=beside, reading=reading, certain=False)
 
 
-def _speed(point: str, other: str | None = None) -> CaseOf:
-    return lambda item: _posed(item, six_bar().speed(point, other), HALF_MM * SPEED_SCALE)
+def _speed(point: str, other: str | None = None, *beside: Explanation, more: str = "") -> CaseOf:
+    """A speed of the polygon; `beside` has what other readings of it make of this one."""
+    return lambda item: _posed(item, six_bar().speed(point, other), HALF_MM * SPEED_SCALE, beside, more)
 
 
-def _acceleration(point: str) -> CaseOf:
-    return lambda item: _posed(item, six_bar().acceleration(point), HALF_MM * ACCELERATION_SCALE)
+def _acceleration(point: str, *beside: Explanation) -> CaseOf:
+    return lambda item: _posed(item, six_bar().acceleration(point), HALF_MM * ACCELERATION_SCALE, beside)
 
 
-def _tangential(point: str, centre: str) -> CaseOf:
-    return lambda item: _posed(item, six_bar().tangential(point, centre), HALF_MM * ACCELERATION_SCALE)
+def _tangential(point: str, centre: str, *beside: Explanation) -> CaseOf:
+    return lambda item: _posed(item, six_bar().tangential(point, centre), HALF_MM * ACCELERATION_SCALE, beside)
+
+
+def _link_4(speed: float, text: str, arm: float, by: float) -> Explanation:
+    """A relative speed of link 4 from another one, as it has one angular velocity; good to both readings."""
+    return Explanation(f"{text}, link 4 having one angular velocity,", speed / by * arm,
+                       HALF_MM * SPEED_SCALE * (1.0 + arm / by))  # fmt: skip
+
+
+def _side(text: str, first: float, second: float, sign: int) -> Explanation:
+    """A side of the right-angled triangle of an acceleration and its parts, the first one measured from the polygon."""
+    value = math.sqrt(first**2 + sign * second**2)
+    return Explanation(text, value, HALF_MM * ACCELERATION_SCALE * (1.0 + first / value))
 
 
 def image(size_a: float, size_b: float, relative: float) -> tuple[float, float]:
@@ -100,7 +113,10 @@ def _rack_tangential(part: int) -> CaseOf:
     return slipped(
         linkage.tangential(right)[part],
         "acceleration polygon on V_B = 6, V_C = 6,9 and V_C/B = 5 m/s, normal A_B = 120 m/s^2",
-        "the polygon drawn with the wrong normal A_B = 213,33 m/s^2",
+        (
+            "the polygon drawn with the wrong normal A_B = 213,33 m/s^2 (which makes the tangential A_C "
+            f"{linkage.tangential(wrong)[0]:.0f}, where 320 is printed)"
+        ),
         linkage.tangential(wrong)[part],
         within=reading + linkage.spread(wrong, part, velocity_reading),
         reading=reading + linkage.spread(right, part, velocity_reading),
@@ -122,7 +138,7 @@ CASES: dict[str, CaseOf] = {
         "velocity image on the printed V_A, V_B, V_B/A, E on one side of AB; on the other it is 10,8 m/s, and "
         "which side the lost drawing had is not known",
     ),
-    "6.15-vxc": _speed("X", "C"),
+    "6.15-vxc": _speed("X", "C", _link_4(18.8, "V_X4/D = 18,8 over DX4 times CX4", CX, DX)),
     "6.15-vxb": contradicted(
         None,
         "link 4 has one angular velocity, and 25,4/1,21 = 20,99 and 9,4/0,45 = 20,89 rad/s support it against 19,81",
@@ -130,10 +146,10 @@ CASES: dict[str, CaseOf] = {
         18.8 / DX * BX,
         HALF_MM * SPEED_SCALE * (1.0 + BX / DX),
     ),
-    "6.15-vxd": _speed("X", "D"),
+    "6.15-vxd": _speed("X", "D", _link_4(9.4, "V_D/C = 9,4 over CD times DX4", DX, CD)),
     "6.15-vba": _speed("B", "A"),
-    "6.15-vx": _speed("X"),
-    "6.15-vdc": _speed("D", "C"),
+    "6.15-vx": _speed("X", more="; V_D = 6,4 and V_X4/D = 18,8, which are parallel, make 25,2 together"),
+    "6.15-vdc": _speed("D", "C", _link_4(18.8, "V_X4/D = 18,8 over DX4 times CD", CD, DX)),
     "6.15-w3": plain(4.0 / AB, "V_B/A over AB"),
     "6.15-w5": plain(7.4 / ARM_5, "V_C over O15C"),
     "6.15-slider": plain(0.0, SLIDER),
@@ -148,10 +164,10 @@ CASES: dict[str, CaseOf] = {
     "6.15-nxd": plain(18.8**2 / DX, "V_X4/D^2 over DX4"),
     "6.15-ncd": plain(9.4**2 / CD, "V_D/C^2 over CD"),
     "6.15-ab": _acceleration("B"),
-    "6.15-ac": _acceleration("C"),
+    "6.15-ac": _acceleration("C", _side("the sum of its parts, 225 across and 111,75 along O15C,", 225.0, 111.75, 1)),
     "6.15-ad": _acceleration("D"),
     "6.15-ae": _image_acceleration,
-    "6.15-tc": _tangential("C", "O15"),
+    "6.15-tc": _tangential("C", "O15", _side("A_C = 247,5 less its part 111,75 along O15C", 247.5, 111.75, -1)),
     "6.15-tdc": _tangential("D", "C"),
     "6.15-tba": _tangential("B", "A"),
     "6.15-scale": _scale,
@@ -159,7 +175,14 @@ CASES: dict[str, CaseOf] = {
     "6.15-put-cd": contradicted(CD, "CD of line 1189", "187,5 over alpha 4 = 416,67", 187.5 / 416.67, 1e-4),
     "6.15-alpha4": plain(187.5 / CD, "A_D/C over CD"),
     "6.15-put-tc": contradicted(225.0, "A_C of line 1346", "A_C = 225 of line 1346", 225.0, 0.5),
-    "6.15-alpha5": slipped(225.0 / ARM_5, "A_C over O15C", "255 (A_B) in place of 225 m/s^2", 255.0 / ARM_5),
+    "6.15-alpha5": slipped(
+        225.0 / ARM_5,
+        "A_C over O15C (A_C = 247,5 and its part 111,75 along O15C leave 221 across, not 255)",
+        "255 (A_B) in place of 225 m/s^2",
+        255.0 / ARM_5,
+    ),
+    "6.2-crank": plain(0.0, "the crank's speed is constant"),
+    "6.14-centre": plain(0.0, "the centre moves along a straight line"),
     "6.18-read": read_only(LOST),
     "6.18-w3": plain(5.0 / 0.25, "V_C/B over BC"),
     "6.18-w4": plain(6.0 / 0.3, "V_B over O14B"),

@@ -64,13 +64,15 @@ LOST = "read from a polygon whose drawing is lost; the printed lengths allow any
 
 CASES: dict[str, CaseOf] = {
     "mobility": plain(gruebler(4, 4), "3 (n - 1) - 2 j"),
+    "arrow": plain(120.0 / 30.0, "the speed over the scale"),
     "walker": plain(60.0 - 20.0, "60 - 20"),
     "centres": plain(FOUR_BAR_PAIRS, "pairs of four links"),
     "centres-left": plain(FOUR_BAR_PAIRS - 4, "pairs of four links, less four pins"),
     "4.10-w2": plain(FAST, "1000 x 2 pi/60"),
     "4.10-vb-first": slipped(
         V_B,
-        "B is no point of link 2: omega 3 x O13B, 12,69 m/s as the example itself has it (line 754)",
+        "B is no point of link 2: omega 3 x O13B, 12,69 m/s as the example itself has it (line 754); line 744 goes on "
+        "with V_A = 104,72 x 0,14 = 14,66 m/s, which is perhaps what is meant here",
         "omega 2 times 0,67 m, which is O13A,",
         FAST * O13_A,
     ),
@@ -91,7 +93,12 @@ CASES: dict[str, CaseOf] = {
     "4.10-vc-second": plain(V_O25 / O15_O25 * O15_C, "omega 5 x O15C"),
     "5.1-va": plain(30.0 * 0.3, "omega 2 x O12A"),
     "5.1-drawn": plain(9.0 / 2.0, "V_A over the scale"),
-    "5.6-w2": contradicted(FAST, "1000 x 2 pi/60", "1000 rpm of the task (line 887)", FAST),
+    "5.6-w2": contradicted(
+        FAST,
+        f"1000 x 2 pi/60; with {60.0 / RPM:.0f} rpm in the task 60 rad/s and all that follows from it stand",
+        "1000 rpm of the task (line 887)",
+        FAST,
+    ),
     "5.6-va": slipped(FAST * 0.11, "omega 2 x O12A at 1000 rpm", "60 rad/s in place of 1000 rpm", 60.0 * 0.11),
     "5.6-read": read_only(LOST),
     "5.6-w3": plain(6.4 / 0.21, "V_B/A over AB"),

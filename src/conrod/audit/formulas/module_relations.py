@@ -52,8 +52,14 @@ def _rolling(side: int) -> Formula:
     )
 
 
+def _across_way(*, w: Any, R: Any, **_: Any) -> Any:
+    """Way across a line that turns at w, of a block that slides along it at R; the coefficient of the time squared."""
+    sine, _cosine = sine_cosine(Jet((0.0 * w, w, 0.0 * w)))
+    return (Jet((0.0 * w, R, 0.0 * w)) * sine).coefficients[2]
+
+
 def _formula(
-    place: str, line: int, quantity: str, text: str, function: Formula, truth: Formula, **more: Any
+    place: str, line: int, quantity: str, text: str, function: Formula | None, truth: Formula, **more: Any
 ) -> Published:
     return Published("001", place, line, quantity, text, function, truth, more.pop("against", "motion, differentiated"),
                      **more)  # fmt: skip
@@ -69,10 +75,10 @@ def _relative(place: str, line: int, text: str) -> Published:
 def _centre_ratio(place: str, line: int, text: str, link: int) -> Published:
     """(4.4) and (4.5): a point that two links share has one velocity in both."""
     change = f"(O14O{link}4/O1{link}O{link}4) omega 4 = omega {link}"
-    return _formula(place, line, f"omega {link}", text, lambda w, o12, o14, **_: w * o12 / o14,
+    return _formula(place, line, f"omega {link}", text, None,
                     lambda w, o12, o14, **k: turning(1, "across", "o14")(alpha=0.0 * w, w=w, o14=o14) / o12,
                     against=f"one velocity of O{link}4 in both links", mended=lambda w, o12, o14, **_: w * o14 / o12,
-                    change=change)  # fmt: skip
+                    change=change, hindrance=f"cannot be evaluated: O{link} and O4 alone are no distances")  # fmt: skip
 
 
 FORMULAS = (
@@ -84,10 +90,13 @@ FORMULAS = (
     _formula("section 2.4", 375, "acceleration", "sqrt((A^n)^2 + (A^t)^2)",
              lambda R, w, alpha, **_: np.sqrt((w**2 * R) ** 2 + (R * alpha) ** 2), turning(2, "size")),
     _formula("(4.1)", 597, "V_O23", "omega 2 x O12O23", lambda w, o12, **_: w * o12, turning(1, "size", "o12")),
-    _centre_ratio("(4.4)", 621, "(O2/O4) omega 4 = omega 2, O2 read as O12O24, O4 as O14O24", 2),
-    _centre_ratio("(4.5)", 633, "(O3/O4) omega 4 = omega 3, O3 read as O13O34, O4 as O14O34", 3),
+    _centre_ratio("(4.4)", 621, "(O2/O4) omega 4 = omega 2", 2),
+    _centre_ratio("(4.5)", 633, "(O3/O4) omega 4 = omega 3", 3),
     _formula("section 4.3", 648, "V_A", "omega 2 x O12O23", lambda w, o12, **_: w * o12, turning(1, "size", "o12")),
     _formula("section 4.3", 675, "omega 4", "V_B/O34O14",
+             lambda o14, **k: turning(1, "size", "o14")(o14=o14, **k) / o14, lambda w, **_: w),
+    _formula("section 4.3", 679, "V_C", "omega 3 x OC, O read as O13", lambda w, R, **_: w * R, turning(1, "size")),
+    _formula("section 4.3", 698, "omega 4", "V_O24/O24O14",
              lambda o14, **k: turning(1, "size", "o14")(o14=o14, **k) / o14, lambda w, **_: w),
     _formula("section 4.3", 694, "V_O24", "omega 2 x O12O24", lambda w, o12, **_: w * o12, turning(1, "size", "o12")),
     _formula("(5.1)", 866, "omega of a link", "V_B/A / AB",
@@ -101,6 +110,24 @@ FORMULAS = (
              lambda R, **k: turning(1, "size")(R=R, **k) ** 2 / R, lambda **k: -turning(2, "along")(**k)),
     _formula("section 6.3", 1031, "normal acceleration of B against A", "V_B/A^2/R",
              lambda R, **k: turning(1, "size")(R=R, **k) ** 2 / R, lambda **k: -turning(2, "along")(**k)),
+    _formula("(6.5)", 1092, "way across, by dt^2", "V omega", lambda w, R, **_: R * w, _across_way,
+             against="the second-order way across of sliding along a turning line"),
+    _formula("section 6.7", 1124, "tangential acceleration of the roller's centre", "CD2 alpha 2",
+             lambda alpha, r, **_: r * alpha,
+             lambda w, alpha, R, r, **_: turning(2, "across", "reach", "pace")(
+                 alpha=alpha * r / (R + r), reach=R + r, pace=w * r / (R + r))),
+    _formula("section 6.7", 1126, "normal acceleration of D2 against C", "CD2 omega 2^2", lambda w, r, **_: r * w**2,
+             lambda **k: -turning(2, "along", "r")(**k)),
+    _formula("section 6.7", 1128, "tangential acceleration of D2 against C", "CD2 alpha 2",
+             lambda alpha, r, **_: r * alpha, turning(2, "across", "r")),
+    _formula("section 6.7", 1134, "acceleration of the contact point, convex", "CD2 omega 2^2 - (omega 2 r)^2/(R+r)",
+             lambda w, R, r, **_: r * w**2 - (w * r) ** 2 / (R + r), lambda w, R, r, **_: w**2 * r * R / (R + r),
+             against="line 1138"),
+    _formula("section 6.7", 1155, "acceleration of the contact point, concave", "CD2 omega 2^2 + (omega 2 r)^2/(R-r)",
+             lambda w, R, r, **_: r * w**2 + (w * r) ** 2 / (R - r), lambda w, R, r, **_: w**2 * r * R / (R - r),
+             against="line 1159"),
+    _formula("section 6.7", 1173, "acceleration of the contact point, flat", "CD2 omega 2^2",
+             lambda w, r, **_: r * w**2, lambda **k: -turning(2, "along", "r")(**k)),
     _formula("section 6.7", 1122, "normal acceleration of the roller's centre, convex", "(omega 2 r)^2/(R+r)",
              lambda w, R, r, **_: (w * r) ** 2 / (R + r), _rolling(1)),
     _formula("section 6.7", 1136, "acceleration of the contact point, convex", "omega 2^2 r (1 - r/(R+r))",

@@ -59,7 +59,8 @@ def velocity(t2: Array, w2: float, divide: Division) -> Array:
 def rod_acceleration(t2: Array, w2: float, divide: Division) -> Any:
     """Document 002, line 168: a3=(r2*w2^2*sin(theta2))/(r3*cos(theta3b))+w3^2*sin(theta3b)/(cos(theta3b)).
 
-    With `./` in the lines before, w3 is a row, and w3^2 is an error in MATLAB too; it is w3.^2 here.
+    With `./` in the lines before, w3 is a row, and `*` and `^` on it are errors in MATLAB too: they are `.*` and `.^`
+    here and in the lines that follow.
     """
     t3, w3 = theta3b(t2), rod_speed(t2, w2, divide)
     return divide(R2 * w2**2 * np.sin(t2), R3 * np.cos(t3)) + divide(w3**2 * np.sin(t3), np.cos(t3))
@@ -89,6 +90,12 @@ def _exact(row: str) -> Formula:
     return motion
 
 
+def _rod_angle(t2: Array, rpm: float) -> Array:
+    """Angle [rad] of the rod from the crank pin to C in the exact motion, in the listing's frame, from 0 to a turn."""
+    along = _exact("position")(t2=t2, rpm=rpm) - (np.sqrt(R3**2 - (R1 - R5) ** 2) - R2) - R2 * np.cos(t2)
+    return np.asarray(np.mod(np.arctan2(R1 - R5 - R2 * np.sin(t2), along), 2.0 * np.pi))
+
+
 def _rod(order: int) -> Formula:
     """The rod's angular velocity (1) or acceleration (2), from the velocities of its pins in the exact motion."""
 
@@ -101,7 +108,8 @@ def _rod(order: int) -> Formula:
     return motion
 
 
-def _operators(line: int, quantity: str, text: str, function: Any, truth: Formula) -> Published:
+def _operators(line: int, quantity: str, text: str, right: str, function: Any, truth: Formula) -> Published:
+    """A line of the listing, and the same with the operators that go element by element wherever two rows meet."""
     return Published(
         "002",
         "MATLAB listing",
@@ -112,7 +120,7 @@ def _operators(line: int, quantity: str, text: str, function: Any, truth: Formul
         truth,
         "the exact motion",
         _run(function, elementwise_division),
-        "./ in place of / (and .^ in place of ^) between rows",
+        right,
         Kind.WRONG_STEP,
     )
 
@@ -123,19 +131,29 @@ FORMULAS = (
               "the square of the crank pin's distance from the height r1"),
     Published("002", "MATLAB listing", 154, "theta_p", "theta_p=asin((r1-r2*sin(theta2);", None,
               lambda t2, **_: t2, "",
-              hindrance="cannot be evaluated: its parentheses do not close; no other line uses it"),
+              hindrance="cannot be evaluated: its parentheses do not close, and MATLAB runs nothing of a script that "
+              "it cannot read; no other line uses theta_p, so that the line may go"),
+    Published("002", "MATLAB listing", 151, "theta3a", "asin((r1-r5-r2.*sin(theta2))./(r3))",
+              lambda t2, **_: np.pi - theta3b(t2), lambda t2, rpm: np.pi - _rod_angle(t2, rpm),
+              "pi less the rod's angle in the exact motion"),
+    Published("002", "MATLAB listing", 152, "theta3b", "pi-theta3a", lambda t2, **_: theta3b(t2),
+              _rod_angle, "the rod's angle in the exact motion"),
     Published("002", "MATLAB listing", 155, "posisiC, less s0", "(r2*cos(theta2))+(r3*cos(theta3b))",
               lambda t2, **_: position(t2=t2) - S0,
               lambda t2, rpm: _exact("position")(t2=t2, rpm=rpm) - (np.sqrt(R3**2 - (R1 - R5) ** 2) - R2),
               "the exact motion"),
-    _operators(161, "w3", "-w2*((r2*cos(theta2))/(r3*cos(theta3b)))", rod_speed, _rod(1)),
-    _operators(167, "kecepatanC", "-r2*w2*sin(theta2)-(r3*w3*sin(theta3b))", velocity, _exact("velocity")),
+    _operators(161, "w3", "-w2*((r2*cos(theta2))/(r3*cos(theta3b)))", "-w2*((r2*cos(theta2))./(r3*cos(theta3b)))",
+               rod_speed, _rod(1)),
+    _operators(167, "kecepatanC", "-r2*w2*sin(theta2)-(r3*w3*sin(theta3b))",
+               "-r2*w2*sin(theta2)-(r3*w3.*sin(theta3b))", velocity, _exact("velocity")),
     _operators(168, "a3", "(r2*w2^2*sin(theta2))/(r3*cos(theta3b))+w3^2*sin(theta3b)/(cos(theta3b))",
-               rod_acceleration, _rod(2)),
-    _operators(171, "percepatanC", "(-r2*w2^2*cos(theta2))-r3*((w3^2*cos(theta3b))+(a3*sin(theta3b)))", acceleration,
+               "(r2*w2^2*sin(theta2))./(r3*cos(theta3b))+w3.^2.*sin(theta3b)./(cos(theta3b))", rod_acceleration,
+               _rod(2)),
+    _operators(171, "percepatanC", "(-r2*w2^2*cos(theta2))-r3*((w3^2*cos(theta3b))+(a3*sin(theta3b)))",
+               "(-r2*w2^2*cos(theta2))-r3*((w3.^2.*cos(theta3b))+(a3.*sin(theta3b)))", acceleration,
                _exact("acceleration")),
     Published("002", "MATLAB listing", 160, "w2", "w2=input('putaran input = '), which line 201 answers in rpm",
-              _run(velocity, elementwise_division, 1.0), _exact("velocity"), "the exact velocity at that speed",
-              _run(velocity, elementwise_division), "2*pi/60 times the input, which is wanted in rad/s",
-              Kind.WRONG_STEP),
+              _run(velocity, elementwise_division, 1.0), _exact("velocity"),
+              "the exact velocity at that speed, if the number of rpm is typed in, where lines 161 to 171 want rad/s,",
+              _run(velocity, elementwise_division), "w2=2*pi/60*input('putaran input = ')"),
 )  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import mujoco
 
-from conrod.cam_shape import concave_reason
+from conrod.engines.contact_scope import contact_refusal
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.forces import ForceTracks
 from conrod.engines.free import FreeRun
@@ -53,9 +53,8 @@ class MuJoCo(Engine[MuJoCoSettings]):
             if reason:
                 return reason
             mechanism = equivalent_linkage(mechanism).arcs[0].mechanism
-        for contact in mechanism.cam_contacts:
-            if hollow := concave_reason(contact.profile):
-                return hollow
+        if reason := contact_refusal(mechanism):
+            return reason
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
         reason = form_refusal(mechanism, settings.rod) or dressing_refusal(mechanism, settings)

@@ -147,7 +147,7 @@ def _largest_point_errors(kinematics: Kinematics, angles: Array, gaps: Array) ->
     given_way = poses.copy()
     for _ in range(2):  # the second step takes in what the gaps themselves change of the geometry
         left = kinematics.residual([given_way], angles) - gaps
-        given_way -= np.linalg.solve(kinematics.jacobian(given_way), left[:, :, None])[:, :, 0]
+        given_way -= kinematics.solve(given_way, left)
     exact, moved = kinematics.point_derivatives([poses]), kinematics.point_derivatives([given_way])
     off = [(moved[name][0] - exact[name][0]) / kinematics.lengths[name] for name in exact]
     rates = [np.gradient(error, angles, axis=0, edge_order=2) for error in off]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import pymunk
 
-from conrod.cam_shape import concave_reason
+from conrod.engines.contact_scope import contact_refusal
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.forces import ForceTracks
 from conrod.engines.free import FreeRun
@@ -49,9 +49,8 @@ class Pymunk(Engine[PymunkSettings]):
         if settings.cam == EQUIVALENT_LINKAGE:
             return linkage_refusal(machine.kinematics.mechanism)
         mechanism = machine.kinematics.mechanism
-        for contact in mechanism.cam_contacts:
-            if hollow := concave_reason(contact.profile):
-                return hollow
+        if reason := contact_refusal(mechanism):
+            return reason
         return form_refusal(mechanism, settings.rod) or gears_refusal(mechanism)
 
     def run(

@@ -16,7 +16,7 @@ from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.secant import close_gap
-from conrod.mechanism import CamContact, Prismatic, pins_of
+from conrod.mechanism import GROUND, CamContact, Prismatic, pins_of
 from conrod.motion import Array
 
 # With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
@@ -60,14 +60,17 @@ def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> Kinematic
 def _make_equal(made: Build) -> None:
     """Unit masses, felt about alike at every joint: the pose depends on no mass, the engine's iteration does."""
     size = max(max(abs(x), abs(y)) for x, y, _ in made.mechanism.poses.values()) or 1.0
+    slides = [j for j in made.mechanism.joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)]
+    sliding = {name for slide in slides for name in (slide.a, slide.b)}
     for link, body in zip(made.mechanism.bodies, made.bodies, strict=True):
         if body.body_type != pymunk.Body.DYNAMIC:
             continue
         body.mass = 1.0
         if math.isfinite(body.moment):
             arms = [math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)]
-            # A wheel or a block is held at its middle; any size will do for what turns it.
-            body.moment = (max(arms, default=0.0) or size) ** 2
+            # A wheel or a block is held at its middle; any size will do for what turns it. A slide hands on a turn.
+            arm = size if link.name in sliding else 0.0
+            body.moment = (max([arm, *arms]) or size) ** 2
 
 
 def _place(made: Build, centres: Array) -> None:

@@ -8,7 +8,8 @@ difference of two velocities.
 
 To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the joint equations' Jacobian
 J and their second derivatives H. The first step goes straight ahead from an exact state, and has no last term: the
-first difference after it, the first velocity told, is off by h^2 J^-1 H q' q''/2 more.
+first difference after it, the first velocity told, is off by h^2 b more, b = J^-1 H q' q''/2. The next step, one of
+Newton's, keeps h^4 J^-1 H q' b of that place, which is h^2 J^-1 H q' b in the first acceleration told.
 """
 
 from __future__ import annotations
@@ -41,7 +42,9 @@ def largest_lags(machine: Machine) -> tuple[float, float, float]:
     sense = math.copysign(1.0, machine.speed)
     derivatives = [sense**k * d for k, d in enumerate(derivatives)]
     bodies = pose_jets(mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
-    first = _first_step(kinematics, mechanism, [d[:1] for d in derivatives])
+    begun = [d[:1] for d in derivatives]
+    first = _first_step(kinematics, mechanism, begun)
+    second = _second_step(kinematics, mechanism, begun, first)
     largest = np.zeros(3)
     for observed in mechanism.observed:
         pose = bodies[observed.body]
@@ -51,9 +54,9 @@ def largest_lags(machine: Machine) -> tuple[float, float, float]:
         position, velocity, acceleration = _lags(centre, point, turns)
         i = 3 * mechanism.body_index[observed.body]
         arm = point[0][0] - derivatives[0][0, i : i + 2]
-        velocity[0] -= first[i : i + 2] + first[i + 2] * np.array([-arm[1], arm[0]])
-        # Accelerations begin after the first step.
-        sizes = [np.linalg.norm(lag, axis=1).max() for lag in (position, velocity, acceleration[1:])]
+        for lag, more in ((velocity, first), (acceleration, second)):
+            lag[0] -= more[i : i + 2] + more[i + 2] * np.array([-arm[1], arm[0]])
+        sizes = [np.linalg.norm(lag, axis=1).max() for lag in (position, velocity, acceleration)]
         largest = np.maximum(largest, np.array(sizes) / kinematics.lengths[observed.name])
     return float(largest[0]), float(largest[1]), float(largest[2])
 
@@ -67,6 +70,19 @@ def _first_step(kinematics: Kinematics, mechanism: Mechanism, derivatives: list[
     bent = kinematics.residual(with_bend, crank) - kinematics.residual(without, crank)
     bent[:, -1] = 0.0
     return np.asarray(np.linalg.solve(kinematics.jacobian(derivatives[0]), bent[:, :, None])[0, :, 0]) / 6.0
+
+
+def _second_step(kinematics: Kinematics, mechanism: Mechanism, derivatives: list[Array], first: Array) -> Array:
+    """J^-1 H q' b (3 n,) as a change of the poses, with b (3 n,) what the first step leaves."""
+    poses, slopes = derivatives[:2]
+    # H u u is what a straight way along u bends the equations by; H q' b is a quarter of a difference of two of them.
+    bends = []
+    for along in (slopes + first, slopes - first):
+        bodies = pose_jets(mechanism, [poses, along, np.zeros_like(poses), np.zeros_like(poses)])
+        bends.append(kinematics.residual(_straight(mechanism, bodies, 1)[:3], np.zeros(1)))
+    bent = bends[0] - bends[1]
+    bent[:, -1] = 0.0
+    return np.asarray(kinematics.solve(poses, bent)[0]) / 4.0
 
 
 def _straight(mechanism: Mechanism, bodies: dict[str, PoseJet], last: int) -> list[Array]:

@@ -18,7 +18,7 @@ from conrod.engines.pymunk.dressing import dress
 from conrod.engines.pymunk.gears import gear_joints
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.shaft_centred import shaft_centred
-from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
+from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
 from conrod.motion import Array
 from conrod.rolling import Rack, Rolling
 
@@ -112,14 +112,36 @@ def _rod(made: Build, joint: DistanceJoint) -> pymunk.PinJoint:
 def _slide(made: Build, joint: Prismatic) -> list[pymunk.Constraint]:
     a, b = made.link(joint.a), made.link(joint.b)
     reach = 100.0 * _size(made.mechanism)
-    anchor = made.local(joint.a, joint.point_a)
+    anchor, point = made.local(joint.a, joint.point_a), made.local(joint.b, joint.point_b)
+    grounded = GROUND in (joint.a, joint.b)
+    if not grounded:
+        anchor, point = _through_centres(joint, anchor, point)
     along = (reach * math.cos(joint.direction), reach * math.sin(joint.direction))
     ends = [(anchor[0] + k * along[0], anchor[1] + k * along[1]) for k in (-1.0, 1.0)]
-    point = made.local(joint.b, joint.point_b)
     constraints: list[pymunk.Constraint] = [pymunk.GrooveJoint(a, b, ends[0], ends[1], point)]
-    if GROUND not in (joint.a, joint.b):  # a body on a slide of the ground has no moment to turn by
+    if not grounded:  # a body on a slide of the ground has no moment to turn by
         constraints.append(pymunk.GearJoint(a, b, joint.angle, 1.0))
     return constraints
+
+
+def _through_centres(joint: Prismatic, anchor: Point, point: Point) -> tuple[Point, Point]:
+    """The same slide by a line through the guide's centre of gravity and a point straight across from the slider's.
+
+    Chipmunk (cpGrooveJoint.c) divides by the mass that it feels before it drops what acts along the groove. Its solver
+    then settles where part of the speed along it is left across it, for any number of iterations, unless that mass
+    couples neither direction with the other: the arm of the impulse is along the groove or across it on either body.
+    As the slide holds the turns together, its line and its point may be moved across together.
+
+    Args:
+        anchor, point: of the line and of the slider [m], from the centre of gravity of either body.
+    """
+    across = (-math.sin(joint.direction), math.cos(joint.direction))
+    line = anchor[0] * across[0] + anchor[1] * across[1]
+    turned = joint.direction - joint.angle
+    across_slider = (-math.sin(turned), math.cos(turned))
+    off = point[0] * across_slider[0] + point[1] * across_slider[1] - line
+    middle = (anchor[0] - line * across[0], anchor[1] - line * across[1])
+    return middle, (off * across_slider[0], off * across_slider[1])
 
 
 def _size(mechanism: Mechanism) -> float:

@@ -72,7 +72,10 @@ def _engine(study: AblationStudy, found: EngineAblation, drawn: Collection[str])
 
 def _made_on(found: EngineAblation) -> str:
     steps, turns = found.steps_per_revolution, numbers.quantity(found.revolutions)
-    return f"Runs of {turns} revolutions at {steps} steps each; costs taken on {found.machine}."
+    # An input that cannot turn fully makes one pass.
+    runs = f"{turns} revolutions at {steps} steps each"
+    made = runs if float(found.revolutions).is_integer() else f"the one pass of {runs}"
+    return f"Runs of {made}; costs taken on {found.machine}."
 
 
 def _ingredients(found: EngineAblation) -> str:

@@ -10,9 +10,10 @@ from conrod.report.tables import paragraphs, table
 
 METHOD = (
     "The listing's lines were evaluated with MATLAB's own operators at its own angles, 0° to 360° in steps of 1°, its "
-    "names put right where it would stop. Between two rows MATLAB's `/` does not divide element by element: it solves "
-    "x b = a by least squares and gives one number, so that w3 and a3 come out the same for all angles. And "
-    "`input` asks for the speed as rpm (section 4 answers 500 rpm), where the lines below want rad/s."
+    "names put right where it would stop and line 154 left out. Between two rows MATLAB's `/` does not divide element "
+    "by element: it solves x b = a by least squares and gives one number, so that w3 and a3 come out the same for all "
+    "angles. With `./` alone w3 is a row, and products and powers of rows want `.*` and `.^` too. And `input` asks for "
+    "*putaran*, which section 4 answers with 500 rpm, where the lines below want rad/s."
 )
 
 

@@ -78,6 +78,9 @@ def right_text(verdict: Verdict) -> str:
     if verdict.should_be is None:
         return NONE
     number = DIGITS.fullmatch(verdict.should_be)
+    if not number and re.search(r"[*^]", verdict.should_be) and " in place of " not in verdict.should_be:
+        # A formula is to be copied: no mark of Markdown may come into it.
+        return f"**{code(verdict.should_be)}**"
     return f"**{plain(verdict.should_be)}**" + (f" {plain(verdict.unit)}".rstrip() if number else "")
 
 

@@ -6,15 +6,15 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from matplotlib.patches import Polygon as Outline
 
-from conrod.linkage.accelerations import coincident_point
 from conrod.linkage.state import LinkageState
-from conrod.mechanism import GROUND, CamContact, Prismatic, Revolute
+from conrod.mechanism import GROUND, CamContact, Prismatic, Revolute, pins_of
 from conrod.motion import Array
 from conrod.report import machine_parts as parts
+from conrod.report.link_shapes import link_shape
 from conrod.report.linkage.sheet import Sheet
 from conrod.report.outlines import pitch_lines, profile
+from conrod.report.slides import slide_of
 
 SYMBOL, RAIL = 8.0, 20.0  # of a joint, and half of a slide [pt]
 COARSE = 20  # samples of a curve that labels take for a straight piece
@@ -24,14 +24,10 @@ def draw_links(sheet: Sheet, state: LinkageState) -> None:
     """Links as bars and plates, joints as symbols, cams and pitch lines."""
     mechanism, poses = state.mechanism, {name: link.pose for name, link in state.links.items()}
     for name in mechanism.body_index:
-        pins = _pins(sheet, state, name)
-        if len(pins) > 2:
-            sheet.axes.add_patch(Outline(np.array(pins), facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
-        if len(pins) > 1:
-            closed = [*pins, pins[0]] if len(pins) > 2 else pins
-            sheet.axes.plot(*np.array(closed).T, color=parts.LINK, linewidth=5.0, alpha=0.75, zorder=4)
-            for start, stop in pairwise(closed):
-                sheet.keep_clear(start, stop)
+        shape = link_shape(_pins(sheet, state, name))
+        parts.body(sheet.axes, shape, 5.0)
+        for start, stop in pairwise(shape.edges):
+            sheet.keep_clear(start, stop)
     for joint in mechanism.joints:
         match joint:
             case Revolute():
@@ -70,17 +66,12 @@ def _keep_clear(sheet: Sheet, line: Array) -> None:
 
 def _slide(sheet: Sheet, state: LinkageState, joint: Prismatic) -> None:
     """A block between rails; on a moving link it slides on a bar from that link's own pin."""
-    sliding = coincident_point(state.mechanism, joint)
-    assert sliding is not None
-    guide, moving, point = sliding
-    if GROUND in (guide, moving):
-        guide, moving = GROUND, moving if guide == GROUND else guide
-        point = joint.point_b if joint.b == moving else joint.point_a
-    block = sheet.at(state.links[moving].place(point))
-    direction = state.links[joint.a].pose[2] + joint.direction
-    if guide == GROUND:
+    slide = slide_of(state.mechanism, joint)
+    block = sheet.at(state.links[slide.moving].place(slide.point))
+    direction = state.links[slide.guide].pose[2] + slide.direction
+    if slide.guide == GROUND:
         for contact in state.mechanism.cam_contacts:
-            if contact.b == moving:
+            if contact.b == slide.moving:
                 # Above its roller, where it does not hide the cam.
                 foot, way = block, contact.roller_radius * sheet.scale + 2.5 * SYMBOL
                 block = block + way * parts.unit(direction)
@@ -92,7 +83,7 @@ def _slide(sheet: Sheet, state: LinkageState, joint: Prismatic) -> None:
     else:
         # As far as the block, and as far beyond it as the link's nearest pin is before it.
         along = parts.unit(direction)
-        ways = [float((pin - block) @ along) for pin in _pins(sheet, state, guide)] or [0.0]
+        ways = [float((pin - block) @ along) for pin in _pins(sheet, state, slide.guide)] or [0.0]
         ends = np.array([min(*ways, -RAIL), max(*ways, RAIL)])
         bar = block + np.outer(ends, along)
         sheet.axes.plot(*np.round(bar, 2).T, color=parts.LINK, linewidth=4.0, alpha=0.6, zorder=3)
@@ -102,25 +93,17 @@ def _slide(sheet: Sheet, state: LinkageState, joint: Prismatic) -> None:
 
 
 def _pins(sheet: Sheet, state: LinkageState, name: str) -> list[Array]:
-    ends = [
-        end
-        for joint in state.mechanism.joints
-        if isinstance(joint, Revolute)
-        for end in ((joint.a, joint.point_a), (joint.b, joint.point_b))
-    ]
-    return [sheet.at(state.links[name].place(point)) for link, point in ends if link == name]
+    return [sheet.at(state.links[name].place(point)) for point in pins_of(state.mechanism, name)]
 
 
 def middle(sheet: Sheet, state: LinkageState, name: str) -> Array:
     """Where a link's number belongs [pt]: between its pins and what slides in it."""
     held = _pins(sheet, state, name)
     for joint in state.mechanism.joints:
-        if isinstance(joint, Prismatic) and GROUND not in (joint.a, joint.b):
-            sliding = coincident_point(state.mechanism, joint)
-            assert sliding is not None
-            guide, moving, point = sliding
-            if guide == name:
-                held.append(sheet.at(state.links[moving].place(point)))
+        if isinstance(joint, Prismatic):
+            slide = slide_of(state.mechanism, joint)
+            if slide.guide == name:
+                held.append(sheet.at(state.links[slide.moving].place(slide.point)))
     place = np.mean(held, axis=0) if held else sheet.at(np.array(state.links[name].pose[:2]))
     return np.asarray(place)
 
@@ -130,5 +113,5 @@ def draw_arm(sheet: Sheet, state: LinkageState, name: str, place: Array) -> None
     point = sheet.at(place)
     pins = _pins(sheet, state, name) or [sheet.at(np.array(state.links[name].pose[:2]))]
     near = min(pins, key=lambda pin: float(np.linalg.norm(pin - point)))
-    sheet.axes.plot(*np.round([near, point], 2).T, color=parts.LINK, linewidth=1.5, alpha=0.75, zorder=3)
+    parts.arm(sheet.axes, np.round([near, point], 2))
     sheet.keep_clear(near, point)

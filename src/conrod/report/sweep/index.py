@@ -14,6 +14,9 @@ from conrod.report.tables import paragraphs, table
 if TYPE_CHECKING:
     from conrod.studies.transfer import Transfer
 
+# A number that the file of a machine has whose input makes one pass.
+PASS = "driver.from"
+
 
 def sweep_index(scenes: Mapping[str, Any], transfers: Sequence[Transfer], command: str | None, explanation: str) -> str:
     """The index.
@@ -36,6 +39,7 @@ def sweep_index(scenes: Mapping[str, Any], transfers: Sequence[Transfer], comman
             table(head, rows) or "No run was timed, so there is no cost to show.",
             prose.COST,
             prose.ERRORS,
+            *([prose.ONE_PASS] if any(PASS in scene["study"]["parameters"] for scene in scenes.values()) else []),
             "## What was found",
             *(block for name, scene in scenes.items() for block in _findings(name, scene)),
             *(

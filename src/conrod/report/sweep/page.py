@@ -86,6 +86,7 @@ def _costs(study: SweepStudy, drawn: Collection[str]) -> list[str]:
         cheapest_table(study),
         prose.COST,
         prose.ERRORS,
+        *([] if study.scene.kinematics.mechanism.driver.span is None else [prose.ONE_PASS]),
     ]
 
 

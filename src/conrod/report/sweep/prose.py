@@ -22,6 +22,11 @@ ERRORS = (
     "error is rounding noise."
 )
 
+ONE_PASS = (
+    "An input that cannot turn fully makes one pass instead: its errors are the largest over the pass, and its cost is "
+    "that of the pass, told for a revolution at the same steps."
+)
+
 WORK_PRECISION = (
     "Every dot is one run: to the left is cheap, down is accurate. A curve joins the runs of one preset from few "
     "steps to many. The solid lines join the runs that no other run of their engine beats in both cost and error (the"

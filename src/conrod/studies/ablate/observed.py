@@ -72,15 +72,15 @@ class Observed:
         return None if self.torque is None else float(np.abs(self.torque.values).max())
 
 
-def observe(scene: Scene, settings: Settings, revolutions: float) -> Observed:
-    """Run a scene from crank angle 0.
+def observe(scene: Scene, settings: Settings, revolutions: float, start_angle: float = 0.0) -> Observed:
+    """Run a scene from a crank angle [rad].
 
     Raises:
         InvalidInput: as `conrod.run`.
     """
-    check_run(scene, settings, revolutions, 0.0)
+    check_run(scene, settings, revolutions, start_angle)
     gathered, verdict = _Gathered(scene), Verdict(Outcome.COMPLETED)
-    for piece in engine_named(settings.engine).pieces(scene, settings, revolutions):
+    for piece in engine_named(settings.engine).pieces(scene, settings, revolutions, start_angle):
         verdict = prevailing(verdict, Verdict(piece.trajectory.outcome, piece.trajectory.reason))
         if verdict.outcome is Outcome.COMPLETED:
             gathered.add(piece)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from typing import Any
 
@@ -11,6 +11,7 @@ from conrod.engines import engine_named
 from conrod.scenes import Scene
 from conrod.studies.ablate.cell import ChangeCell, CostCell
 from conrod.studies.ablate.observed import Observed, observe
+from conrod.studies.cell import as_run, too_coarse
 from conrod.studies.measurement import Measurement
 from conrod.studies.paired_clock import time_pair
 from conrod.studies.results import QUANTITIES
@@ -26,18 +27,18 @@ def measure_change(cell: ChangeCell) -> Measurement:
     Raises:
         InvalidInput: as `conrod.run`.
     """
-    engine, scene = engine_named(cell.settings.engine), cell.scene
-    refusal = engine.refusal(scene, cell.settings)
+    engine, scene, cell = engine_named(cell.settings.engine), cell.scene, as_run(cell)
+    refusal = engine.refusal(scene, cell.settings) or too_coarse(cell)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
     turn = scene.kinematics.angles(COUNTED)
     beside: dict[str, Any] = {"mobility": _plain(asdict(engine.mobility(scene, cell.settings, turn)))}
     settings: Any = cell.settings  # settings of all engines are hashable, which their protocol cannot say
     against: Any = cell.against
-    run = _observed(scene, settings, cell.revolutions)
+    run = _observed(scene, settings, cell.revolutions, cell.start_angle)
     if not run.completed:
         return Measurement(run.verdict.outcome.slug, run.verdict.reason, beside=beside)
-    other = _observed(scene, against, cell.revolutions)
+    other = _observed(scene, against, *_stretch(cell, against))
     beside |= {"torque": run.torque_error, **_changes(run, other)}
     return Measurement(run.verdict.outcome.slug, errors=run.errors, beside=beside)
 
@@ -50,8 +51,14 @@ def measure_cost(cell: CostCell) -> Measurement:
 
 # Of the models that others are compared with there are two, and a process meets many of those others.
 @lru_cache(3)
-def _observed(scene: Scene, settings: Settings, revolutions: float) -> Observed:
-    return observe(scene, settings, revolutions)
+def _observed(scene: Scene, settings: Settings, revolutions: float, start_angle: float) -> Observed:
+    return observe(scene, settings, revolutions, start_angle)
+
+
+def _stretch(cell: ChangeCell, settings: Settings) -> tuple[float, float]:
+    """Revolutions and start angle [rad] with other settings: a pass takes whole steps, whose length is theirs."""
+    run = as_run(replace(cell, settings=settings))
+    return run.revolutions, run.start_angle
 
 
 def _changes(run: Observed, other: Observed) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from conrod.studies.ablate.results import (
 )
 from conrod.studies.ablate.variants import Role, Variant, full_variants
 from conrod.studies.ablate.verdict import JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
-from conrod.studies.cell import REVOLUTIONS
+from conrod.studies.cell import as_run
 from conrod.studies.clock import fingerprint
 from conrod.studies.paired_clock import PairedTiming
 
@@ -77,7 +77,7 @@ def _of_engine(plan: AblationPlan, runs: Measurements, costs: Measurements) -> E
         engine=plan.engine.name,
         version=plan.engine.version,
         steps_per_revolution=plan.minimal.steps_per_revolution,
-        revolutions=REVOLUTIONS,
+        revolutions=as_run(plan.change_cell(plan.variants[0])).revolutions,
         machine=fingerprint(),
         ingredients=tuple(_judged(ingredient, found, level) for ingredient in plan.ingredients),
         variants=tuple(found.values()),

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 from conrod.engines import Engine, engine_named
 from conrod.scenes import Scene
+from conrod.studies.cell import LEAST_STEPS
 from conrod.trajectory import Settings
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000
@@ -39,6 +41,12 @@ class Case:
     def one_pass(self) -> bool:
         """Whether its input cannot turn fully, and every run is the one pass that it makes."""
         return self.scene.kinematics.mechanism.driver.span is not None
+
+    @property
+    def fewest_steps(self) -> int:
+        """Steps per revolution with which a run is just long enough to have accelerations, or two."""
+        span = self.scene.kinematics.mechanism.driver.span
+        return 2 if span is None else math.ceil(LEAST_STEPS * 2.0 * math.pi / (span[1] - span[0]))
 
     @property
     def steps(self) -> int:

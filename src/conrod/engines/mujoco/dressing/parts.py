@@ -31,7 +31,8 @@ def passive(attribute: str, value: float) -> Edit:
     """An attribute of all joints but the driven one."""
 
     def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        for joint in root.iter("joint"):
+        # A tendon that ties wheels has elements of the same name.
+        for joint in root.iterfind(".//body/joint"):
             if joint.get("name") != "crank":
                 joint.set(attribute, number(value))
 

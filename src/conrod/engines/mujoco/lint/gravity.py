@@ -32,7 +32,7 @@ def judge(bench: Bench) -> Iterator[Finding | Note]:
         return
     across = float(abs(gravity @ normal))
     if bench.run.touched:
-        yield Note(RULE.name, f"gravity has {across:.4g} m/s^2 across the plane of motion, where contacts carry it")
+        yield Note(RULE.name, f"gravity has {across:.4g} m/s² across the plane of motion, where contacts carry it")
         return
     rest = gravity - (gravity @ normal) * normal
     rest[np.abs(rest) < ACROSS * np.linalg.norm(gravity)] = 0.0
@@ -42,7 +42,7 @@ def judge(bench: Bench) -> Iterator[Finding | Note]:
     yield Finding(
         rule=RULE.name,
         subjects=(),
-        what=f"gravity has {across:.4g} m/s^2 across the plane in which everything moves",
+        what=f"gravity has {across:.4g} m/s² across the plane in which everything moves",
         harm=Harm.WRONG if change > SAME_MOTION else Harm.LATENT,
         evidence=(
             ("normal of the plane", " ".join(f"{value:.6g}" for value in np.where(np.abs(normal) < 1e-9, 0.0, normal))),

@@ -47,8 +47,8 @@ def judge(bench: Bench) -> Iterator[Finding]:
         ("most changed", name_or_number(model, "body", worst)),
         ("its mass as written [kg]", float(written.body_mass[worst])),
         ("its mass as compiled [kg]", float(model.body_mass[worst])),
-        ("its moments as written [kg m^2]", _moments(written.body_inertia[worst])),
-        ("its moments as compiled [kg m^2]", _moments(model.body_inertia[worst])),
+        ("its moments as written [kg m²]", _moments(written.body_inertia[worst])),
+        ("its moments as compiled [kg m²]", _moments(model.body_inertia[worst])),
     )
     yield _finding(bench, names, evidence, bench.change(AS_WRITTEN) if not bench.run.broke else None)
 

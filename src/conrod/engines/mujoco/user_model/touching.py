@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from conrod.convex_hull import convex_hull
 from conrod.engines.mujoco.user_model.assembly import Assembly
 from conrod.engines.mujoco.user_model.loading import element_id, name_or_number
 from conrod.engines.secant import close_gap
@@ -108,7 +109,8 @@ def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> tuple[float, 
         return 0.0, 0
     mesh = int(model.geom_dataid[geom])
     first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    outline = _hull(_across(np.asarray(model.mesh_vert[first : first + count], dtype=float), model, geom, axis))
+    corners = _across(np.asarray(model.mesh_vert[first : first + count], dtype=float), model, geom, axis)
+    outline = convex_hull(np.column_stack([corners.real, corners.imag])) @ np.array([1.0, 1.0j])
     edges = np.roll(outline, -1) - outline
     turns = np.angle(np.roll(edges, -1) / edges)  # at the end of each edge
     share = 0.5 * (turns + np.roll(turns, 1))
@@ -124,23 +126,3 @@ def _across(vertices: Array, model: mujoco.MjModel, geom: int, axis: Array) -> A
     aside = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     aside /= np.linalg.norm(aside)
     return np.asarray(placed @ aside + 1j * (placed @ np.cross(axis, aside)))
-
-
-def _hull(points: Array) -> Array:
-    """Convex hull, counter-clockwise (Andrew's monotone chain)."""
-    ordered = sorted({(float(p.real), float(p.imag)) for p in points})
-
-    def chain(some: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        kept: list[tuple[float, float]] = []
-        for p in some:
-            while len(kept) > 1 and _turn(kept[-2], kept[-1], p) <= 0.0:
-                kept.pop()
-            kept.append(p)
-        return kept[:-1]
-
-    around = chain(ordered) + chain(ordered[::-1])
-    return np.array([complex(*p) for p in around])
-
-
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -31,6 +31,9 @@ class CrankSpeed(Axis):
     def refusal(self, case: Case) -> str | None:
         return None
 
+    def spans(self, case: Case) -> tuple[tuple[float, float], ...]:
+        return ((self.harmless, min(self.hopeless, STEPS_AT_ONE_RPM / case.fewest_steps)),)
+
     def cell(self, case: Case, value: float) -> LimitCell:
         steps = _steps(value)
         speed = 2.0 * math.pi / (steps * STEP)

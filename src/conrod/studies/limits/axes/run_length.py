@@ -29,7 +29,7 @@ class RunLength(Axis):
 
     def refusal(self, case: Case) -> str | None:
         if case.one_pass:
-            return f"the input of the {case.scene.kind} makes one pass and no more: {self.name} does not apply"
+            return f"the input of {case.scene.kind} makes one pass and no more: {self.name} does not apply"
         return None
 
     def cell(self, case: Case, value: float) -> LimitCell:

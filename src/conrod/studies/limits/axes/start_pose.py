@@ -27,7 +27,7 @@ class StartPose(Axis):
 
     def refusal(self, case: Case) -> str | None:
         if case.one_pass:
-            return f"the input of the {case.scene.kind} makes one pass from its start: {self.name} does not apply"
+            return f"the input of {case.scene.kind} makes one pass from its start: {self.name} does not apply"
         return None
 
     def values(self, case: Case) -> tuple[float, ...]:

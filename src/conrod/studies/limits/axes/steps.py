@@ -10,7 +10,7 @@ from conrod.studies.limits.cell import LimitCell
 
 
 class Steps(Axis):
-    """From a fine step to two in a revolution; a preset whose rule follows the step follows it here too."""
+    """From a fine step to two in a revolution, or three in a pass; a rule that follows the step follows it here too."""
 
     name: ClassVar[str] = "steps"
     title: ClassVar[str] = "Steps per revolution"
@@ -22,6 +22,9 @@ class Steps(Axis):
 
     def refusal(self, case: Case) -> str | None:
         return None
+
+    def spans(self, case: Case) -> tuple[tuple[float, float], ...]:
+        return ((self.harmless, max(self.hopeless, float(case.fewest_steps))),)
 
     def cell(self, case: Case, value: float) -> LimitCell:
         return LimitCell(case.name, case.scene, case.settings(steps=round(value)))

@@ -1,0 +1,73 @@
+"""The engines' laws hold on the catalogue's linkages at other speeds, backwards and with long steps, too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from conrod.catalogue import catalogue_names, catalogue_scene
+from conrod.comparison import compare
+from conrod.engines import engine_named
+from conrod.engines.engine import run_of
+from conrod.mechanism_files.described_scene import DescribedScene
+from conrod.studies.validate import JUDGED_PRESETS
+from conrod.trajectory import Outcome
+
+LINKAGES = [name for name in catalogue_names() if not name.startswith("cam-")]
+QUICK = ("two-slider-linkage", "slider-crank")
+SPEEDS, STEPS = (-1.0, -2.7, 0.4), 250
+
+
+def at_speed(name: str, factor: float) -> DescribedScene:
+    scene = catalogue_scene(name)
+    return scene.with_parameters(speed=factor * scene.speed)
+
+
+def over_the_law(scene: DescribedScene, engine: Any, settings: Any) -> float | None:
+    """Largest error over what the engine's law allows; None where it has no law, or cannot have the machine."""
+    if engine.refusal(scene, settings):
+        return None
+    law = engine.expected_error(scene, settings)
+    if law.position is None:
+        return None
+    start, revolutions = run_of(scene, settings.steps_per_revolution, 2.0)
+    trajectory = engine.run(scene, settings, revolutions, start)
+    assert trajectory.outcome is Outcome.COMPLETED
+    found = compare(trajectory, scene)
+    quantities = ("position", "velocity", "acceleration")
+    return max(float(found.worst(quantity) / getattr(law, quantity)) for quantity in quantities)
+
+
+@pytest.mark.parametrize("factor", SPEEDS)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LINKAGES]
+)
+def test_no_error_is_larger_than_its_law_at_another_speed(name: str, factor: float) -> None:
+    scene = at_speed(name, factor)
+    for engine_name in ("mujoco", "pymunk"):
+        engine = engine_named(engine_name)
+        for preset in JUDGED_PRESETS:
+            if preset in engine.presets:
+                found = over_the_law(scene, engine, engine.presets[preset](scene, STEPS))
+                assert found is None or found < 1.0, (engine_name, preset)
+
+
+def test_too_few_iterations_break_pymunks_law() -> None:
+    """From a start without stored impulses the two loops, run backwards, do not settle in the first steps."""
+    scene, engine = at_speed("two-slider-linkage", -1.0), engine_named("pymunk")
+    settings = engine.presets["tuned"](scene, 1000)
+    enough = over_the_law(scene, engine, settings)
+    few = over_the_law(scene, engine, replace(settings, iterations=settings.iterations // 2))
+    assert enough is not None
+    assert few is not None
+    assert enough < 1.0 < few
+
+
+def test_pymunks_law_knows_what_the_start_leaves_of_the_first_acceleration() -> None:
+    """Backwards a Peaucellier linkage begins where it bends most: without that term it is 1.02 times its law."""
+    scene, engine = at_speed("peaucellier", -1.0), engine_named("pymunk")
+    found = over_the_law(scene, engine, engine.presets["tuned"](scene, 1000))
+    assert found is not None
+    assert 0.9 < found < 1.0
