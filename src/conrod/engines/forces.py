@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from conrod.motion import Array
-from conrod.trajectory import Instants
+from conrod.trajectory import Instants, Outcome
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,11 @@ class ForceTracks:
         joints: by joint name, then by component, (T,) each; names, signs and units as in
             `conrod.dynamics.inverse.JointForces`.
         unsupported: by quantity ("drive torque", or a joint's name), why it is not told.
+        outcome: of the run; of one that did not come to its end nothing is told.
     """
 
     instants: Instants
     drive_torque: Array | None
     joints: Mapping[str, Mapping[str, Array]]
     unsupported: Mapping[str, str]
+    outcome: Outcome = Outcome.COMPLETED

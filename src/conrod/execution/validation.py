@@ -4,14 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, as_completed
+from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from conrod.execution.worker_process import WorkerDied
-from conrod.studies.results import Result
-from conrod.studies.validation_job import Job
 from conrod.trajectory import Outcome
 
+Found = TypeVar("Found")
+Told = TypeVar("Told", covariant=True)
 
-def run_jobs(jobs: Sequence[Job], executor: Executor, finished: Callable[[Job], None]) -> list[Result]:
+
+class Job(Protocol[Told]):
+    """What can be done in any process, and has a result also where that process dies of it."""
+
+    @property
+    def label(self) -> str:
+        """What is under way, for people."""
+        ...
+
+    @property
+    def steps(self) -> int:
+        """Steps per revolution, which say about how long it takes."""
+        ...
+
+    def run(self) -> Told:
+        """The result."""
+        ...
+
+    def ended(self, outcome: Outcome, reason: str) -> Told:
+        """The result where the process that ran it did not live to give one."""
+        ...
+
+
+def run_jobs(jobs: Sequence[Job[Found]], executor: Executor, finished: Callable[[Job[Any]], None]) -> list[Found]:
     """Results of all jobs, in their order; nothing in them depends on how many run at a time.
 
     A job that kills its process, or takes all memory, has that as its outcome. An error or Ctrl-C goes on to the
@@ -34,12 +59,12 @@ def run_jobs(jobs: Sequence[Job], executor: Executor, finished: Callable[[Job], 
     return [results[place] for place in range(len(jobs))]
 
 
-def run(job: Job) -> Result:
+def run(job: Job[Found]) -> Found:
     """The result of a job, for a worker process to be called with."""
     return job.run()
 
 
-def _result(future: Future[Result], job: Job) -> Result:
+def _result(future: Future[Found], job: Job[Found]) -> Found:
     try:
         return future.result()
     except WorkerDied as error:

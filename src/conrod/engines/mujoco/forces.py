@@ -86,7 +86,8 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
         kept = BodyStates(where, poses, rates, np.zeros_like(poses))
         verdict = judge(machine.kinematics, BodyTracks(kept, kept, kept), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
-        return nothing_told(mechanism, f"the run ended as {verdict.outcome.slug}: {verdict.reason}")
+        why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
+        return nothing_told(mechanism, why, verdict.outcome)
     told = _Reading(made)
     with laws_acting(made.model, made.tree):
         told.read(times, coordinates, speeds, poses, rates)
@@ -105,11 +106,11 @@ def _refusal(settings: MuJoCoSettings) -> str | None:
     return DRESSED if settings.dressing else None
 
 
-def nothing_told(mechanism: Mechanism, reason: str) -> ForceTracks:
+def nothing_told(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
     """Of a run that tells no forces."""
     none = np.zeros(0)
     untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
-    return ForceTracks(Instants(none, none, none, none), None, {}, untold)
+    return ForceTracks(Instants(none, none, none, none), None, {}, untold, outcome)
 
 
 @cache

@@ -67,7 +67,8 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
         at = staggered(made.mechanism, h, times, centres, rates)
         verdict = judge(machine.kinematics, body_tracks(made.form, at, centres, rates), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
-        return nothing_told(mechanism, f"the run ended as {verdict.outcome.slug}: {verdict.reason}")
+        why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
+        return nothing_told(mechanism, why, verdict.outcome)
     poses, _ = body_states(made.mechanism, centres, rates)
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
     right = _carried(mechanism, settings, at, run)
@@ -89,11 +90,11 @@ def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
     return {}
 
 
-def nothing_told(mechanism: Mechanism, reason: str) -> ForceTracks:
+def nothing_told(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
     """No quantity, for one reason."""
     none = np.zeros(0)
     untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
-    return ForceTracks(Instants(none, none, none, none), None, {}, untold)
+    return ForceTracks(Instants(none, none, none, none), None, {}, untold, outcome)
 
 
 def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]) -> Array:
