@@ -16,6 +16,8 @@ import pytest
 
 from conrod.catalogue import catalogue_file, catalogue_heading, catalogue_names, catalogue_scene, scene_named
 from conrod.catalogue.page import page
+from conrod.dynamics_scenes import dynamics_names
+from conrod.dynamics_scenes.chain import CHAIN
 from conrod.engines import ENGINES, Engine, engine_named
 from conrod.engines.engine import KinematicResult
 from conrod.errors import InvalidInput
@@ -118,6 +120,8 @@ def test_the_wheel_has_the_files(tmp_path: Path) -> None:
     (wheel,) = tmp_path.glob(f"conrod-{version('conrod')}-*.whl")
     inside = zipfile.ZipFile(wheel).namelist()
     assert {f"conrod/catalogue/{name}.toml" for name in NAMES} <= set(inside)
+    files = {name for name in dynamics_names() if not name.startswith(CHAIN)}
+    assert {f"conrod/dynamics_scenes/{name}.toml" for name in files} <= set(inside)
 
 
 # -- validation ------------------------------------------------------------------------------------------------------

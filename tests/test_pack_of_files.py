@@ -14,10 +14,11 @@ import pytest
 
 from conrod import InvalidInput
 from conrod.catalogue import catalogue_file, catalogue_scene
+from conrod.dynamics_scenes import dynamics_text
 from conrod.mechanism_files import DescribedScene, read_scene
 from conrod.pack.contents import pack_files
 from conrod.pack.reading import read_parameters
-from conrod.selection import machine_file
+from conrod.selection import machine_text
 from conrod.tables.estimation import estimate
 from conrod.tables.study import TableStudy, study_table
 from tests.command_line import conrod
@@ -126,11 +127,12 @@ def test_a_slip_in_a_table_of_a_pass_is_named(tmp_path: Path) -> None:
 
 
 def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:
-    assert machine_file("saw-40rpm") is None
-    assert machine_file(PASS) == catalogue_file(PASS)
+    assert machine_text("saw-40rpm") is None
+    assert machine_text(PASS) == catalogue_file(PASS).read_bytes()
+    assert machine_text("four-bar-chain-3") == dynamics_text("four-bar-chain-3").encode()
     own = tmp_path / "own.toml"
     own.write_bytes(catalogue_file(PASS).read_bytes())
-    assert machine_file(str(own)) == own
+    assert machine_text(str(own)) == own.read_bytes()
     done = conrod("export", "own.toml", "--format", "pack", "-o", "pack", "--set", "speed=-100rpm", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = read_parameters(tmp_path / "pack/parameters.json")

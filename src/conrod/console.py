@@ -15,6 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from conrod.catalogue import catalogue_heading, catalogue_names
+from conrod.dynamics_scenes import dynamics_heading, dynamics_names
 from conrod.engines import ENGINES, Engine
 from conrod.errors import unknown_choice
 from conrod.execution.validation import run_jobs
@@ -130,6 +131,11 @@ def show_catalogue() -> None:
         links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
         machines.append((name, heading.title, links, heading.source))
     _listed(out, "catalogue (machines from files)", ("name", "title", "moving links", "source"), machines)
+    loaded = []
+    for name in dynamics_names():
+        told = dynamics_heading(name)
+        loaded.append((name, told.title, str(told.links), told.source))
+    _listed(out, "dynamics (under loads, or in free motion)", ("name", "title", "moving links", "source"), loaded)
     out.print(f"engines: {', '.join(ENGINES)}")
 
 

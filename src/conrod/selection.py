@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from conrod.catalogue import CATALOGUE, catalogue_file, catalogue_names, scene_named
+from conrod.dynamics_scenes import dynamics_text, is_dynamics_name
 from conrod.engines import ENGINES, Engine, engine_named
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.ranges import check_count, check_number
@@ -64,9 +65,13 @@ def is_file(given: str) -> bool:
     return given.lower().endswith(MECHANISM_FILE)
 
 
-def machine_file(given: str) -> Path | None:
-    """The mechanism file of what a user named as one scene; None of a scene in closed form."""
-    return None if given in SCENES else Path(given) if is_file(given) else catalogue_file(given)
+def machine_text(given: str) -> bytes | None:
+    """The mechanism file of what a user named as one scene, as it is written; None of a scene in closed form."""
+    if given in SCENES:
+        return None
+    if is_dynamics_name(given):
+        return dynamics_text(given).encode()
+    return (Path(given) if is_file(given) else catalogue_file(given)).read_bytes()
 
 
 def _named(names: Sequence[str]) -> dict[str, Scene]:

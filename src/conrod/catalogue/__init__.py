@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from conrod.dynamics_scenes import dynamics_names, dynamics_scene, is_dynamics_name
 from conrod.errors import unknown_choice
 from conrod.scenes import SCENES, Scene
 
@@ -67,7 +68,7 @@ def catalogue_scene(name: str) -> DescribedScene:
 
 
 def scene_named(name: str) -> Scene:
-    """The scene in closed form, or the machine of the catalogue, that has a name.
+    """The scene in closed form, the machine of the catalogue, or the scene of dynamics, that has a name.
 
     Raises:
         InvalidInput: there is none; names the choices.
@@ -76,4 +77,6 @@ def scene_named(name: str) -> Scene:
         return SCENES[name]
     if name in catalogue_names():
         return catalogue_scene(name)
-    raise unknown_choice("scene", name, [*SCENES, *catalogue_names()])
+    if is_dynamics_name(name):
+        return dynamics_scene(name)
+    raise unknown_choice("scene", name, [*SCENES, *catalogue_names(), *dynamics_names()])

@@ -42,11 +42,11 @@ def export(
     """Write the MJCF model of SCENE, its exact trajectory as a table with units, or a pack for other tools to solve."""
     from conrod.console import CSV_SAMPLES, exported
     from conrod.files import file_to_write, naming, write_whole
-    from conrod.selection import check_model, check_table, machine_file, select_scene
+    from conrod.selection import check_model, check_table, machine_text, select_scene
 
     name, chosen = select_scene(scene, assignments)
     if kind == "pack":
-        _export_pack(name, chosen, machine_file(scene), output, steps_per_rev, revolutions)
+        _export_pack(name, chosen, machine_text(scene), output, steps_per_rev, revolutions)
         return
     turns = 1 if revolutions is None else revolutions
     if kind == "mjcf":
@@ -65,7 +65,7 @@ def export(
 
 
 def _export_pack(
-    name: str, scene: Scene, machine: Path | None, output: str | None, samples: int | None, revolutions: int | None
+    name: str, scene: Scene, machine: bytes | None, output: str | None, samples: int | None, revolutions: int | None
 ) -> None:
     from conrod.console import CSV_SAMPLES
     from conrod.files import write_together
@@ -77,6 +77,5 @@ def _export_pack(
     turns = PACK_REVOLUTIONS if revolutions is None else revolutions
     check_table(name, a_turn, turns)
     place = pack_to_write(output)
-    text = None if machine is None else machine.read_bytes()
-    write_together([pack_batch(pack_files(name, scene, a_turn, turns, text), place)])
+    write_together([pack_batch(pack_files(name, scene, a_turn, turns, machine), place)])
     click.echo(f"pack: {place}")
