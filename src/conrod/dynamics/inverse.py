@@ -59,9 +59,12 @@ class InverseDynamics:
         Raises:
             InvalidInput: the linkage does not reach an angle.
         """
+        return self.forces_in(*self.motion(state), state.time)
+
+    def forces_in(self, poses: Array, rates: Array, accelerations: Array, time: Array) -> JointForces:
+        """The same in a motion of all bodies (T, 3 n) at times (T,), which the joints allow; no dead centre in it."""
         mechanism = self._kinematics.mechanism
-        poses, rates, accelerations = self.motion(state)
-        right = inertia_forces(mechanism, poses, rates, accelerations) - self._applied(poses, rates, state.time)
+        right = inertia_forces(mechanism, poses, rates, accelerations) - self._applied(poses, rates, time)
         transposed = np.swapaxes(self._kinematics.jacobian(poses), 1, 2)
         multipliers = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
         return self.forces_of(np.asarray(multipliers, dtype=float))

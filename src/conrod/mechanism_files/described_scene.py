@@ -133,14 +133,10 @@ class DescribedScene(Scene):
         rates = {"start_rates": dict(self.described.rates)} if self.described.rates else {}
         return {"mechanism": told, "kinds": kinds, "speed": self.speed} | rates
 
-    @cached_property
+    @property
     def start_rates(self) -> dict[str, float]:
-        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with.
-
-        Those that the file gives in [start]; where it gives none, the crank's at its speed.
-        """
-        mechanism = self.mechanism()
-        return dict(self.described.rates) or {mechanism.crank: mechanism.driver.sense * self.speed}
+        """Those that the file gives in [start]; where it gives none, the crank's at its speed."""
+        return dict(self.described.rates) or super().start_rates
 
     @cached_property
     def parameters_text(self) -> str:

@@ -126,6 +126,12 @@ class Scene(ABC):
     # -- facts -------------------------------------------------------------------------------------------------
 
     @property
+    def start_rates(self) -> dict[str, float]:
+        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with: the crank's."""
+        mechanism = self.kinematics.mechanism
+        return {mechanism.crank: mechanism.driver.sense * self.speed}
+
+    @property
     def period(self) -> float:
         """Time of one revolution [s]."""
         return 2.0 * np.pi / abs(self.speed)
