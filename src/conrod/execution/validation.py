@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from typing import Any, Protocol, TypeVar
-from typing import Any, Protocol, TypeVar
 
 from conrod.execution.worker_process import WorkerDied
 from conrod.trajectory import Outcome
 
 Found = TypeVar("Found")
-Told = TypeVar("Told", covariant=True)
+Told_co = TypeVar("Told_co", covariant=True)
 
 
-class Job(Protocol[Told]):
+class Job(Protocol[Told_co]):
     """What can be done in any process, and has a result also where that process dies of it."""
 
     @property
@@ -27,11 +26,11 @@ class Job(Protocol[Told]):
         """Steps per revolution, which say about how long it takes."""
         ...
 
-    def run(self) -> Told:
+    def run(self) -> Told_co:
         """The result."""
         ...
 
-    def ended(self, outcome: Outcome, reason: str) -> Told:
+    def ended(self, outcome: Outcome, reason: str) -> Told_co:
         """The result where the process that ran it did not live to give one."""
         ...
 

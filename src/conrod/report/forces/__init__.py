@@ -1,0 +1,1 @@
+"""Report of drive torque, joint reactions and contact force."""

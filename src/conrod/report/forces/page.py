@@ -1,0 +1,158 @@
+"""A scene's page on its forces in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.report import numbers
+from conrod.report.forces.folder import figure_of
+from conrod.report.forces.prose import BLIND, CONTACT, ERRORS, MASSES, NOTHING_BLIND, STAMPS
+from conrod.report.forces.words import (
+    blind_words,
+    change_words,
+    property_words,
+    stamps_words,
+    untold_words,
+    verdict,
+)
+from conrod.report.styles import engine_title
+from conrod.report.tables import bullets, paragraphs, table
+from conrod.studies.forces.names import GROUPS
+from conrod.studies.forces.results import ForceResult, ForceStudy
+from conrod.studies.forces.seen import Effect
+
+
+def force_page(study: ForceStudy, command: str) -> str:
+    """The page of one scene.
+
+    Args:
+        command: what reproduces the page.
+    """
+    told = [r for r in study.results if r.errors]
+    drawn = any(r.curve is not None for r in told)
+    versions = dict.fromkeys(f"{engine_title(r.engine)} {r.engine_version}" for r in study.results)
+    blocks = [
+        f"# {study.name}: forces",
+        f"{study.scene.title}, driven at constant speed. Source: {study.scene.source}.",
+        f"Reproduced by `{command}`, with {', '.join(versions)}.",
+        "## Verdict",
+        _verdicts(study),
+        bullets(dict.fromkeys(r.reason_of_tolerance for r in study.results if r.reason_of_tolerance)),
+        bullets(f"{_name(r)}: {words}" for r in study.results if r.outcome == "completed" for words in untold_words(r)),
+        f"![Drive torque over the crank angle, exact and by engines, and its error]({figure_of(study.name)})"
+        if drawn
+        else "",
+        "## Errors",
+        ERRORS,
+        CONTACT if study.scene.kinematics.mechanism.cam_contacts else "",
+        *(_errors(study, group, told) for group in GROUPS),
+        "## Order of convergence",
+        _orders(told),
+        "## When values are valid",
+        STAMPS,
+        table(["engine", "preset", "values"], [[*_two(r), stamps_words(r.stamps)] for r in told]),
+        "## What a wrong mass does",
+        _masses(study),
+    ]
+    return paragraphs(*blocks) + "\n"
+
+
+def _two(result: ForceResult) -> list[str]:
+    return [engine_title(result.engine), result.preset]
+
+
+def _name(result: ForceResult) -> str:
+    return " ".join(_two(result))
+
+
+def _verdicts(study: ForceStudy) -> str:
+    groups = _groups(study.results)
+    rows = [
+        [*_two(r), str(r.steps_per_revolution)]
+        + [numbers.measured(r.judged(g)) for g in groups]
+        + [numbers.order((r.order or {}).get(g)) for g in groups]
+        + [verdict(r)]
+        for r in study.results
+    ]
+    head = ["engine", "preset", "steps per revolution", *groups, *(f"order of {g}" for g in groups), "verdict"]
+    return table(head, rows)
+
+
+def _groups(results: Sequence[ForceResult]) -> list[str]:
+    return [g for g in GROUPS if any(g in r.groups for r in results)]
+
+
+def _errors(study: ForceStudy, group: str, told: Sequence[ForceResult]) -> str:
+    """A row for each quantity, joint by joint, with max and rms of each run."""
+    names = next((r.groups[group] for r in told if group in r.groups), ())
+    rows = []
+    for name in names:
+        some = [r.errors[name] for r in told if r.errors and name in r.errors]
+        if not some:
+            rows.append([f"`{name}`", numbers.MISSING, *(["unsupported"] * len(told))])
+            continue
+        first = some[0]
+        unit = "N m" if name == "drive torque" or name.endswith(".moment") else "N"
+        peak = f"{numbers.quantity(first.peak)} {unit}" + ("" if first.own_peak else " (of others)")
+        rows.append([f"`{name}`", peak, *(_sizes(r, name) for r in told)])
+    return table(["quantity", "exact peak", *(f"{_name(r)}: max, rms" for r in told)], rows)
+
+
+def _sizes(result: ForceResult, name: str) -> str:
+    one = (result.errors or {}).get(name)
+    if one is None:
+        return "unsupported"
+    between = "" if one.between is None else f"; {numbers.measured(one.between)} between arc joints"
+    return f"{numbers.measured(one.max)}, {numbers.measured(one.rms)}{between}"
+
+
+def _orders(told: Sequence[ForceResult]) -> str:
+    runs = [r for r in told if r.refinement]
+    steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
+    rows = []
+    for run in runs:
+        by_steps = {p.steps_per_revolution: p for p in run.refinement}
+        for group, names in run.groups.items():
+            cells = []
+            for n in steps:
+                point = by_steps.get(n)
+                sizes = [] if point is None else [point.errors[k] for k in names if k in point.errors]
+                ended = "" if point is None or point.outcome == "completed" else f" ({point.outcome})"
+                cells.append(numbers.measured(max(sizes) if sizes else None) + ended)
+            rows.append([*_two(run), group, *cells, numbers.order((run.order or {}).get(group))])
+    return table(["engine", "preset", "largest of", *(f"N = {n}" for n in steps), "order"], rows)
+
+
+def _masses(study: ForceStudy) -> str:
+    seen = study.seen
+    if not seen.effects:
+        return "Nothing was looked at."
+    rows = [
+        [
+            effect.body,
+            property_words(effect.quality),
+            change_words(effect.quality, effect.change),
+            "none" if effect.unseen else f"`{effect.quantity}`",
+            numbers.measured(None if effect.unseen else effect.effect),
+            _by_whom(effect, study.results),
+        ]
+        for effect in seen.effects
+    ]
+    head = ["body", "property", "change", "shown most by", "by, of its peak", "out of tolerance then"]
+    together = blind_words(seen)
+    return paragraphs(MASSES, table(head, rows), BLIND if together else NOTHING_BLIND, bullets(together))
+
+
+def _by_whom(effect: Effect, results: Sequence[ForceResult]) -> str:
+    """Judged runs that such a change would bring out of tolerance, as large as their own errors may be."""
+    if effect.unseen:
+        return "no run can"
+    runs = [
+        _name(r)
+        for r in results
+        if r.passed
+        and any(
+            effect.by_group.get(g, 0.0) > allowed + (r.judged(g) or 0.0) for g, allowed in (r.tolerance or {}).items()
+        )
+    ]
+    return ", ".join(runs) or "none of these runs"

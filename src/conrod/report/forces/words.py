@@ -1,0 +1,75 @@
+"""What results of a validation of forces amount to, in words."""
+
+from __future__ import annotations
+
+from conrod.dynamics.sensitivity import INERTIA, MASS
+from conrod.report import numbers
+from conrod.studies.forces.results import ForceResult, Stamps
+from conrod.studies.forces.seen import Seen
+from conrod.trajectory import Outcome
+
+UNITS = {MASS: "kg", INERTIA: "kg m²"}
+
+
+def verdict(result: ForceResult) -> str:
+    """Within tolerance or not, and if not why; what ended the run, where it did not complete."""
+    if result.outcome != Outcome.COMPLETED.slug:
+        return f"{result.outcome}: {result.reason}"
+    untold = "" if not result.unsupported else "; " + " and ".join(untold_words(result))
+    if result.passed is None:
+        return "measured, not judged" + untold
+    if result.passed:
+        return "within tolerance" + untold
+    parts = [
+        f"{group} {numbers.measured(found)} > {numbers.measured(allowed)}"
+        for group, (found, allowed) in result.exceeded().items()
+    ]
+    return "OUT OF TOLERANCE: " + ", ".join(parts) + untold
+
+
+def untold_words(result: ForceResult) -> list[str]:
+    """What the engine does not tell and why, a phrase for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for name, reason in (result.unsupported or {}).items():
+        joint = name.rpartition(".")[0] or name
+        names = reasons.setdefault(reason, [])
+        if joint not in names:
+            names.append(joint)
+    return [f"unsupported: {', '.join(names)} ({reason})" for reason, names in reasons.items()]
+
+
+def stamps_words(stamps: Stamps | None) -> str:
+    """Which instants the values belong to."""
+    if stamps is None:
+        return numbers.MISSING
+    spaced = "every step" if stamps.spacing == 1.0 else f"every {stamps.spacing:g} steps, each a mean of these"
+    left_out = f"; {stamps.left_out} left out at change points" if stamps.left_out else ""
+    return f"{stamps.count} values, {spaced}, the first at {stamps.first:g} steps after the start{left_out}"
+
+
+def unseen_words(seen: Seen) -> list[str]:
+    """Properties that no quantity depends on."""
+    return [f"{effect.body} {property_words(effect.quality)}" for effect in seen.effects if effect.unseen]
+
+
+def blind_words(seen: Seen) -> list[str]:
+    """Changes of several properties together that no quantity sees."""
+    return [
+        " with ".join(f"{body} {property_words(name)} {_signed(v, name)}" for (body, name), v in blind.shares.items())
+        for blind in seen.blind
+    ]
+
+
+def property_words(quality: str) -> str:
+    """A body's property as people say it."""
+    return quality.replace("_", " ").replace(".", " ")
+
+
+def change_words(quality: str, change: float) -> str:
+    """How much of a property, with its unit."""
+    unit = UNITS.get(quality)
+    return f"{numbers.quantity(change)} {unit}" if unit else f"{numbers.quantity(1e3 * change)} mm"
+
+
+def _signed(value: float, quality: str) -> str:
+    return ("+" if value >= 0.0 else "−") + change_words(quality, abs(value))
