@@ -8,7 +8,7 @@ from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
 
 
 def mass_ratio(mechanism: Mechanism) -> float:
-    """Heaviest link over the lightest that a joint feels, the driven link apart."""
+    """Heaviest link over the lightest that a joint feels, the driven link apart; 1 where that is alone."""
     masses = [body.mass for body in mechanism.bodies if body.name != mechanism.crank]
     felt = [
         _felt_mass(mechanism, body, point)
@@ -17,7 +17,7 @@ def mass_ratio(mechanism: Mechanism) -> float:
         for body, point in ((joint.a, joint.point_a), (joint.b, joint.point_b))
         if body not in (GROUND, mechanism.crank)
     ]
-    return max(masses) / min([*masses, *felt])
+    return max(masses) / min([*masses, *felt]) if masses else 1.0
 
 
 def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:

@@ -87,9 +87,7 @@ def _measured(empty: MotionResult, course: ExactCourse, run: FreeRun) -> MotionR
 def _errors(course: ExactCourse, run: FreeRun) -> dict[str, Array]:
     """Distance of each observed point from its exact place at the same time, over L; (T,)."""
     found, exact = places(course.mechanism, run.poses), places(course.mechanism, course.motion.poses)
-    return {
-        name: np.linalg.norm(place - exact[name], axis=1) / course.lengths[name] for name, place in found.items()
-    }
+    return {name: np.linalg.norm(place - exact[name], axis=1) / course.lengths[name] for name, place in found.items()}
 
 
 def _energy(course: ExactCourse, run: FreeRun) -> Array:
