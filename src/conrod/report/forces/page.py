@@ -17,6 +17,7 @@ from conrod.report.forces.words import (
 )
 from conrod.report.styles import engine_title
 from conrod.report.tables import bullets, paragraphs, table
+from conrod.studies.forces.exact import is_moment
 from conrod.studies.forces.names import GROUPS
 from conrod.studies.forces.results import ForceResult, ForceStudy
 from conrod.studies.forces.seen import Effect
@@ -92,7 +93,7 @@ def _errors(study: ForceStudy, group: str, told: Sequence[ForceResult]) -> str:
             rows.append([f"`{name}`", numbers.MISSING, *(["unsupported"] * len(told))])
             continue
         first = some[0]
-        unit = "N m" if name == "drive torque" or name.endswith(".moment") else "N"
+        unit = "N m" if is_moment(name) else "N"
         peak = f"{numbers.quantity(first.peak)} {unit}" + ("" if first.own_peak else " (of others)")
         rows.append([f"`{name}`", peak, *(_sizes(r, name) for r in told)])
     return table(["quantity", "exact peak", *(f"{_name(r)}: max, rms" for r in told)], rows)
@@ -127,6 +128,7 @@ def _masses(study: ForceStudy) -> str:
     seen = study.seen
     if not seen.effects:
         return "Nothing was looked at."
+    judged = [r for r in study.results if r.likeness is not None and r.tolerance]
     rows = [
         [
             effect.body,
@@ -134,25 +136,16 @@ def _masses(study: ForceStudy) -> str:
             change_words(effect.quality, effect.change),
             "none" if effect.unseen else f"`{effect.quantity}`",
             numbers.measured(None if effect.unseen else effect.effect),
-            _by_whom(effect, study.results),
+            *(_likeness(r, effect) for r in judged),
         ]
         for effect in seen.effects
     ]
-    head = ["body", "property", "change", "shown most by", "by, of its peak", "out of tolerance then"]
+    head = ["body", "property", "change", "shown most by", "by, of its peak", *(_name(r) for r in judged)]
     together = blind_words(seen)
     return paragraphs(MASSES, table(head, rows), BLIND if together else NOTHING_BLIND, bullets(together))
 
 
-def _by_whom(effect: Effect, results: Sequence[ForceResult]) -> str:
-    """Judged runs that such a change would bring out of tolerance, as large as their own errors may be."""
-    if effect.unseen:
-        return "no run can"
-    runs = [
-        _name(r)
-        for r in results
-        if r.passed
-        and any(
-            effect.by_group.get(g, 0.0) > allowed + (r.judged(g) or 0.0) for g, allowed in (r.tolerance or {}).items()
-        )
-    ]
-    return ", ".join(runs) or "none of these runs"
+def _likeness(result: ForceResult, effect: Effect) -> str:
+    """How many such changes a run's errors look like."""
+    times = (result.likeness or {}).get(f"{effect.body}.{effect.quality}")
+    return numbers.MISSING if times is None else numbers.measured(times)

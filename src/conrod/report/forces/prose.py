@@ -12,7 +12,9 @@ CONTACT = (
 STAMPS = "Values belong to these instants, by which they are compared; a wrong one would cost an order."
 MASSES = (
     "By the exact sensitivities at constant speed: 1 % of a mass, 1 % of a length, 5 % of an inertia, and the "
-    "quantity of those asked for that shows it most. What none depends on, no engine's error can tell."
+    "quantity of those asked for that shows it most. Under an engine stands how many times that change its own errors look "
+    "like (their projection on what the change makes): a run that was judged and looks like half of it or more has not "
+    "passed. What none of the quantities depends on, no engine's error can tell."
 )
 NOTHING_BLIND = "No change of several properties together is hidden, but for those that none depends on."
 BLIND = "Hidden together, to first order:"

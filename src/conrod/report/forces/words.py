@@ -24,7 +24,15 @@ def verdict(result: ForceResult) -> str:
         f"{group} {numbers.measured(found)} > {numbers.measured(allowed)}"
         for group, (found, allowed) in result.exceeded().items()
     ]
-    return "OUT OF TOLERANCE: " + ", ".join(parts) + untold
+    if parts:
+        return "OUT OF TOLERANCE: " + ", ".join(parts) + untold
+    return "LOOKS LIKE A WRONG MASS: " + ", ".join(mistaken_words(result)) + untold
+
+
+def mistaken_words(result: ForceResult) -> list[str]:
+    """Wrong masses that the errors look like, the most likely one first."""
+    found = sorted(result.mistaken().items(), key=lambda pair: -abs(pair[1]))
+    return [f"{property_words(name)} by {times:+.2g} changes" for name, times in found]
 
 
 def untold_words(result: ForceResult) -> list[str]:

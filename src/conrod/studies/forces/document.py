@@ -52,6 +52,7 @@ def force_entry(result: ForceResult) -> dict[str, Any]:
         "refinement": [asdict(point) for point in result.refinement] or None,
         "tolerance": dict(result.tolerance) if result.tolerance else None,
         "tolerance_reason": result.reason_of_tolerance or None,
+        "likeness": None if result.likeness is None else dict(result.likeness),
         "passed": result.passed,
     }
 

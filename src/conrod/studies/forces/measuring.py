@@ -8,16 +8,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.dynamics.inverse import InverseDynamics, State
-from conrod.dynamics.sensitivity import SEEN, TORQUE, quantities
+from conrod.dynamics.inverse import State
+from conrod.dynamics.sensitivity import TORQUE
 from conrod.engines.forces import ForceTracks
-from conrod.kinematics import Kinematics
 from conrod.motion import Array
 from conrod.scenes import Scene
+from conrod.studies.forces.exact import NEAR, exact_quantities
 from conrod.studies.forces.results import ForceErrors, Stamps, TorqueCurve
-from conrod.studies.forces.seen import NEAR, even_state
 
-CHUNK = 4096  # samples of which the exact forces are worked out together
 CLEAR = np.radians(1.0)  # of the crank, that lies between an arc joint of a cam and what is judged
 CURVE_SAMPLES, ERROR_SPANS = 361, 180
 
@@ -28,34 +26,28 @@ def told_quantities(tracks: ForceTracks) -> dict[str, Array]:
     return joints if tracks.drive_torque is None else {TORQUE: tracks.drive_torque} | joints
 
 
-def exact_quantities(kinematics: Kinematics, state: State) -> dict[str, Array]:
-    """The exact forces in a motion by quantity, (T,) each."""
-    inverse, parts = InverseDynamics(kinematics), []
-    for start in range(0, len(state.angle), CHUNK):
-        some = slice(start, start + CHUNK)
-        one = State(state.angle[some], state.rate[some], state.acceleration[some], state.time[some])
-        parts.append(quantities(inverse.forces(one)))
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
 class Measured:
     """One run that told something, beside the exact forces."""
 
     def __init__(self, scene: Scene, tracks: ForceTracks, peaks: Mapping[str, tuple[float, bool]]) -> None:
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, NEAR)
-        state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
-        self.angle, self._peaks = state.angle, peaks
+        self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
+        self.angle, self.peaks = state.angle, peaks
         self.told = {name: values[self.kept] for name, values in told_quantities(tracks).items()}
         self.exact = exact_quantities(kinematics, state)
         self._between = _between(self.angle, scene.break_angles()) if kinematics.mechanism.cam_contacts else None
+
+    def clear(self) -> NDArray[np.int_]:
+        """Which of the values that are looked at lie away from arc joints."""
+        return np.flatnonzero(np.ones(len(self.angle)) if self._between is None else self._between)
 
     def errors(self, names: Sequence[str]) -> dict[str, ForceErrors]:
         """Of the quantities that are told."""
         return {name: self._error(name) for name in names if name in self.told}
 
     def _error(self, name: str) -> ForceErrors:
-        peak, own = self._peaks[name]
+        peak, own = self.peaks[name]
         off = self._off(name)
         between = None
         if self._between is not None and self._between.any():
@@ -63,7 +55,7 @@ class Measured:
         return ForceErrors(float(off.max()), _rms(off), between, peak, own)
 
     def _off(self, name: str) -> Array:
-        return np.asarray(np.abs(self.told[name] - self.exact[name]) / self._peaks[name][0])
+        return np.asarray(np.abs(self.told[name] - self.exact[name]) / self.peaks[name][0])
 
     def torque_curve(self) -> TorqueCurve | None:
         """For a figure; None where the engine tells no torque."""
@@ -86,28 +78,6 @@ def stamps_of(scene: Scene, tracks: ForceTracks, steps: int, start_angle: float)
     left_out = int(scene.kinematics.near_change(at.angle, NEAR).sum())
     first = (float(at.times[0]) - start_angle / scene.speed) / step
     return Stamps(round(first, 6), round(spacing, 6), len(at.times), left_out)
-
-
-def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
-    """By quantity what errors are divided by, and whether that is its own peak at constant speed.
-
-    What is zero but for rounding has the largest peak of its unit instead, and where moments have none the largest
-    force times the size of the machine.
-    """
-    exact = exact_quantities(scene.kinematics, even_state(scene))
-    own = {name: float(np.abs(values).max()) for name, values in exact.items()}
-    force = max((peak for name, peak in own.items() if not _turning(name)), default=0.0) or 1.0
-    moment = max((peak for name, peak in own.items() if _turning(name)), default=0.0)
-    lever = force * scene.kinematics.size
-    if moment <= SEEN * lever:
-        moment = lever
-    largest = {True: moment, False: force}
-    has = {name: peak > SEEN * largest[_turning(name)] for name, peak in own.items()}
-    return {name: (peak if has[name] else largest[_turning(name)], has[name]) for name, peak in own.items()}
-
-
-def _turning(name: str) -> bool:
-    return name == TORQUE or name.endswith(".moment")
 
 
 def _between(angle: Array, joints: Sequence[float]) -> NDArray[np.bool_]:

@@ -10,6 +10,9 @@ from conrod.motion import Array
 from conrod.scenes import Scene
 from conrod.studies.forces.seen import Seen
 
+# Of a change that is to be seen: errors that look like half of it look like it.
+LOOKS_LIKE = 0.5
+
 
 @dataclass(frozen=True)
 class ForceErrors:
@@ -67,6 +70,7 @@ class ForceResult:
         unsupported: by quantity, why the engine does not tell it.
         order: by group and by quantity.
         tolerance, reason_of_tolerance: by group, what is allowed, and why.
+        likeness: by "body.property", how many times the change that is to be seen the errors look like.
     """
 
     scene: str
@@ -87,6 +91,7 @@ class ForceResult:
     refinement: tuple[ForcePoint, ...] = ()
     tolerance: Mapping[str, float] | None = None
     reason_of_tolerance: str = ""
+    likeness: Mapping[str, float] | None = None
     passed: bool | None = None
     curve: TorqueCurve | None = None
 
@@ -108,6 +113,10 @@ class ForceResult:
         """
         pairs = {g: (self.judged(g), allowed) for g, allowed in (self.tolerance or {}).items() if not self._untold(g)}
         return {group: pair for group, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
+
+    def mistaken(self) -> dict[str, float]:
+        """Wrong masses that the errors look like, by "body.property", in changes that are to be seen."""
+        return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= LOOKS_LIKE}
 
     def _untold(self, group: str) -> bool:
         return all(name in (self.unsupported or {}) for name in self.groups.get(group, ()))

@@ -12,9 +12,11 @@ from conrod.engines.engine import run_of
 from conrod.engines.forces import ForceTracks
 from conrod.scenes import Scene
 from conrod.studies.forces.bars import tolerance_of
-from conrod.studies.forces.measuring import Measured, peaks_of, stamps_of
+from conrod.studies.forces.exact import peaks_of
+from conrod.studies.forces.measuring import Measured, stamps_of
 from conrod.studies.forces.names import GROUPS, groups_of, quantities_of
 from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult
+from conrod.studies.forces.wrong_mass import likenesses
 from conrod.studies.validate import Plan, refinement_path
 from conrod.trajectory import Outcome
 
@@ -54,18 +56,22 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
         return replace(result, passed=False if failed else None)
     peaks = peaks_of(scene)
     measured = Measured(scene, tracks, peaks)
-    errors = measured.errors([name for names in result.groups.values() for name in names])
+    names = [name for some in result.groups.values() for name in some]
+    errors = measured.errors(names)
     result = replace(
         result,
         stamps=stamps_of(scene, tracks, steps, start),
         errors=errors,
         curve=measured.torque_curve(),
+        likeness=likenesses(scene, measured, names),
     )
     if plan.refined:
         finest = ForcePoint(steps, result.outcome, judged_sizes(errors))
         points = _refine(scene, engine, result, plan, finest, peaks)
         result = replace(result, refinement=points, order=_orders(result, points))
-    return replace(result, passed=not result.exceeded() if result.tolerance else None)
+    # Whoever gives tolerances is judged by these alone.
+    mistaken = not plan.run.tolerance and bool(result.mistaken())
+    return replace(result, passed=not (result.exceeded() or mistaken) if result.tolerance else None)
 
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
