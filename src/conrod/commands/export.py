@@ -10,8 +10,6 @@ from conrod.commands import options
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from conrod.scenes import Scene
 
 # The figure that counts is taken over two turns.

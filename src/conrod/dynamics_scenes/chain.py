@@ -1,7 +1,7 @@
 """Chains of parallelogram four-bars in free swing, of any length: `four-bar-chain-N`.
 
-The benchmark problem "N four-bar mechanism" of the IFToMM library (Gonzalez, Dopico, Gonzalez, Cuadrado 2006): it has one
-degree of freedom but where all links lie in one line, where it gains N more.
+The N-four-bar problem of the IFToMM library of computational benchmark problems: it has one degree of freedom but where
+all links lie in one line, where it gains N more.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ _HEAD = """name = "{chain}{count}"
 title = "Chain of {count} parallel four-bars in free swing"
 source = "the benchmark N-four-bar of the IFToMM library of computational benchmark problems"
 description = \"\"\"
-{rockers} rockers of 1 m, upright, 1 m from each other, with a bar from each tip to the next. The first tip starts with \\
-1 m/s to the right, and all turn over and over under their weight. Lying flat, twice a turn, every four-bar could go on \\
-crossed; the motion is the smooth continuation, on which all rockers turn alike and no bar turns: one pendulum.\"\"\"
+{rockers} rockers of 1 m, upright, 1 m from each other, with a bar from each tip to the next. The first tip starts \\
+with 1 m/s to the right, and all turn over and over under their weight. Lying flat, twice a turn, every four-bar \\
+could go on crossed; the motion is the smooth continuation, on which all rockers turn alike and no bar turns: one \\
+pendulum.\"\"\"
 assumptions = [
     "links are uniform bars of 1 kg, as in the benchmark",
     "the crank's pass at constant speed ends before the rockers lie flat; the free motion does not",
 ]
-frame = "the first rocker's pivot is at (0, 0), the others on the +x axis; y is up; the crank angle counts clockwise from upright"
+frame = "the first rocker's pivot is at (0, 0), the others on +x; y is up; crank angles count clockwise from upright"
 gravity = [0, "-9.81 m/s^2"]
 output = "tip"
 
