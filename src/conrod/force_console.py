@@ -14,7 +14,7 @@ from rich.table import Table
 from conrod.console import console
 from conrod.engines import Engine
 from conrod.execution.validation import run_jobs
-from conrod.report.forces.words import blind_words, unseen_words, verdict
+from conrod.report.forces.words import blind_words, reasons, unseen_words, verdict
 from conrod.scenes import Scene
 from conrod.studies.forces.job import force_jobs
 from conrod.studies.forces.names import GROUPS
@@ -22,6 +22,7 @@ from conrod.studies.forces.results import ForceResult, ForceStudy
 from conrod.studies.forces.seen import seen_of
 from conrod.studies.forces.study import ForcePlan
 
+TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
 COLOURS = {True: "green", False: "red", None: "yellow"}
 
 
@@ -48,7 +49,7 @@ def run_forces(
 def print_force_verdicts(studies: Sequence[ForceStudy]) -> None:
     """A line for each result: largest errors, observed orders, verdict; then what no quantity sees of a wrong mass."""
     groups = [g for g in GROUPS if any(g in result.groups for study in studies for result in study.results)]
-    table = Table(title="largest error over the run, by the exact peak; of contact rms", title_justify="left")
+    table = Table(title=TITLE, title_justify="left")
     for heading in ("scene", "engine", "preset", "steps/rev", *groups, f"order {', '.join(groups)}"):
         number = heading in ("steps/rev", *groups)
         table.add_column(heading, justify="right" if number else "left", no_wrap=True)
@@ -58,9 +59,8 @@ def print_force_verdicts(studies: Sequence[ForceStudy]) -> None:
             table.add_row(*_row(result, groups))
     out = console()
     out.print(table)
-    told = {r.reason_of_tolerance: None for study in studies for r in study.results if r.reason_of_tolerance}
-    for reason in told:
-        out.print(f"tolerance: {escape(reason)}")
+    for reason in reasons([r for study in studies for r in study.results]):
+        out.print(escape(f"tolerance: {reason}"))
     for study in studies:
         unseen = [*unseen_words(study.seen), *blind_words(study.seen)]
         if unseen:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -56,7 +58,7 @@ def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
     axes.set_ylabel("drive torque [N m]")
 
 
-def _style(run: ForceResult, place: int, runs: int, samples: int) -> dict[str, object]:
+def _style(run: ForceResult, place: int, runs: int, samples: int) -> dict[str, Any]:
     every = max(1, samples // MARKERS)
     start = 2 + (place * every) // max(1, runs)
     label = f"{engine_title(run.engine)} {run.preset}"

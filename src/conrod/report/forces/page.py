@@ -11,6 +11,7 @@ from conrod.report.forces.words import (
     blind_words,
     change_words,
     property_words,
+    reasons,
     stamps_words,
     untold_words,
     verdict,
@@ -38,7 +39,7 @@ def force_page(study: ForceStudy, command: str) -> str:
         f"Reproduced by `{command}`, with {', '.join(versions)}.",
         "## Verdict",
         _verdicts(study),
-        bullets(dict.fromkeys(r.reason_of_tolerance for r in study.results if r.reason_of_tolerance)),
+        bullets(reasons(study.results)),
         bullets(f"{_name(r)}: {words}" for r in study.results if r.outcome == "completed" for words in untold_words(r)),
         f"![Drive torque over the crank angle, exact and by engines, and its error]({figure_of(study.name)})"
         if drawn

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from conrod.dynamics.sensitivity import INERTIA, MASS
 from conrod.report import numbers
+from conrod.report.styles import engine_title
 from conrod.studies.forces.results import ForceResult, Stamps
 from conrod.studies.forces.seen import Seen
 from conrod.trajectory import Outcome
@@ -27,6 +30,12 @@ def verdict(result: ForceResult) -> str:
     if parts:
         return "OUT OF TOLERANCE: " + ", ".join(parts) + untold
     return "LOOKS LIKE A WRONG MASS: " + ", ".join(mistaken_words(result)) + untold
+
+
+def reasons(results: Iterable[ForceResult]) -> list[str]:
+    """Why runs are judged by what they are, each reason once with its engine and preset."""
+    told = [(r.engine, r.preset, r.reason_of_tolerance) for r in results if r.reason_of_tolerance]
+    return [f"{engine_title(engine)} {preset}, {why}" for engine, preset, why in dict.fromkeys(told)]
 
 
 def mistaken_words(result: ForceResult) -> list[str]:
@@ -80,4 +89,4 @@ def change_words(quality: str, change: float) -> str:
 
 
 def _signed(value: float, quality: str) -> str:
-    return ("+" if value >= 0.0 else "−") + change_words(quality, abs(value))
+    return ("+" if value >= 0.0 else "-") + change_words(quality, abs(value))

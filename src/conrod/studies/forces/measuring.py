@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from conrod.scenes import Scene
 from conrod.studies.forces.exact import NEAR, exact_quantities
 from conrod.studies.forces.results import ForceErrors, Stamps, TorqueCurve
 
+TOGETHER = 16  # steps of which a mean is taken where single values scatter, with contact
 CLEAR = np.radians(1.0)  # of the crank, that lies between an arc joint of a cam and what is judged
 CURVE_SAMPLES, ERROR_SPANS = 361, 180
 
@@ -29,13 +31,16 @@ def told_quantities(tracks: ForceTracks) -> dict[str, Array]:
 class Measured:
     """One run that told something, beside the exact forces."""
 
-    def __init__(self, scene: Scene, tracks: ForceTracks, peaks: Mapping[str, tuple[float, bool]]) -> None:
+    def __init__(
+        self, scene: Scene, tracks: ForceTracks, peaks: Mapping[str, tuple[float, bool]], stamps: Stamps
+    ) -> None:
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, NEAR)
         self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
         self.angle, self.peaks = state.angle, peaks
         self.told = {name: values[self.kept] for name, values in told_quantities(tracks).items()}
         self.exact = exact_quantities(kinematics, state)
+        self._together = max(1, round(TOGETHER / max(stamps.spacing, 1.0)))
         self._between = _between(self.angle, scene.break_angles()) if kinematics.mechanism.cam_contacts else None
 
     def clear(self) -> NDArray[np.int_]:
@@ -50,8 +55,11 @@ class Measured:
         peak, own = self.peaks[name]
         off = self._off(name)
         between = None
-        if self._between is not None and self._between.any():
-            between = _rms(off[self._between])
+        if self._between is not None:
+            clear = _blocks(self._between, self._together).all(axis=1)
+            # Single values scatter from an edge of the cam's polygon to the next, or from catch to catch.
+            means = _blocks((self.told[name] - self.exact[name]) / peak, self._together).mean(axis=1)
+            between = _rms(means[clear]) if clear.any() else None
         return ForceErrors(float(off.max()), _rms(off), between, peak, own)
 
     def _off(self, name: str) -> Array:
@@ -86,6 +94,12 @@ def _between(angle: Array, joints: Sequence[float]) -> NDArray[np.bool_]:
     for joint in joints:
         clear &= np.abs((angle - joint + np.pi) % (2.0 * np.pi) - np.pi) > CLEAR
     return clear
+
+
+def _blocks(values: NDArray[Any], together: int) -> NDArray[Any]:
+    """Values (T,) by so many after each other (T // together, together); those left at the end are left out."""
+    count = len(values) // together
+    return values[: count * together].reshape(count, together)
 
 
 def _rms(values: Array) -> float:

@@ -19,7 +19,7 @@ class ForceErrors:
     """Of one quantity, over the run, against `peak`.
 
     Attributes:
-        between: rms where no arc joint of a cam is near; None of machines whose acceleration does not jump.
+        between: of machines with a cam, rms of means of 16 steps where no arc joint is near; None of others.
         peak: what the errors are divided by [N] or [N m].
         own_peak: whether that is the quantity's own exact peak; where it has none it is the largest of its unit.
     """

@@ -55,12 +55,13 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
         failed = result.outcome != Outcome.UNSUPPORTED.slug and bool(result.tolerance)
         return replace(result, passed=False if failed else None)
     peaks = peaks_of(scene)
-    measured = Measured(scene, tracks, peaks)
+    stamps = stamps_of(scene, tracks, steps, start)
+    measured = Measured(scene, tracks, peaks, stamps)
     names = [name for some in result.groups.values() for name in some]
     errors = measured.errors(names)
     result = replace(
         result,
-        stamps=stamps_of(scene, tracks, steps, start),
+        stamps=stamps,
         errors=errors,
         curve=measured.torque_curve(),
         likeness=likenesses(scene, measured, names),
@@ -127,7 +128,8 @@ def _refine(
             continue
         tracks = engine.forces(scene, engine.presets[result.preset](scene, n), revolutions, start)
         told = tracks.outcome is Outcome.COMPLETED and len(tracks.instants.times) > 0
-        errors = judged_sizes(Measured(scene, tracks, peaks).errors(names)) if told else {}
+        stamps = stamps_of(scene, tracks, n, start) if told else None
+        errors = judged_sizes(Measured(scene, tracks, peaks, stamps).errors(names)) if stamps else {}
         points.append(ForcePoint(n, tracks.outcome.slug, errors))
     return tuple(points)
 
