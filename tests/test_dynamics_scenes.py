@@ -16,6 +16,7 @@ from scipy.special import ellipk
 from conrod.catalogue import catalogue_names, scene_named
 from conrod.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.dynamics.inverse import InverseDynamics, State
+from conrod.dynamics.line import Line
 from conrod.dynamics_scenes import dynamics_heading, dynamics_names, dynamics_scene, dynamics_text
 from conrod.dynamics_scenes.chain import MOST
 from conrod.engines.mujoco.loads import by_program
@@ -234,6 +235,16 @@ def test_spring_and_damper_bring_the_slider_crank_to_rest_where_the_spring_is_wi
     length = np.sqrt(0.15**2 + 0.28**2 + 2.0 * 0.15 * 0.28 * np.cos(second - first))
     assert np.ptp(length[-200:]) < 0.7 * np.ptp(length[:200])
     assert length[-200:].min() < 0.3 < length[-200:].max()
+
+
+def test_whole_turns_are_told_but_for_rounding() -> None:
+    line = Line(dynamics_scene("press-cutting").mechanism())
+    line.configurations.reach(100.0)
+    assert line.configurations.loop is not None
+    length, start = line.configurations.loop.length, line.at(0.0)
+    for turns in range(1, 200):
+        for along in (np.nextafter(turns * length, 0.0), turns * length):
+            assert line.at(float(along)).inertia == pytest.approx(start.inertia, rel=1e-9)
 
 
 # -- the cam's spring --------------------------------------------------------------------------------------------------

@@ -91,7 +91,7 @@ class Line:
         known.reach(along)
         if known.loop is not None:
             turns = float(np.floor(along / known.loop.length))
-            along = along - turns * known.loop.length
+            along = max(0.0, along - turns * known.loop.length)  # rounding may leave it just before the start
         pieces, rows = (known.ahead, self._ahead) if along >= 0.0 else (known.behind, self._behind)
         if rows and rows[0].samples is not pieces[0]:
             rows.clear()  # the loop was closed from the other side
