@@ -12,6 +12,7 @@ import click
 from conrod.commands import exit_status, options
 from conrod.commands.bundles import check_unused
 from conrod.commands.model_options import ModelOptions, of_a_model
+from conrod.commands.motion_options import MotionOptions, of_a_motion
 from conrod.commands.table_options import TableOptions, of_a_table
 from conrod.errors import InvalidInput
 
@@ -41,13 +42,21 @@ TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
 @options.assignments
 @options.jobs
 @click.option("--tolerance", metavar="Q=T,...", help="Judge every preset by these, e.g. position=1e-4,velocity=1e-3.")
+@of_a_motion
 @of_a_model
 @of_a_table
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
 @click.option("--figures", metavar="NAME,...", help=FIGURES_HELP)
+@click.option("--quantity", metavar="NAME,...", help="Forces in place of motion: torque, reactions, contact.")
 def validate(
-    subjects: tuple[str, ...], scene: str | None, model: ModelOptions, table: TableOptions, **asked: Any
+    subjects: tuple[str, ...],
+    scene: str | None,
+    motion: MotionOptions,
+    model: ModelOptions,
+    table: TableOptions,
+    quantity: str | None,
+    **asked: Any,
 ) -> None:
     """Compare engines with the exact motion: the SCENEs named, or all that have a closed form, in both engines.
 
@@ -59,18 +68,12 @@ def validate(
     """
     files = [name for name in subjects if name.lower().endswith(MODELS + TABLES)]
     if not files:
-        for name in subjects:
-            if name.lower().endswith(MECHANISMS):
-                continue
-            if Path(name).is_file() or (scene is not None and Path(name).suffix):
-                raise InvalidInput(
-                    f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"
-                )
+        _check_endings(subjects, scene)
         for bundle in (model, table):
             check_unused(bundle, "a scene: it is for a file")
         if scene is not None:
             raise InvalidInput(f"--scene {scene} is for a file; a scene is named as it is: conrod validate {scene}")
-        validate_scenes(subjects, **asked)
+        _validate_machines(subjects, quantity, motion, asked)
         return
     if len(subjects) > 1:
         others = [name for name in subjects if name != files[0]]
@@ -78,6 +81,9 @@ def validate(
         raise InvalidInput(f"{files[0]}: a file is judged on its own, {said}")
     if scene is None:
         raise InvalidInput(f"{files[0]}: say with --scene what machine it is; `conrod show` lists them")
+    if quantity is not None:
+        raise InvalidInput("--quantity does not go with a file: it is for scenes")
+    check_unused(motion, "a file: it is for scenes")
     for option in ("jobs", "figures"):
         if asked.pop(option, None) is not None:
             raise InvalidInput(f"--{option} does not go with a file: it is for scenes")
@@ -91,6 +97,37 @@ def validate(
 
         check_unused(model, "a table: it is for a model")
         validate_table(files[0], scene, table, **asked)
+
+
+def _check_endings(subjects: Sequence[str], scene: str | None) -> None:
+    """Refuse a file of no kind that can be judged, which is no scene either."""
+    for name in subjects:
+        if name.lower().endswith(MECHANISMS):
+            continue
+        if Path(name).is_file() or (scene is not None and Path(name).suffix):
+            raise InvalidInput(
+                f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"
+            )
+
+
+def _validate_machines(
+    scenes: tuple[str, ...], quantity: str | None, motion: MotionOptions, asked: Mapping[str, Any]
+) -> None:
+    """Scenes: their motion at constant crank speed, the forces in it, or their motion without a drive."""
+    if quantity is not None and motion.motion is not None:
+        raise InvalidInput(f"--quantity {quantity} does not go with --motion: forces are told at constant crank speed")
+    if motion.motion is not None:
+        from conrod.commands.validate_motion import validate_motion
+
+        validate_motion(scenes, motion, **asked)
+        return
+    check_unused(motion, "a crank at constant speed: it is for --motion free and --motion torque")
+    if quantity is not None:
+        from conrod.commands.validate_forces import validate_forces
+
+        validate_forces(scenes, quantity, **asked)
+        return
+    validate_scenes(scenes, **asked)
 
 
 def validate_scenes(
