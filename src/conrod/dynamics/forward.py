@@ -22,6 +22,9 @@ from conrod.mechanism import Mechanism
 from conrod.motion import Array
 
 STANDS = 1e-9  # of a body's turn by the arc length, or a load's coordinate: below it, it does not move
+# Of a radian that every body turns, in one step of the integrator. Drift of energy with it, and without: a cam of law
+# 3-4-5 in 10 s 1e-13, 1.4e-11; a saw at 500 rpm in 3 s 2e-13, 5e-12; in about the same time.
+FARTHEST = 0.02
 FITS = 1e-6  # of the largest rate, what given rates of several bodies may leave
 
 
@@ -103,8 +106,9 @@ class ForwardDynamics:
         if start[1] == 0.0:
             self._check_rest()
         course = Course(
-            self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads), breaks(self.loads)
-        )
+            self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads), breaks(self.loads),
+            FARTHEST * self.line.configurations.curve.unit,
+        )  # fmt: skip
         states = course.run(times, start, self._passing)
         return self._told(times, states, tuple(sorted(course.passed)))
 

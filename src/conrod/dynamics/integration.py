@@ -26,12 +26,15 @@ class Course:
         rates: derivative of the state at a time.
         absolute: what each entry of the state is at least measured by (K,).
         kinks: functions of time and state whose change of sign is a kink of the rates; breaks: times of such.
+        farthest: of the first entry in one step, about. Where nothing changes for a while, as in a cam's dwell, steps
+            grow, and the stages of a long one may miss what begins gently behind it.
     """
 
     def __init__(
-        self, rates: Callable[[float, Array], Array], absolute: Array, kinks: Sequence[Event], breaks: Sequence[float]
-    ) -> None:
-        self._rates, self._absolute, self._kinks = rates, RELATIVE * absolute, kinks
+        self, rates: Callable[[float, Array], Array], absolute: Array, kinks: Sequence[Event], breaks: Sequence[float],
+        farthest: float,
+    ) -> None:  # fmt: skip
+        self._rates, self._absolute, self._kinks, self._farthest = rates, RELATIVE * absolute, kinks, farthest
         self._breaks = sorted(breaks)
         self.passed: list[float] = []
         self._end, self._short = 1.0, 0
@@ -81,6 +84,7 @@ class Course:
         return DOP853(self._rates, now, state, stop, rtol=RELATIVE, atol=self._absolute)
 
     def _step(self, solver: DOP853) -> None:
+        solver.max_step = self._farthest / max(abs(float(solver.f[0])), 1e-300)
         message = solver.step()
         self._short = self._short + 1 if solver.t - solver.t_old < SHORT * self._end else 0
         if self._short > MOST_SHORT:
