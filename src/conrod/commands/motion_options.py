@@ -22,7 +22,7 @@ OPTIONS = (
     click.option(
         "--motion",
         metavar="KIND",
-        help="Instead of a crank at constant speed: free, without a torque that drives it, or torque, with its torques.",
+        help="Nothing holds the crank's speed: free, without a torque that drives it, or torque, with its torques.",
     ),
     click.option("--seconds", type=float, metavar="S", help="Of --motion: how long [10]."),
     click.option("--step", metavar="TIME", help="Of --motion: the engines' time step, e.g. 2ms [5 ms or less]."),

@@ -16,7 +16,8 @@ def verdict_words(result: MotionResult) -> str:
     if result.passed:
         return "within tolerance"
     missed = ", ".join(
-        f"{name} {numbers.measured(found)} > {numbers.quantity(limit)}" for name, (found, limit) in result.exceeded.items()
+        f"{name} {numbers.measured(found)} > {numbers.quantity(limit)}"
+        for name, (found, limit) in result.exceeded.items()
     )
     return f"OUT OF TOLERANCE: {missed}"
 
