@@ -293,5 +293,5 @@ def test_the_documented_example_runs(capsys: pytest.CaptureFixture[str]) -> None
     text = (Path(__file__).parent.parent / "docs" / "forces.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (shown,) = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
-    exec(compile(code, "docs/forces.md", "exec"), {})
+    exec(compile(code, "docs/forces.md", "exec"), {"__name__": "documented"})
     assert capsys.readouterr().out == shown

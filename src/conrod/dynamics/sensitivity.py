@@ -72,9 +72,10 @@ def sensitivities(kinematics: Kinematics, state: State) -> tuple[Sensitivity, ..
     peaks = _peaks(inverse.forces(state))
     found = []
     for body in mechanism.bodies:
-        for name, left in _derivatives(mechanism, body, poses, rates, accelerations).items():
-            multipliers = np.linalg.solve(jacobian, left[:, :, None])[:, :, 0]
-            told = quantities(inverse.forces_of(np.asarray(multipliers, dtype=float)))
+        by_name = _derivatives(mechanism, body, poses, rates, accelerations)
+        multipliers = np.linalg.solve(jacobian, np.stack(list(by_name.values()), axis=2))
+        for k, name in enumerate(by_name):
+            told = quantities(inverse.forces_of(np.asarray(multipliers[:, :, k], dtype=float)))
             change = _change(kinematics, body, name)
             effects = {key: float(np.abs(value).max()) * change / peaks[key] for key, value in told.items()}
             found.append(Sensitivity(body.name, name, change, told, effects))

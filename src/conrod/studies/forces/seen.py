@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from conrod.dynamics.sensitivity import SEEN, Blind, Sensitivity, blind_changes,
 from conrod.scenes import Scene
 from conrod.studies.forces.exact import even_state, peaks_of
 from conrod.studies.forces.names import GROUPS, quantities_of
+
+Peaks: TypeAlias = Mapping[str, tuple[float, bool]]  # as `peaks_of` gives them
 
 
 @dataclass(frozen=True)
@@ -54,16 +57,16 @@ def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> Seen:
         return Seen((), ())
     found = sensitivities(scene.kinematics, even_state(scene))
     together = [blind for blind in blind_changes(found, names) if len(blind.shares) > 1]
-    return Seen(_effects(scene, found, names), tuple(together))
+    return Seen(_effects(found, names, peaks_of(scene)), tuple(together))
 
 
-def effects_on(scene: Scene, names: Sequence[str]) -> tuple[Effect, ...]:
-    """What each property of each body does to some quantities."""
-    return _effects(scene, sensitivities(scene.kinematics, even_state(scene)), names)
+def effects_on(scene: Scene, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
+    """What each property of each body does to some quantities, against their peaks."""
+    return _effects(sensitivities(scene.kinematics, even_state(scene)), names, peaks)
 
 
-def _effects(scene: Scene, found: Sequence[Sensitivity], names: Sequence[str]) -> tuple[Effect, ...]:
-    peaks, effects = peaks_of(scene), []
+def _effects(found: Sequence[Sensitivity], names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
+    effects = []
     for one in found:
         shares = {n: float(np.abs(one.derivatives[n]).max()) * one.change / peaks[n][0] for n in names}
         most = max(names, key=lambda name: shares[name])

@@ -36,7 +36,7 @@ def likenesses(scene: Scene, measured: Measured, names: Sequence[str]) -> dict[s
     peaks = {name: measured.peaks[name][0] for name in told}
     errors = np.concatenate([(measured.told[n][some] - measured.exact[n][some]) / peaks[n] for n in told])
     # At constant speed, as the machine is meant to run: what ripple of the drive would show is not counted.
-    seen = {(effect.body, effect.quality) for effect in effects_on(scene, told) if not effect.unseen}
+    seen = {(effect.body, effect.quality) for effect in effects_on(scene, told, measured.peaks) if not effect.unseen}
     found = {}
     for one in sensitivities(scene.kinematics, state):
         effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in told])
