@@ -22,7 +22,7 @@ from conrod.report.free_motion.document import motions_text
 from conrod.report.free_motion.folder import check_motion_apart, check_motion_folder
 from conrod.report.free_motion.writer import motion_batch
 from conrod.selection import parse_tolerance, select_engines, select_presets, select_scenes
-from conrod.studies.free_motion.plan import MOTIONS, SECONDS, MotionPlan
+from conrod.studies.free_motion.plan import MOTIONS, SECONDS, MotionPlan, instants
 from conrod.studies.free_motion.results import QUANTITIES, MotionStudy
 from conrod.units import parse_quantity
 
@@ -54,6 +54,8 @@ def validate_motion(
             )
     plan = _plan(options, tolerance)
     chosen = select_scenes(names, assignments)
+    for name, scene in chosen.items():
+        plan.mechanism(scene.kinematics.mechanism, name)
     engines = select_engines(engine)
     presets = select_presets(engines, preset)
     folder = None if out is None else folder_to_write(out, "--out")
@@ -81,6 +83,7 @@ def validate_motion(
 
 
 def _plan(options: MotionOptions, tolerance: str | None) -> MotionPlan:
+    """What was asked for; what cannot be is refused before any work is done."""
     if options.motion not in MOTIONS:
         raise unknown_choice("motion", str(options.motion), MOTIONS)
     seconds = SECONDS if options.seconds is None else options.seconds
@@ -89,7 +92,9 @@ def _plan(options: MotionOptions, tolerance: str | None) -> MotionPlan:
     if step is not None:
         check_number("--step", step, SHORTEST_STEP, seconds, "s")
     judged = None if tolerance is None else parse_tolerance(tolerance, QUANTITIES)
-    return MotionPlan(options.motion, seconds, step, judged)
+    plan = MotionPlan(options.motion, seconds, step, judged)
+    instants(plan)
+    return plan
 
 
 def _report(

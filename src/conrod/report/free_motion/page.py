@@ -14,14 +14,16 @@ from conrod.studies.free_motion.results import MotionResult, MotionStudy
 READING = (
     "Nothing prescribes the crank: what is compared is the trajectory itself, at the same time. Position errors are "
     "distances from the exact place of an observed point, divided by L, the largest distance between two of its exact "
-    "positions in a turn of the crank; of several points the worst counts. The error of energy is that of kinetic and potential energy "
-    "together, against the exact one at the same time, divided by the largest kinetic energy or change of the potential one. "
-    "Where no load takes energy this is the engine's drift."
+    "positions in a turn of the crank; of several points the worst counts. The error of energy is that of kinetic and "
+    "potential energy together, against the exact one at the same time, divided by the largest kinetic energy or "
+    "change of the potential one. Where no load takes energy this is the engine's drift."
 )
 RULE = (
-    f"Where no step is asked for it is {1e3 * LONGEST_STEP:g} ms, halved until the fastest turn, which is 2 pi times the largest "
-    f"velocity of an observed point over its largest acceleration, has {STEPS_A_TURN} steps, or {CONTACT_STEPS_A_TURN} with contact."
+    f"Where no step is asked for it is {1e3 * LONGEST_STEP:g} ms, halved until the fastest turn, which is 2 pi times "
+    "the largest velocity of an observed point over its largest acceleration, has "
+    f"{STEPS_A_TURN} steps, or {CONTACT_STEPS_A_TURN} with contact."
 )
+HEAD = ("engine", "preset", "step", "position max", "rms", "final", "crank angle [rad]", "energy")
 ORDER = "An order is told where the errors of the three runs fall alike from one to the next."
 
 
@@ -35,12 +37,11 @@ def motion_page(study: MotionStudy, command: str) -> str:
         f"{engine_title(engine)} {version}"
         for engine, version in dict.fromkeys((r.engine, r.engine_version) for r in study.results)
     )
-    seconds = study.exact.times[-1]
     leaving = study.results[0].leaving if study.results else LENGTH_ERROR
     blocks = [
         f"# {study.name}: {study.scene.title}, {'let go' if study.motion == 'free' else 'driven by its torques'}",
         described(study.scene),
-        f"{_begun(loads_words(study))} {numbers.quantity(float(seconds))} s from the start poses at the rates of the start.",
+        f"{_begun(loads_words(study))} {numbers.quantity(float(study.exact.times[-1]))} s from the start in motion.",
         exact_words(study),
         f"Reproduced by `{command}`, with {versions}.",
         "## Verdict",
@@ -53,13 +54,16 @@ def motion_page(study: MotionStudy, command: str) -> str:
         READING,
         "## Errors",
         table(
-            ("engine", "preset", "step", "position max", "rms", "final", "crank angle [rad]", "energy", f"above {numbers.quantity(leaving)} from"),
+            (*HEAD, f"above {numbers.quantity(leaving)} from"),
             [_errors(r) for r in study.results],
         ),
         "## Steps",
         RULE,
         table(("engine", "preset", "step", "outcome", "position", "energy"), _steps(study)),
-        table(("engine", "preset", "order of position", "order of energy"), [_order(r) for r in study.results if r.order]),
+        table(
+            ("engine", "preset", "order of position", "order of energy"),
+            [_order(r) for r in study.results if r.order],
+        ),
         ORDER,
     ]  # fmt: skip
     return paragraphs(*blocks) + "\n"
@@ -71,8 +75,10 @@ def _summary(study: MotionStudy) -> str:
         return "Nothing was judged."
     failed = [r for r in judged if not r.passed]
     if not failed:
-        return f"**{'The judged result is' if len(judged) == 1 else f'All {len(judged)} judged results are'} within tolerance.**"
-    return f"**{len(failed)} of {len(judged)} judged results did not pass: {', '.join(' '.join(_name(r)) for r in failed)}.**"
+        count = "The judged result is" if len(judged) == 1 else f"All {len(judged)} judged results are"
+        return f"**{count} within tolerance.**"
+    names = ", ".join(" ".join(_name(r)) for r in failed)
+    return f"**{len(failed)} of {len(judged)} judged results did not pass: {names}.**"
 
 
 def _name(result: MotionResult) -> tuple[str, str]:

@@ -16,7 +16,7 @@ from conrod.studies.free_motion.results import MotionStudy
 
 
 def motion_batch(studies: Sequence[MotionStudy], folder: Path, command: Reproduction) -> Batch:
-    """A figure, the numbers and the page of each scene; a figure that an earlier page had and the new one has not goes."""
+    """A figure, the numbers and the page of each scene; a figure that only an earlier page had goes."""
     files: dict[str, str | bytes] = {}
     stale = []
     for study in studies:

@@ -46,7 +46,7 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     """
     mechanism = plan.mechanism(scene.kinematics.mechanism, name)
     grid = instants(plan)
-    times = grid.step * grid.every * np.arange(grid.count + 1)
+    times = np.asarray(grid.step * grid.every * np.arange(grid.count + 1), dtype=float)
     motion = ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)
     _check_contact(name, mechanism, motion)
     return ExactCourse(mechanism, chosen(plan, grid, mechanism, motion), motion, scene.lengths)
@@ -64,8 +64,8 @@ def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
         pulls = push < -NO_PULL * np.abs(push).max()
         if pulls.any():
             raise InvalidInput(
-                f"{name}: the follower leaves the cam at t = {motion.times[int(np.argmax(pulls))]:.4g} s, and the exact "
-                "motion keeps it there: start it slower, or press it on by a spring or a force"
+                f"{name}: the follower leaves the cam at t = {motion.times[int(np.argmax(pulls))]:.4g} s, and the "
+                "exact motion keeps it there: start it slower, or press it on by a spring or a force"
             )
 
 

@@ -97,7 +97,7 @@ class Grid:
 
 
 def drives(load: Load, mechanism: Mechanism) -> bool:
-    """Whether a load is a torque that can drive the crank: constant, a pulse in time, or a motor's line, from ground."""
+    """Whether a load is a torque from the ground that can drive the crank: constant, a pulse in time, a motor's."""
     along = load.along
     return isinstance(along, Turn) and {along.a, along.b} == {GROUND, mechanism.crank} and isinstance(load.law, DRIVING)
 
