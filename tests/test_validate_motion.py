@@ -258,5 +258,7 @@ def test_a_start_or_a_force_that_cannot_be_is_one_line(said: str, tmp_path: Path
 
 def test_the_same_machine_without_a_fault_runs(tmp_path: Path) -> None:
     (tmp_path / "thrust.toml").write_text(SLIDER_CRANK)
-    done = conrod("validate", str(tmp_path / "thrust.toml"), "--motion", "free", "--seconds", "0.1", "--preset", "tuned")
+    done = conrod(
+        "validate", str(tmp_path / "thrust.toml"), "--motion", "free", "--seconds", "0.1", "--preset", "tuned"
+    )
     assert done.returncode == 0, done.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -9,16 +10,45 @@ import numpy as np
 
 from conrod.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.dynamics.inverse import InverseDynamics
+from conrod.dynamics.line import Line
 from conrod.errors import InvalidInput
 from conrod.joint_equations import pose_jets
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
+from conrod.outcome import MEETING
 from conrod.scenes import Scene
 from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
 
 # Of the largest push of a contact, what rounding may make of one that is none.
 NO_PULL = 1e-9
+TURN_SAMPLES = 1441
+
+
+@dataclass(frozen=True)
+class ExactTurn:
+    """The exact branch of a mechanism whose crank turns all round.
+
+    Attributes:
+        angle: of the crank (K,) [rad], growing, over a period; poses: of all bodies there (K, 3 n).
+        crossings: angles in it at which branches cross [rad].
+    """
+
+    angle: Array
+    poses: Array
+    crossings: Array
+
+    def off(self, angle: Array, poses: Array) -> Array:
+        """How far bodies are turned from the exact branch at their crank angle (T,) [rad]; 0 near crossings."""
+        period = self.angle[-1] - self.angle[0]
+        within = self.angle[0] + np.remainder(angle - self.angle[0], period)
+        turns = range(2, poses.shape[1], 3)
+        exact = np.column_stack([np.interp(within, self.angle, self.poses[:, k]) for k in turns])
+        off = np.abs(np.remainder(poses[:, 2::3] - exact + math.pi, 2.0 * math.pi) - math.pi).max(axis=1)
+        for crossing in self.crossings:
+            away = np.abs(np.remainder(within - crossing + 0.5 * period, period) - 0.5 * period)
+            off = np.where(away < MEETING, 0.0, off)
+        return np.asarray(off)
 
 
 @dataclass(frozen=True)
@@ -29,12 +59,14 @@ class ExactCourse:
         mechanism: with the loads that act.
         grid: instants of `motion`, and the engines' step.
         lengths: L of each observed point [m].
+        turn: where it passed a crossing of branches, its own branch all round.
     """
 
     mechanism: Mechanism
     grid: Grid
     motion: FreeMotion
     lengths: Mapping[str, float]
+    turn: ExactTurn | None = None
 
 
 def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
@@ -47,9 +79,29 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     mechanism = plan.mechanism(scene.kinematics.mechanism, name)
     grid = instants(plan)
     times = np.asarray(grid.step * grid.every * np.arange(grid.count + 1), dtype=float)
-    motion = ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)
+    dynamics = ForwardDynamics(mechanism)
+    motion = dynamics.motion(times, rates=scene.start_rates)
     _check_contact(name, mechanism, motion)
-    return ExactCourse(mechanism, chosen(plan, grid, mechanism, motion), motion, scene.lengths)
+    turn = _turn(dynamics.line) if motion.crossings else None
+    return ExactCourse(mechanism, chosen(plan, grid, mechanism, motion), motion, scene.lengths, turn)
+
+
+def _turn(line: Line) -> ExactTurn | None:
+    """The branch all round; None where it does not close within two turns, or the crank turns back in it."""
+    configurations = line.configurations
+    configurations.reach(4.0 * math.pi * configurations.curve.unit)
+    if configurations.loop is None:
+        return None
+    length = configurations.loop.length
+    poses = np.array([line.point(float(along))[0] for along in np.linspace(0.0, length, TURN_SAMPLES)])
+    # The end is the start again, after whole turns.
+    poses[-1] = poses[0] + configurations.loop.gain * configurations.curve.scale
+    angle = crank_angle(line.mechanism, poses)
+    if not (np.diff(angle) > 0.0).all():
+        return None
+    crossings = [line.point(along)[0] for along in line.crossings(-1e-9, length)]
+    met = crank_angle(line.mechanism, np.array([poses[0], *crossings]))[1:]
+    return ExactTurn(angle, poses, met)
 
 
 def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:

@@ -12,9 +12,7 @@ from conrod.convergence import observed_order
 from conrod.engines import Engine
 from conrod.engines.free import FreeRun
 from conrod.errors import InvalidInput
-from conrod.kinematics import Kinematics
 from conrod.motion import Array
-from conrod.outcome import MEETING
 from conrod.studies.free_motion.exact import ExactCourse, crank_angle, places
 from conrod.studies.free_motion.plan import PATH, MotionPlan
 from conrod.studies.free_motion.results import MotionCurves, MotionResult, StepPoint
@@ -22,6 +20,8 @@ from conrod.studies.result_of import sizes_of
 from conrod.trajectory import Outcome
 
 CURVE_SAMPLES, SPANS = 721, 240
+# A body turned by this much [rad] from the exact branch is on another: soft joints give far less.
+OTHER_BRANCH = 0.3
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
@@ -55,12 +55,9 @@ def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) ->
 
 def _on_its_branch(course: ExactCourse, run: FreeRun) -> FreeRun:
     """The run, as flipped where it has gone to another branch than the exact motion at a crossing of branches."""
-    kinematics = Kinematics(course.mechanism)
-    if not course.motion.crossings or not kinematics.turns_fully:
+    if course.turn is None:
         return run
-    angle = crank_angle(course.mechanism, run.poses)
-    other = kinematics.branch(run.poses) != kinematics.branch_at(angle)
-    other &= ~kinematics.near_change(angle, MEETING)
+    other = course.turn.off(crank_angle(course.mechanism, run.poses), run.poses) > OTHER_BRANCH
     if not other.any():
         return run
     time = float(run.times[int(np.argmax(other))])
