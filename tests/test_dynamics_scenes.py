@@ -13,12 +13,14 @@ from scipy.integrate import simpson, solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
+from conrod import compare, run
 from conrod.catalogue import catalogue_names, scene_named
 from conrod.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.dynamics.inverse import InverseDynamics, State
 from conrod.dynamics.line import Line
 from conrod.dynamics_scenes import dynamics_heading, dynamics_names, dynamics_scene, dynamics_text
 from conrod.dynamics_scenes.chain import MOST
+from conrod.engines import engine_named
 from conrod.engines.mujoco.loads import by_program
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
@@ -329,3 +331,32 @@ def test_an_exported_cam_has_its_spring(name: str) -> None:
     (slide,) = (k for k in range(model.njnt) if model.joint(k).type[0] == mujoco.mjtJoint.mjJNT_SLIDE)
     # On the base circle it is 255 mm long, 25 mm less than without force.
     assert abs(data.qfrc_passive[model.jnt_dofadr[slide]]) == pytest.approx(400.0 * 0.025, rel=1e-9)
+
+
+# -- engines at constant crank speed -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_engines_keep_the_roller_on_the_cam_below_the_float_speed_and_lose_it_above(engine: str) -> None:
+    worst = {}
+    for name in ("cam-spring-slow", "cam-spring-fast"):
+        scene = dynamics_scene(name)
+        settings = engine_named(engine).presets["tuned"](scene, 7854)
+        expected = engine_named(engine).expected_error(scene, settings)
+        worst[name] = compare(run(scene, settings, 1.0), scene).worst("position") / expected.position
+    assert worst["cam-spring-slow"] < 1.0
+    assert worst["cam-spring-fast"] > 50.0
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_what_soft_joints_give_way_to_a_cut_is_within_the_law_that_knows_of_it(engine: str) -> None:
+    scene, settings_of = dynamics_scene("press-cutting"), engine_named(engine).presets["tuned"]
+    settings = settings_of(scene, 500)
+    found = compare(run(scene, settings, 1.0), scene).worst("position")
+    law = engine_named(engine).expected_error(scene, settings).position
+    assert 0.2 * law < found < law
+    if engine == "mujoco":  # whose joints give way; without the loads the law is much narrower
+        tables = tomllib.loads(dynamics_text("press-cutting"))
+        del tables["forces"], tables["torques"]
+        unloaded = scene_of(tables)
+        assert engine_named(engine).expected_error(unloaded, settings_of(unloaded, 500)).position < 0.3 * found

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from conrod.dynamics.coordinates import load_forces
 from conrod.kinematics import Kinematics
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
@@ -29,12 +30,14 @@ class Reactions:
 
 
 def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
-    """Reactions in the exact motion at constant crank speed, at crank angles (T,) [rad]."""
+    """Reactions in the exact motion at constant crank speed, at crank angles (T,) [rad]; loads are among the forces."""
     poses, first, second = kinematics.derivatives(angle, 2)
-    right = inertia_forces(kinematics.mechanism, poses, first * speed, second * speed**2)
+    mechanism, rates = kinematics.mechanism, first * speed
+    right = inertia_forces(mechanism, poses, rates, second * speed**2)
+    right -= load_forces(mechanism, poses, rates, angle / speed)
     multipliers = kinematics.solve_transposed(poses, right)
     joints, row = {}, 0
-    for joint in kinematics.mechanism.joints:
+    for joint in mechanism.joints:
         rows = kinematics.equations_of(joint)
         joints[joint.name] = multipliers[:, row : row + rows]
         row += rows

@@ -8,7 +8,7 @@ from typing import assert_never
 import numpy as np
 
 from conrod.jet import Jet, square_root
-from conrod.joint_equations import PoseJet
+from conrod.joint_equations import PoseJet, pose_jets
 from conrod.loads import Coordinate, Displacement, Distance, Turn
 from conrod.mechanism import GROUND, Mechanism
 from conrod.motion import Array
@@ -80,3 +80,16 @@ def _push(
     result[:, i] += way[0]
     result[:, i + 1] += way[1]
     result[:, i + 2] += rx * way[1] - ry * way[0]
+
+
+def load_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:
+    """The loads' generalised forces on the bodies, about the origins of their frames; (T, 3 n)."""
+    total = np.zeros_like(poses)
+    if not mechanism.loads:
+        return total
+    bodies = pose_jets(mechanism, [poses, rates])
+    for load in mechanism.loads:
+        value, rate = coordinate_jet(load.along, bodies).coefficients
+        force = load.law.force(np.asarray(value), np.asarray(rate), times)
+        total += np.asarray(force)[:, None] * gradient(load.along, mechanism, bodies, len(poses))
+    return total

@@ -12,7 +12,7 @@ from typing import assert_never
 
 import numpy as np
 
-from conrod.dynamics.coordinates import coordinate_jet, gradient
+from conrod.dynamics.coordinates import coordinate_jet, load_forces
 from conrod.joint_equations import pose_jets
 from conrod.kinematics import Kinematics
 from conrod.mechanism import CamContact, Joint, Prismatic, Revolute
@@ -64,7 +64,7 @@ class InverseDynamics:
     def forces_in(self, poses: Array, rates: Array, accelerations: Array, time: Array) -> JointForces:
         """The same in a motion of all bodies (T, 3 n) at times (T,), which the joints allow; no dead centre in it."""
         mechanism = self._kinematics.mechanism
-        right = inertia_forces(mechanism, poses, rates, accelerations) - self._applied(poses, rates, time)
+        right = inertia_forces(mechanism, poses, rates, accelerations) - load_forces(mechanism, poses, rates, time)
         transposed = np.swapaxes(self._kinematics.jacobian(poses), 1, 2)
         multipliers = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
         return self.forces_of(np.asarray(multipliers, dtype=float))
@@ -111,17 +111,6 @@ class InverseDynamics:
         poses, first, second = self._kinematics.derivatives(state.angle, 2)
         rate, acceleration = state.rate[:, None], state.acceleration[:, None]
         return poses, first * rate, first * acceleration + second * rate**2
-
-    def _applied(self, poses: Array, rates: Array, time: Array) -> Array:
-        """The loads' generalised forces on the bodies; (T, 3 n)."""
-        mechanism = self._kinematics.mechanism
-        bodies = pose_jets(mechanism, [poses, rates])
-        total = np.zeros_like(poses)
-        for load in self._loads:
-            value, rate = coordinate_jet(load.along, bodies).coefficients
-            force = load.law.force(np.asarray(value), np.asarray(rate), time)
-            total += np.asarray(force)[:, None] * gradient(load.along, mechanism, bodies, len(poses))
-        return total
 
 
 def component_names(joint: Joint) -> tuple[str, ...]:

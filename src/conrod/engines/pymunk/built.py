@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import pymunk
@@ -11,6 +12,19 @@ from conrod.mechanism import GROUND, Mechanism, Point, to_world
 from conrod.motion import Array
 
 Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
+
+
+@dataclass(frozen=True)
+class Loading:
+    """What pushes the bodies beside constant forces.
+
+    Attributes:
+        give: gives all bodies their forces for the step that begins at a time [s].
+        times: of the samples (T,) [s].
+    """
+
+    give: Callable[[float], None]
+    times: Array
 
 
 @dataclass(frozen=True)

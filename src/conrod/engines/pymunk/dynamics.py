@@ -10,8 +10,9 @@ import pymunk
 
 from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import ModelForm
-from conrod.engines.pymunk.built import Build
+from conrod.engines.pymunk.built import Build, Loading
 from conrod.engines.pymunk.instants import Staggered, staggered
+from conrod.engines.pymunk.loads import Pushes
 from conrod.engines.pymunk.points import point_tracks
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
@@ -67,6 +68,8 @@ def stretches(
     """
     driver = made.mechanism.driver
     known, before = state(made), None
+    ahead = 0.0 if made.mechanism.cam_contacts else 0.5 * settings.substep
+    pushes = Pushes(made, settings.substep, ahead) if made.mechanism.loads else None
     for first in (0, *range(length + 1, steps + 1, length)):
         last = min(max(first, 1) + length, steps + 1)
         index = np.arange(max(first, 1) - len(known[0]), last)
@@ -74,7 +77,7 @@ def stretches(
         # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
         # of a whole turn, put right at once, would be seen in the acceleration.
         turns = driver.start + driver.sense * machine.speed * times
-        centres, rates = advance(made, settings, turns, known)
+        centres, rates = advance(made, settings, turns, known, Loading(pushes.give, times) if pushes else None)
         # A state that is not finite any more stays so; how the run ended is told from it.
         with np.errstate(all="ignore"):
             at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)

@@ -13,7 +13,7 @@ import numpy as np
 import pymunk
 
 from conrod.chunks import chunks
-from conrod.engines.pymunk.built import Build, Pushed
+from conrod.engines.pymunk.built import Build, Loading, Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.motion import Array
 
@@ -42,7 +42,11 @@ def state(made: Build) -> tuple[Array, Array]:
 
 
 def advance(
-    made: Build, settings: PymunkSettings, turns: Array, known: tuple[Array, Array] | None = None
+    made: Build,
+    settings: PymunkSettings,
+    turns: Array,
+    known: tuple[Array, Array] | None = None,
+    loading: Loading | None = None,
 ) -> tuple[Array, Array]:
     """Step through the given crank turns.
 
@@ -63,7 +67,11 @@ def advance(
         turned = turned.astype(np.float32).astype(np.float64)
     # A number too large for single precision becomes infinite: the run diverges, which is told from what it recorded.
     with np.errstate(over="ignore"):
-        way(made, settings, turned, centres[first:], rates[first:])
+        if loading is not None:
+            begins = between(loading.times[first - 1 :], settings.substeps)
+            _by_properties(made, settings, turned, centres[first:], rates[first:], Loading(loading.give, begins))
+        else:
+            way(made, settings, turned, centres[first:], rates[first:])
     return centres, rates
 
 
@@ -133,13 +141,18 @@ def _repeat_private(space: Any, crank: Any, pushed: PrivatePushed, timestep: flo
         take_step(space, timestep)
 
 
-def _by_properties(made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array) -> None:
+def _by_properties(
+    made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array, loading: Loading | None = None
+) -> None:
     """Take a step from each turn, and fill in the samples after every one, or every so-many-th."""
     bodies, crank, substeps = made.bodies, made.crank, settings.substeps
     for n, turn in enumerate(turns.tolist(), start=1):
         crank.angle = turn
-        for body, force in made.pushed:
-            body.force = force
+        if loading is None:
+            for body, force in made.pushed:
+                body.force = force
+        else:
+            loading.give(float(loading.times[n - 1]))
         made.space.step(settings.substep)
         if settings.rounded_state:
             _round(bodies)

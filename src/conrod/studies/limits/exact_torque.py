@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from conrod.dynamics.coordinates import load_forces
 from conrod.engines.left_out_rod import model_form
 from conrod.kinematics import Kinematics
 from conrod.motion import Array
@@ -57,5 +58,7 @@ class ExactTorque:
     def at(self, angle: Array) -> Array:
         """Torque (T,) [N m] about the crank, in the sense of the crank angle, at crank angles (T,) [rad]."""
         poses, first, second = (self._form.kept(d) for d in self._kinematics.derivatives(angle, 2))
-        forces = inertia_forces(self._given, poses, first * self._speed, second * self._speed**2)
+        rates = first * self._speed
+        forces = inertia_forces(self._given, poses, rates, second * self._speed**2)
+        forces -= load_forces(self._given, poses, rates, angle / self._speed)
         return np.asarray(np.sum(forces * first, axis=1), dtype=float)
