@@ -139,6 +139,15 @@ def test_a_follower_that_would_fly_is_refused() -> None:
         course("cam-spring-fast", FREE, 0.7)
 
 
+def test_the_example_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (Path(__file__).parents[1] / "docs/free-motion.md").read_text()
+    exec(text.split("```python\n")[1].split("```")[0], {})
+    drift, error, passed = capsys.readouterr().out.split()
+    assert float(drift) < EXACT_DRIFT
+    assert 0.0 < float(error) < 1e-6
+    assert passed == "True"
+
+
 # -- the command -----------------------------------------------------------------------------------------------------
 
 

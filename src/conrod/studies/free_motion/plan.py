@@ -20,7 +20,7 @@ DRIVING = (Steady, TimePulse, SpeedLine)  # laws that can drive a crank; frictio
 SECONDS = 10.0
 LONGEST_STEP = 0.005  # [s]
 # Steps that the fastest turn has, at least. Contact is closed in a step, not by an equation, and needs shorter ones.
-STEPS_A_TURN, CONTACT_STEPS_A_TURN = 100, 5000
+STEPS_A_TURN, CONTACT_STEPS_A_TURN = 100, 1000
 FEWEST_INSTANTS, MOST_INSTANTS = 200, 2000
 MOST_STEPS = 200_000
 PATH = (1, 2, 4)  # the step is divided by these
