@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from command_line import conrod
+from conrod.catalogue import catalogue_file
 from conrod.engines import engine_named
 from conrod.engines.forces import ForceTracks
 from conrod.kinematics import Kinematics
@@ -219,6 +220,18 @@ def test_a_run_that_did_not_come_to_its_end_has_failed() -> None:
     assert validate_forces("shear-press", scene_of("shear-press"), broken, "stock", FEW).passed is None
 
 
+def test_a_machine_with_change_points_is_told_away_from_them() -> None:
+    plan = ForcePlan(Plan(1000, 1.0), refined=False)
+    for engine, preset in JUDGED:
+        found = measured("parallelogram", engine, preset, plan)
+        assert found.outcome == "completed"
+        assert found.stamps is not None
+        assert found.stamps.left_out > 0
+        # There the links lie in one line, and hardly tell what holds them.
+        assert (found.judged("torque") or 1.0) < 1e-3
+        assert (found.judged("reactions") or 1.0) < 0.05
+
+
 # -- the command -----------------------------------------------------------------------------------------------------
 
 QUICK = ("--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "250", "--revolutions", "1", "--jobs", "1")
@@ -246,6 +259,15 @@ def test_the_command_prints_writes_and_judges(tmp_path: Path) -> None:
     index = (folder / "forces.md").read_text(encoding="utf-8")
     assert "Not passed: saw-40rpm." in index
     assert "[shear-press](shear-press-forces.md)" in index
+
+
+def test_a_mechanism_file_is_validated_and_its_report_names_it(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    text = catalogue_file("slider-crank").read_text(encoding="utf-8")
+    file.write_text(text.replace('name = "slider-crank"', 'name = "own"'), encoding="utf-8")
+    done = conrod("validate", str(file), "--quantity", "reactions", *QUICK, "--out", str(tmp_path / "report"))
+    assert done.returncode == 0, done.stderr
+    assert f"conrod validate {file} --quantity reactions" in (tmp_path / "report" / "own-forces.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ bodies, after the accelerations are found; those along distances only to an engi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -46,6 +47,7 @@ EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 # of a flywheel it goes on, but for single poses of slow links; there closures that are less hard lose less.
 LIGHTER = 1e-8
 LEAST_HARDENING = 1e-6
+LOOKS = 721  # for change points, over a turn
 NO_DRIVE = "without a flywheel there is no drive"
 ROLLING = "MuJoCo couples the joint coordinates of what rolls by a tendon: no force acts where the bodies meet"
 FORM = "the model has {} in place of links, and not their masses"
@@ -75,6 +77,9 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     if reason := _refusal(settings) or (ROLLING if mechanism.meshes else None):
         return nothing_told(mechanism, reason)
     used = force_settings(settings)
+    if _meets_change_points(machine):
+        # There softer closures do not bring a run past: with 1e-6 a parallelogram's crank is lost.
+        used = replace(used, hardening=settings.hardening)
     made = build(machine, used)
     steps = round(used.steps_per_revolution * revolutions)
     times, states, _ = advance(made, machine, used, steps, start_angle)
@@ -93,6 +98,11 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
         told.read(times, coordinates, speeds, poses, rates)
     drive = -used.armature * told.acceleration
     return ForceTracks(replace(where, acceleration=told.acceleration), drive, told.components, {})
+
+
+def _meets_change_points(machine: Machine) -> bool:
+    kinematics = machine.kinematics
+    return bool(kinematics.near_change(np.linspace(*kinematics.span, LOOKS), math.tau / LOOKS).any())
 
 
 def _refusal(settings: MuJoCoSettings) -> str | None:
