@@ -125,7 +125,7 @@ def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
 
 
 def test_the_step_follows_the_fastest_turn_and_all_steps_of_the_path_meet_the_same_instants() -> None:
-    slow, fast = course("pendulum").grid, course("four-bar-swing", FREE, 1.0).grid
+    slow, fast = course("pendulum").grid, course("saw-coasting", FREE, 1.0).grid
     assert slow.step == 0.005
     assert fast.step < 0.0025
     for grid in (slow, fast):
