@@ -198,6 +198,27 @@ def test_energy_is_kept_to_1e_11_with_springs_dampers_friction_and_pulses(rate: 
     assert abs(motion.work[-1]) > 0.01 * motion.scale
 
 
+@pytest.mark.parametrize("rate", [12.0, -12.0])
+def test_a_constant_torque_has_done_its_work_after_several_turns(rate: float) -> None:
+    torque = Load("motor", Turn(GROUND, "crank"), Steady(math.copysign(3.0, rate)))
+    motion = ForwardDynamics(replace(slider_crank(), loads=(torque,))).motion(np.linspace(0.0, 1.0, 21), rate)
+    turned = motion.poses[:, 2] - motion.poses[0, 2]
+    assert abs(turned[-1]) > 4.0 * math.pi
+    assert motion.drift < 1e-11
+
+
+def test_a_torsion_spring_on_the_crank_goes_on_winding_up_beyond_a_turn() -> None:
+    wheel, _ = pendulum(0.0)
+    spring = Load("spring", Turn(GROUND, "bob"), Elastic(2.0, -math.pi / 2.0))
+    times, rate, inertia = np.linspace(0.0, 3.0, 61), 30.0, 0.03 + 2.0 * 0.4**2
+    motion = ForwardDynamics(replace(wheel, gravity=(0.0, 0.0), loads=(spring,))).motion(times, rate)
+    frequency = math.sqrt(2.0 / inertia)
+    exact = rate / frequency * np.sin(frequency * times)
+    assert exact.max() > 3.0 * math.pi
+    np.testing.assert_allclose(motion.poses[:, 2] - motion.poses[0, 2], exact, atol=1e-9)
+    assert motion.drift < 1e-11
+
+
 def test_the_inverse_torque_drives_the_prescribed_motion_back() -> None:
     """Accelerations of a free motion, given to the inverse problem, take no torque; those of another one do."""
     mechanism = sprung(slider_crank())

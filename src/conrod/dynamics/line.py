@@ -13,7 +13,8 @@ from conrod.dynamics.configurations import Configurations
 from conrod.dynamics.pieces import DEGREE, Samples
 from conrod.dynamics.reduced import reduced
 from conrod.errors import InvalidInput
-from conrod.mechanism import Mechanism
+from conrod.loads import CONSERVATIVE, Coordinate, Turn
+from conrod.mechanism import GROUND, Mechanism
 from conrod.motion import Array
 
 ORDERS = np.arange(DEGREE + 1)
@@ -53,6 +54,11 @@ class Line:
         self.configurations = Configurations(mechanism)
         self._ahead: list[_Row] = []
         self._behind: list[_Row] = []
+        # Loads whose coordinates are told by the series, in their order; of them potentials, and what are none.
+        loads = [x for x in mechanism.loads if not x.conservative or isinstance(x.along, Turn)]
+        self._along = [load.along for load in loads]
+        self._wound = [(k, load.law) for k, load in enumerate(loads) if isinstance(load.law, CONSERVATIVE)]
+        self._driven = [k for k, load in enumerate(loads) if not load.conservative]
 
     def at(self, along: float) -> At:
         """The reduced mechanism at an arc length.
@@ -60,11 +66,25 @@ class Line:
         Raises:
             InvalidInput: the curve ends before, or hardly any inertia is left.
         """
-        row, local, _ = self._row(along)
+        row, local, turns = self._row(along)
         told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
         values, rates = told[4:].reshape(2, -1)
         inertia, slope, potential, descent = (float(some) for some in told[:4])
-        return At(inertia, slope, potential, descent, values, rates)
+        if turns:
+            values = values + turns * np.array([self._gain(coordinate) for coordinate in self._along])
+        for k, law in self._wound:
+            potential += float(law.energy(values[k]))
+            descent += float(law.force(values[k], rates[k], np.zeros(1))) * float(rates[k])
+        return At(inertia, slope, potential, descent, values[self._driven], rates[self._driven])
+
+    def _gain(self, along: Coordinate) -> float:
+        """What a coordinate gains whenever the loop is gone round: a turn, whole turns."""
+        loop = self.configurations.loop
+        if loop is None or not isinstance(along, Turn):
+            return 0.0
+        gains = {body.name: float(loop.gain[3 * k + 2]) for k, body in enumerate(self.mechanism.bodies)}
+        gains[GROUND] = 0.0
+        return gains[along.b] - gains[along.a]
 
     def point(self, along: float) -> tuple[Array, Array, Array]:
         """Poses and their first and second derivatives by the arc length, each (3 n,)."""

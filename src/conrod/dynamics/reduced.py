@@ -14,7 +14,7 @@ from conrod.dynamics.configurations import Configurations
 from conrod.dynamics.coordinates import coordinate_jet
 from conrod.dynamics.pieces import Samples
 from conrod.joint_equations import pose_jets
-from conrod.loads import CONSERVATIVE, Load
+from conrod.loads import CONSERVATIVE, Load, Turn
 from conrod.motion import Array
 
 
@@ -24,8 +24,9 @@ class Reduced:
 
     Attributes:
         inertia: I [kg m^2], for arc lengths are angles; slope: its derivative.
-        potential: of weight, constant forces and springs [J]; descent: minus its derivative.
-        value, rate: of the coordinates of loads that are no potential, and their derivatives by the arc length.
+        potential: of weight, constant forces and springs [J]; descent: minus its derivative. Loads on turns, which
+            whole turns of the crank make more of, have no part in it.
+        value, rate: of the coordinates of all other loads, and their derivatives by the arc length.
     """
 
     inertia: Array
@@ -56,7 +57,7 @@ def reduced(configurations: Configurations, piece: Samples, loads: Sequence[Load
     values, rates = [], []
     for load in loads:
         along = [np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients]
-        if isinstance(load.law, CONSERVATIVE):
+        if isinstance(load.law, CONSERVATIVE) and not isinstance(load.along, Turn):
             potential += load.law.energy(along[0])
             descent += load.law.force(along[0], along[1], np.zeros_like(along[0])) * along[1]
         else:
