@@ -252,6 +252,14 @@ def test_a_rest_in_a_dead_centre_under_load_is_refused() -> None:
     assert abs(ForwardDynamics(beside).motion(times, 0.0).rates[-1, 2]) > 0.0
 
 
+@pytest.mark.parametrize("released", [0.0, math.pi])
+def test_a_rest_in_balance_is_refused(released: float) -> None:
+    hanging, _ = pendulum(released)
+    assert "at rest where its weight and loads are in balance" in refusal(hanging, crank_rate=0.0)
+    beside, _ = pendulum(released + 1e-6)
+    assert abs(ForwardDynamics(beside).motion(np.linspace(0.0, 0.1, 3), 0.0).rates[-1, 2]) > 0.0
+
+
 def test_rates_that_contradict_the_joints_are_refused() -> None:
     mechanism = slider_crank()
     told = refusal(mechanism, rates={"crank": 5.0, "rod": 5.0})

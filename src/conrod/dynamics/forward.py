@@ -13,15 +13,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from conrod.dynamics.coordinates import coordinate_jet
 from conrod.dynamics.integration import Course
 from conrod.dynamics.kinks import breaks, kinks
 from conrod.dynamics.line import At, Line
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.joint_equations import pose_jets
 from conrod.loads import TimePulse
 from conrod.mechanism import Mechanism
 from conrod.motion import Array
 
 STANDS = 1e-9  # of a body's turn by the arc length, or a load's coordinate: below it, it does not move
+# Of what weight and loads would push with together if none held against another: below it, they are in balance.
+BALANCED = 1e-12
 # Of a radian that every body turns, in one step of the integrator. Drift of energy with it, and without: a cam of law
 # 3-4-5 in 10 s 1e-13, 1.4e-11; a saw at 500 rpm in 3 s 2e-13, 5e-12; in about the same time.
 FARTHEST = 0.02
@@ -160,25 +164,41 @@ class ForwardDynamics:
         return total
 
     def _check_rest(self) -> None:
-        """Refuse a rest that only an exact balance keeps: loads that push where nothing can move by them."""
+        """Refuse a rest that only an exact balance keeps: under loads that move nothing, or that hold each other."""
         if any(isinstance(load.law, TimePulse) for load in self.loads):
             return
         at = self.line.at(0.0)
         forces = self._idle_forces()
         push = at.descent + self._force(at, 0.0, 0.0)
-        largest = max((abs(force) for force, _ in forces.values()), default=0.0)
-        for name, (force, slope) in forces.items():
+        largest = max((abs(force) for force, _, _ in forces.values()), default=0.0)
+        for name, (force, slope, unit) in forces.items():
             if force != 0.0 and abs(slope) < STANDS and abs(push) < STANDS * largest:
                 raise InvalidInput(
-                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} N or Nm) moves nothing; "
+                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} {unit}) moves nothing; "
                     "start beside it, or in motion"
                 )
+        # Rounding would decide which way it goes, and how soon.
+        together = self._weight_at_start() + sum(abs(force * slope) for force, slope, _ in forces.values())
+        if abs(push) < BALANCED * together:
+            raise InvalidInput(
+                f"{self.mechanism.name}: at rest where its weight and loads are in balance, which nothing ends; start "
+                "beside it, or in motion"
+            )
 
-    def _idle_forces(self) -> dict[str, tuple[float, float]]:
-        """Force of each load at rest at the start, and how its coordinate grows with the arc length there."""
-        from conrod.dynamics.coordinates import coordinate_jet
-        from conrod.joint_equations import pose_jets
+    def _weight_at_start(self) -> float:
+        """Weights and constant forces at the start, times how far their bodies go by the arc length."""
+        point, tangent, _ = self.line.point(0.0)
+        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
+        constant = {force.body: math.hypot(*force.force) for force in self.mechanism.forces}
+        total = 0.0
+        for body in self.mechanism.bodies:
+            x, y = (float(np.ravel(j.coefficients[1])[0]) for j in bodies[body.name].point(body.centre_of_gravity))
+            force = body.mass * math.hypot(*self.mechanism.gravity) + constant.get(body.name, 0.0)
+            total += force * math.hypot(x, y)
+        return total
 
+    def _idle_forces(self) -> dict[str, tuple[float, float, str]]:
+        """Force of each load at rest at the start, how its coordinate grows with the arc length there, the unit."""
         point, tangent, _ = self.line.point(0.0)
         bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
         size = float(self.line.configurations.curve.scale[0])
@@ -187,7 +207,7 @@ class ForwardDynamics:
             value, slope = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
             force = load.law.force(value, 0.0 * slope, np.zeros(1))
             turn = load.unit == "rad"
-            found[load.name] = (float(force[0]), float(slope[0]) / (1.0 if turn else size))
+            found[load.name] = (float(force[0]), float(slope[0]) / (1.0 if turn else size), "N m" if turn else "N")
         return found
 
     def _measures(self, rate: float, time: float) -> Array:
