@@ -316,6 +316,33 @@ def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: 
             assert found != pytest.approx(exact_acceleration(scene_of(tables), 0.0), rel=1e-2)
 
 
+@pytest.mark.parametrize("name", ["four-bar-swing", "slider-crank-spring", "press-cutting"])
+def test_an_exported_scene_says_how_it_is_let_go(name: str) -> None:
+    header = " ".join(standalone_mjcf(name, dynamics_scene(name)).split("-->")[0].split())
+    assert "FOR FREE OR TORQUE-DRIVEN MOTION set the armature of joint 'crank' to 0" in header
+    (told,) = dynamics_scene(name).start_rates.items()
+    assert f"The scene's own (counter-clockwise): {told[0]} {told[1]:.9g} rad/s." in header
+
+
+def test_a_scene_of_prescribed_motion_has_nothing_of_that() -> None:
+    assert "armature of joint 'crank' to 0" not in standalone_mjcf("saw-500rpm", SCENES["saw-500rpm"])
+
+
+@pytest.mark.parametrize("name", ["four-bar-swing", "slider-crank-spring"])
+def test_an_exported_scene_let_go_as_its_header_says_moves_as_it_does_exactly(name: str) -> None:
+    scene = dynamics_scene(name)
+    model, data = compiled(name, scene)
+    (told,) = scene.start_rates.values()
+    data.qvel *= told / scene.speed
+    crank, steps = model.joint("crank"), 200
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+    exact = ForwardDynamics(scene.mechanism()).motion(np.array([0.0, data.time]), rates=scene.start_rates)
+    turned = exact.poses[1, 2] - exact.poses[0, 2]
+    assert abs(turned) > 0.01
+    assert data.qpos[crank.qposadr[0]] == pytest.approx(turned, rel=1e-3)
+
+
 def exact_acceleration(scene: DescribedScene, angle: float) -> float:
     """Of the crank [rad/s^2] at its speed where nothing drives it: with it the drive's torque is 0."""
     at, accelerations = np.full(2, angle), np.array([0.0, 1.0])

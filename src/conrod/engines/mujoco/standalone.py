@@ -40,6 +40,11 @@ class DescribedMachine(Machine, Protocol):
         """Values of all parameters, SI."""
         ...
 
+    @property
+    def start_rates(self) -> Mapping[str, float]:
+        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with."""
+        ...
+
 
 def standalone_mjcf(name: str, machine: DescribedMachine, steps_per_revolution: int | None = None) -> str:
     """MJCF text of a machine with the tuned settings, geoms to look at and a keyframe to start from."""
@@ -69,6 +74,7 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree
         "LOAD THE KEYFRAME 'start' FIRST: it sets the machine in motion (mj_resetDataKeyframe(model, data, 0)). "
         f"Without it the machine stands still.{_pass(machine)}",
         *_loads(tree),
+        *_free(machine),
         f"Settings: conrod's preset 'tuned' at {settings.steps_per_revolution} steps a revolution. The solver "
         "tolerance of 0 is needed: with this armature MuJoCo's default ends the solver before its first iteration, and "
         "what closes the joints does not act.",
@@ -94,6 +100,20 @@ def _loads(tree: Tree) -> list[str]:
             names = ", ".join(f"{load.name} ({load.law})" for load in left_out)
             told.append(f"NOT IN THIS MODEL, {reason}: {names}.")
     return told
+
+
+def _free(machine: DescribedMachine) -> list[str]:
+    """How the model is let go; nothing of a machine that has neither loads nor rates of its own to start with."""
+    mechanism = machine.kinematics.mechanism
+    driven = {mechanism.crank: mechanism.driver.sense * machine.speed}
+    if not mechanism.loads and dict(machine.start_rates) == driven:
+        return []
+    rates = ", ".join(f"{body} {rate:.9g} rad/s" for body, rate in machine.start_rates.items())
+    return [
+        "FOR FREE OR TORQUE-DRIVEN MOTION set the armature of joint 'crank' to 0: as it is, neither weight nor loads "
+        f"change the speed. The keyframe's qvel are those of the driver's speed, {machine.speed:.9g} rad/s; all of them times "
+        f"one number make another start. The scene's own (counter-clockwise): {rates}."
+    ]
 
 
 def _pass(machine: Machine) -> str:
