@@ -288,6 +288,13 @@ def test_a_spring_whose_ends_meet_is_refused() -> None:
     assert "is not finite" in refusal(replace(slider_crank(), loads=(meeting,)), crank_rate=1.0)
 
 
+def test_a_spring_whose_ends_meet_is_refused_at_a_prescribed_speed_too() -> None:
+    spring = Load("spring", Distance("crank", "rod", (0.1, 0.0), (0.0, 0.0)), Elastic(100.0, 0.1))
+    state = State(*(np.array([some]) for some in (0.5, 3.0, 0.0, 0.0)))
+    with pytest.raises(InvalidInput, match="the force of spring is not finite"):
+        InverseDynamics(Kinematics(replace(slider_crank(), loads=(spring,)))).forces(state)
+
+
 def test_a_load_on_no_body_is_refused() -> None:
     with pytest.raises(InvalidInput, match="did you mean 'crank'"):
         replace(slider_crank(), loads=(Load("push", Turn(GROUND, "crnk"), Steady(1.0)),))

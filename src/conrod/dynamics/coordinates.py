@@ -7,6 +7,7 @@ from typing import assert_never
 
 import numpy as np
 
+from conrod.errors import InvalidInput
 from conrod.jet import Jet, square_root
 from conrod.joint_equations import PoseJet, pose_jets
 from conrod.loads import Coordinate, Displacement, Distance, Turn
@@ -83,13 +84,20 @@ def _push(
 
 
 def load_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:
-    """The loads' generalised forces on the bodies, about the origins of their frames; (T, 3 n)."""
+    """The loads' generalised forces on the bodies, about the origins of their frames; (T, 3 n).
+
+    Raises:
+        InvalidInput: a force is not finite.
+    """
     total = np.zeros_like(poses)
     if not mechanism.loads:
         return total
     bodies = pose_jets(mechanism, [poses, rates])
     for load in mechanism.loads:
-        value, rate = coordinate_jet(load.along, bodies).coefficients
-        force = load.law.force(np.asarray(value), np.asarray(rate), times)
-        total += np.asarray(force)[:, None] * gradient(load.along, mechanism, bodies, len(poses))
+        with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
+            value, rate = coordinate_jet(load.along, bodies).coefficients
+            force = load.law.force(np.asarray(value), np.asarray(rate), times)
+            total += np.asarray(force)[:, None] * gradient(load.along, mechanism, bodies, len(poses))
+        if not np.isfinite(total).all():
+            raise InvalidInput(f"{mechanism.name}: the force of {load.name} is not finite: do its two points meet?")
     return total

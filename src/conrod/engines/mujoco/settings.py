@@ -12,7 +12,7 @@ from conrod.engines.left_out_rod import BODY, ROD_FORMS
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.engines.plain import plain
 from conrod.equivalent_linkage import CAM_FORMS, CONTACT
-from conrod.errors import unknown_choice
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.ranges import check_count, check_number
 
 INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast", "discrete")
@@ -143,6 +143,8 @@ def flywheel(machine: Machine) -> float:
     weight += sum(math.hypot(*force.force) for force in kinematics.mechanism.forces)
     kinetic = mass * kinematics.travel**2
     potential = (weight * kinematics.travel + load_work(kinematics, machine.speed)) / machine.speed**2
+    if not math.isfinite(potential):
+        raise InvalidInput(f"{kinematics.mechanism.name}: a force is not finite: do the two points of a load meet?")
     return 10.0 ** math.ceil(math.log10(1e13 * (kinetic + potential)))
 
 

@@ -111,8 +111,8 @@ def _free(machine: DescribedMachine) -> list[str]:
     rates = ", ".join(f"{body} {rate:.9g} rad/s" for body, rate in machine.start_rates.items())
     return [
         "FOR FREE OR TORQUE-DRIVEN MOTION set the armature of joint 'crank' to 0: as it is, neither weight nor loads "
-        f"change the speed. The keyframe's qvel are those of the driver's speed, {machine.speed:.9g} rad/s; all of them "
-        f"times one number make another start. The scene's own (counter-clockwise): {rates}."
+        f"change the speed. The keyframe's qvel are those of the driver's speed, {machine.speed:.9g} rad/s; all of "
+        f"them times one number make another start. The scene's own (counter-clockwise): {rates}."
     ]
 
 
