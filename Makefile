@@ -31,7 +31,7 @@ ablate: $(READY) ## what a model needs and what it merely carries: rewrite repor
 audit: $(READY) ## hold the documents' printed numbers and formulas against the exact motion: rewrite reports/audit/
 	$(BIN)/conrod audit --out reports/audit
 
-test: $(READY) ## the tests, about four minutes on two cores
+test: $(READY) ## the tests, about five minutes on two cores
 	$(BIN)/python -m pytest -n auto
 
 test-all: $(READY) ## the slow tests too: all 25 cams, long runs

@@ -351,7 +351,7 @@ def exact_acceleration(scene: DescribedScene, angle: float) -> float:
     return float(-held / (pushed - held))
 
 
-@pytest.mark.parametrize("name", ["cam-spring-slow", "cam-spring-fast"])
+@pytest.mark.parametrize("name", ["cam-spring-slow", pytest.param("cam-spring-fast", marks=pytest.mark.slow)])
 def test_an_exported_cam_has_its_spring(name: str) -> None:
     model, data = compiled(name, dynamics_scene(name))
     mujoco.mj_forward(model, data)
@@ -363,6 +363,7 @@ def test_an_exported_cam_has_its_spring(name: str) -> None:
 # -- engines at constant crank speed -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_engines_keep_the_roller_on_the_cam_below_the_float_speed_and_lose_it_above(engine: str) -> None:
     worst = {}

@@ -123,7 +123,10 @@ def test_a_pendulum_swings_as_elliptic_functions_say() -> None:
     assert np.abs(ForwardDynamics(wrong).motion(times, 0.0).poses[:, 2] + math.pi / 2.0 - exact).max() > 1e-3
 
 
-@pytest.mark.parametrize(("count", "rate"), [(2, 9.0), (3, -9.0), (4, 0.0), (5, 9.0)])
+@pytest.mark.parametrize(
+    ("count", "rate"),
+    [(2, 9.0), *(pytest.param(*other, marks=pytest.mark.slow) for other in [(3, -9.0), (4, 0.0), (5, 9.0)])],
+)
 def test_a_chain_of_parallelograms_goes_straight_through_its_change_points(count: int, rate: float) -> None:
     """All cranks turn alike and the couplers do not turn: one pendulum, whose energy is known in closed form."""
     mechanism, inertia, moment = chain(count)
@@ -141,6 +144,7 @@ def test_a_chain_of_parallelograms_goes_straight_through_its_change_points(count
     assert "smooth continuation" in motion.continuation
 
 
+@pytest.mark.slow
 def test_a_chain_swings_in_time_as_a_pendulum_does() -> None:
     mechanism, inertia, moment = chain(2, start=0.5)
     times = np.linspace(0.0, 2.0, 41)
@@ -151,7 +155,7 @@ def test_a_chain_swings_in_time_as_a_pendulum_does() -> None:
     assert np.abs(motion.poses[:, 2] - exact).max() < 1e-9
 
 
-@pytest.mark.parametrize("off", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("off", [1e-2, pytest.param(1e-4, marks=pytest.mark.slow), 1e-6])
 def test_what_is_no_parallelogram_stays_on_its_own_branch(off: float) -> None:
     """With the rocker longer by a little, the crank goes round and the rocker rocks: it has no change point.
 
@@ -198,7 +202,7 @@ def test_energy_is_kept_to_1e_11_with_springs_dampers_friction_and_pulses(rate: 
     assert abs(motion.work[-1]) > 0.01 * motion.scale
 
 
-@pytest.mark.parametrize("rate", [12.0, -12.0])
+@pytest.mark.parametrize("rate", [12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
 def test_a_constant_torque_has_done_its_work_after_several_turns(rate: float) -> None:
     torque = Load("motor", Turn(GROUND, "crank"), Steady(math.copysign(3.0, rate)))
     motion = ForwardDynamics(replace(slider_crank(), loads=(torque,))).motion(np.linspace(0.0, 1.0, 21), rate)

@@ -135,6 +135,7 @@ def test_the_step_follows_the_fastest_turn_and_all_steps_of_the_path_meet_the_sa
     assert asked.motion.times[-1] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_a_follower_that_would_fly_is_refused() -> None:
     with pytest.raises(InvalidInput, match="the follower leaves the cam at t = "):
         course("cam-spring-fast", FREE, 0.7)
