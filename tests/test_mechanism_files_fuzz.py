@@ -16,7 +16,7 @@ from conrod.mechanism_files.toml_file import parse
 from tests.described import SHIPPED, tables
 
 FEW = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-MANY = settings(FEW, max_examples=300)
+MANY = settings(FEW, max_examples=120)
 LONGEST = 1500  # characters of a message
 
 TEXTS = [path.read_bytes() for path in SHIPPED]

@@ -41,6 +41,7 @@ def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", pl
 # -- what is found ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_two_four_bars_swing_through_their_change_points_within_tolerance() -> None:
     found = result(course("four-bar-chain-2"))
     assert len(course("four-bar-chain-2").motion.crossings) == 2
@@ -124,6 +125,7 @@ def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
         MotionPlan(TORQUE).mechanism(course("pendulum").mechanism, "pendulum")
 
 
+@pytest.mark.slow
 def test_the_step_follows_the_fastest_turn_and_all_steps_of_the_path_meet_the_same_instants() -> None:
     slow, fast = course("pendulum").grid, course("saw-coasting", FREE, 1.0).grid
     assert slow.step == 0.005
