@@ -18,6 +18,7 @@ from conrod.errors import InvalidInput
 from conrod.loads import Elastic
 from conrod.mechanism import Mechanism
 from conrod.mechanism_files import read_scene
+from conrod.report.free_motion.words import loads_words
 from conrod.selection import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
 from conrod.studies.free_motion.jobs import motion_study
@@ -274,3 +275,12 @@ def test_the_same_machine_without_a_fault_runs_and_fails_a_tolerance_that_is_too
     )
     assert done.returncode == 1, done.stderr
     assert "OUT OF TOLERANCE: position" in done.stdout
+
+
+def test_only_what_acts_is_said_to_act() -> None:
+    for name, said in (
+        ("pendulum", "; what acts: its weight."),
+        ("slider-crank-spring", "; what acts: springs.spring, "),
+    ):
+        study = motion_study(name, select_scenes([name], [])[name], course(name), SHORT, [])
+        assert said in loads_words(study)

@@ -24,7 +24,10 @@ def verdict_words(result: MotionResult) -> str:
 
 def loads_words(study: MotionStudy) -> str:
     """Which loads act."""
-    acting = [load.name for load in study.scene.kinematics.mechanism.loads if load.name not in study.left_out]
+    mechanism = study.scene.kinematics.mechanism
+    acting = ["its weight"] if any(mechanism.gravity) else []
+    acting += [f"a constant force on {force.body}" for force in mechanism.forces]
+    acting += [load.name for load in mechanism.loads if load.name not in study.left_out]
     if study.motion == FREE:
         without = f"without {', '.join(study.left_out)}" if study.left_out else "no torque on the crank"
         return f"free motion, {without}; {_acting(acting)}."
@@ -32,8 +35,7 @@ def loads_words(study: MotionStudy) -> str:
 
 
 def _acting(names: list[str]) -> str:
-    weight = "its weight and constant forces"
-    return f"{weight} and {', '.join(names)} act" if names else f"{weight} act"
+    return f"what acts: {', '.join(names)}" if names else "nothing else acts"
 
 
 def exact_words(study: MotionStudy) -> str:
