@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; told to keep no bytecode, each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep limits ablate audit test test-all lint types mjcf bench wheel check clean
+.PHONY: validate catalogue sweep limits ablate audit test test-all lint types mjcf golden golden-write bench wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --out reports
@@ -38,8 +38,8 @@ test-all: $(READY) ## the slow tests too: all 25 cams, long runs
 	$(BIN)/python -m pytest -n auto -m "slow or not slow"
 
 lint: $(READY)
-	$(BIN)/ruff check src tests benchmarks
-	$(BIN)/ruff format --check src tests benchmarks
+	$(BIN)/ruff check src tests benchmarks golden
+	$(BIN)/ruff format --check src tests benchmarks golden
 
 types: $(READY)
 	$(BIN)/mypy
@@ -47,6 +47,12 @@ types: $(READY)
 mjcf: $(READY) ## rewrite the committed models from the translator
 	for scene in shear-press saw-40rpm saw-500rpm cam-follower; do \
 	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
+
+golden: $(READY) ## today's results against the golden ones, to 1e-13: after a change that is to change none
+	$(BIN)/python -m golden check
+
+golden-write: $(READY) ## make today's results the golden ones, of the groups named: make golden-write GROUPS="scenes limits"
+	$(BIN)/python -m golden write $(GROUPS)
 
 bench: $(READY) ## what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
 	$(BIN)/python -m benchmarks

@@ -1,0 +1,309 @@
+"""What commands write, as golden records: the one module that knows columns, JSON keys, messages and the ledger.
+
+Left out are costs, wording (reasons, titles) and what is a quotient of other records. A name is golden's own: where a
+key of conrod changes, this module follows and the data stay.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import math
+import re
+import sqlite3
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from golden.record import Record, leaves
+
+Records = Iterator[tuple[str, Record]]
+Entry = Mapping[str, Any]
+
+ROOT = Path(__file__).parent.parent
+NORMALISED = 1.0
+
+
+def written(group: str, file: Path) -> Records:
+    """Records of the file that a command of a group wrote."""
+    yield from EXTRACTORS[group](file)
+
+
+def _json(file: Path, key: str) -> list[Any]:
+    found = json.loads(file.read_text(encoding="utf-8"))[key]
+    assert isinstance(found, list)
+    return found
+
+
+def _exactly(name: str, tree: Any) -> Records:
+    for place, value in leaves(name, tree):
+        yield place, Record(value)
+
+
+def _measured(name: str, tree: Any) -> Records:
+    for place, value in leaves(name, tree):
+        yield place, Record(value, NORMALISED)
+
+
+def _verdict(name: str, passed: bool | None) -> Records:
+    yield f"{name}/verdict", Record({True: "passed", False: "failed", None: "not judged"}[passed])
+
+
+def _orders(name: str, orders: Entry | None, sizes: Mapping[str, Sequence[float | None]]) -> Records:
+    """Orders by quantity.
+
+    An order is the logarithm of a quotient of errors, each known to `TOLERANCE` of 1: so it is known to that over the
+    smallest of them.
+
+    Args:
+        sizes: errors that the orders are taken from.
+    """
+    for quantity, order in (orders or {}).items():
+        known = [size for size in sizes.get(quantity, ()) if size]
+        unit = 2.0 / math.log(2.0) / min(known) if known else NORMALISED
+        for place, value in leaves(f"{name}/order/{quantity}", order):
+            yield place, Record(value, unit)
+
+
+def _series(points: Iterable[Entry] | None, quantities: Iterable[str]) -> dict[str, list[float | None]]:
+    """Quantity -> its sizes over the points of a refinement."""
+    points = list(points or ())
+    return {quantity: [point.get(quantity) for point in points] for quantity in quantities}
+
+
+# -- validate ----------------------------------------------------------------------------------------------------------
+
+VALIDATED = ("errors", "peak", "closure", "phase", "drive", "prediction", "refinement", "printed_table", "lift_error")
+
+
+def _validation(file: Path) -> Records:
+    for entry in _json(file, "results"):
+        name = f"{entry['scene']}/{entry['engine']}/{entry['preset'] or entry['mode']}"
+        for key in ("mode", "outcome", "steps_per_revolution", "revolutions"):
+            yield from _exactly(f"{name}/{key}", entry[key])
+        for key in VALIDATED:
+            yield from _measured(f"{name}/{key}", entry[key])
+        yield from _orders(name, entry["order"], _series(entry["refinement"], entry["order"] or ()))
+        yield from _exactly(f"{name}/tolerance", _without(entry["tolerance"], "reason"))
+        yield from _verdict(name, entry["passed"])
+
+
+def _without(entry: Entry | None, *keys: str) -> dict[str, Any]:
+    return {key: value for key, value in (entry or {}).items() if key not in keys}
+
+
+def _forces(file: Path) -> Records:
+    document = json.loads(file.read_text(encoding="utf-8"))
+    for entry in document["forces"]:
+        name = f"{entry['scene']}/{entry['engine']}/{entry['preset']}"
+        for key in ("outcome", "steps_per_revolution", "revolutions", "stamps", "tolerance"):
+            yield from _exactly(f"{name}/{key}", entry[key])
+        for key in ("errors", "largest", "likeness", "refinement"):
+            yield from _measured(f"{name}/{key}", entry[key])
+        refined = [point["errors"] or {} for point in entry["refinement"] or ()]
+        sizes = {key: _sizes(key, refined) for key in entry["order"] or ()}
+        yield from _orders(name, entry["order"], sizes)
+        yield f"{name}/unsupported", Record(", ".join(sorted(entry["unsupported"] or ())))
+        yield from _verdict(name, entry["passed"])
+    for scene, seen in document["seen"].items():
+        for effect in seen["effects"]:
+            name = f"{scene}/seen/{effect['body']}/{effect['quality']}"
+            yield from _measured(name, _without(effect, "body", "quality"))
+
+
+def _sizes(key: str, refined: Sequence[Entry]) -> list[float | None]:
+    """Errors that an order is taken from: those of its quantity, or of all where it is of a group of them."""
+    return [size for point in refined for quantity, size in point.items() if key == quantity or key not in point]
+
+
+def _motion(file: Path) -> Records:
+    for entry in _json(file, "motions"):
+        whole = f"{entry['scene']}/{entry['motion']}"
+        yield from _measured(f"{whole}/exact", entry["exact"])
+        yield from _exactly(f"{whole}/left_out", entry["left_out"])
+        yield from _verdict(whole, entry["passed"])
+        for result in entry["results"]:
+            name = f"{whole}/{result['engine']}/{result['preset']}"
+            for key in ("outcome", "step", "seconds", "leaving", "leaves", "tolerance"):
+                yield from _exactly(f"{name}/{key}", result[key])
+            for key in ("errors", "angle", "energy", "refinement"):
+                yield from _measured(f"{name}/{key}", result[key])
+            yield from _orders(name, result["order"], _series(result["refinement"], result["order"] or ()))
+            yield from _verdict(name, result["passed"])
+
+
+# -- studies -----------------------------------------------------------------------------------------------------------
+
+
+def _limits(file: Path) -> Records:
+    for study in _json(file, "limits"):
+        for walk in study["walks"]:
+            name = f"{walk['scene']}/{walk['axis']}/{walk['engine']}/{walk['preset']}"
+            yield f"{name}/refused", Record(bool(walk["refusal"]))
+            for probe in walk["probes"]:
+                yield from _probe(f"{name}/{probe['value']!r}", probe)
+            for edge in walk["boundaries"]:
+                place = f"{name}/boundary/{edge['criterion']}"
+                yield from _exactly(place, _without(edge, "criterion", "quiet"))
+                yield f"{place}/undetected", Record(edge["quiet"])
+        for entry in study["determinism"]:
+            name = f"{entry['scene']}/{entry['engine']}/{entry['preset']}"
+            for key in ("outcome", "fingerprints", "identical"):
+                yield from _exactly(f"{name}/{key}", entry[key])
+
+
+def _probe(name: str, probe: Entry) -> Records:
+    yield f"{name}/level", Record(probe["level"])
+    yield f"{name}/outcome", Record(probe["outcome"])
+    yield f"{name}/undetected", Record(probe["quiet"])
+    yield from _measured(f"{name}/errors", probe["errors"])
+    yield from _measured(f"{name}/torque", probe["torque"])
+
+
+def _ablate(file: Path) -> Records:
+    for study in _json(file, "ablations"):
+        for engine in study["engines"]:
+            whole = f"{study['name']}/{engine['engine']}"
+            for ingredient in engine["ingredients"]:
+                yield from _ingredient(f"{whole}/{ingredient['name']}", ingredient)
+            for variant in engine["variants"]:
+                name = f"{whole}/{variant['role']}/{variant['ingredient']}"
+                yield f"{name}/outcome", Record(variant["outcome"])
+                yield from _exactly(f"{name}/mobility", variant["mobility"])
+                for key in ("errors", "change", "torque_error", "torque_change"):
+                    yield from _measured(f"{name}/{key}", variant[key])
+
+
+def _ingredient(name: str, ingredient: Entry) -> Records:
+    for key in ("minimal", "group", "needed_by"):
+        yield from _exactly(f"{name}/{key}", ingredient[key])
+    # Free or costly is a matter of time, which is not golden.
+    verdict = ingredient["verdict"]
+    yield f"{name}/verdict", Record("right without it" if verdict in ("free", "costly") else verdict)
+    for evidence in ingredient["evidence"]:
+        place = f"{name}/{'in full' if evidence['full'] else 'in minimal'}"
+        for key in ("effect", "change", "torque_effect", "torque_change"):
+            yield from _measured(f"{place}/{key}", evidence[key])
+
+
+def _sweep(file: Path) -> Records:
+    for sweep in _json(file, "sweeps"):
+        for point in sweep["points"]:
+            name = f"{point['engine']}/{point['key']}"
+            yield f"{name}/steps", Record(point["steps_per_revolution"])
+            yield from _measured(name, _without(point["measurement"], "reason"))
+        for entry in sweep["orders"]:
+            sizes = _series([point["errors"] or {} for point in entry["points"]], entry["orders"])
+            claimed = {quantity: order["claimed"] for quantity, order in entry["orders"].items()}
+            yield from _orders(f"{entry['engine']}/{entry['label']}/{entry['path']}", claimed, sizes)
+        for entry in sweep["grid_convergence"]:
+            name = f"{entry['engine']}/{entry['label']}/{entry['path']}/grid convergence"
+            for quantity, shares in entry["shares"].items():
+                yield from _exactly(f"{name}/{quantity}", _without(shares, "ratio"))
+        for budget in sweep["budgets"]:
+            name = f"{budget['engine']}/{budget['preset']}/budget"
+            yield from _measured(f"{name}/whole run", budget["whole_run"])
+            for part in budget["parts"]:
+                yield from _measured(f"{name}/{part['name']}", part["norms"])
+        for entry in sweep["sensitivities"]:
+            for variation in entry["variations"]:
+                name = f"{entry['engine']}/{entry['preset']}/{variation['name']}"
+                yield f"{name}/outcome", Record(variation["outcome"])
+                yield from _measured(f"{name}/errors", variation["errors"])
+
+
+# -- exports -----------------------------------------------------------------------------------------------------------
+
+# A heading such as `A.vx [m/s]`: point, quantity, axis.
+HEADING = re.compile(r"(?P<name>.+?)(\.(?P<quantity>[vaj]?)[xy])? \[.*\]")
+
+
+def _exact(file: Path) -> Records:
+    with file.open(newline="", encoding="utf-8") as stream:
+        headings, *rows = csv.reader(stream)
+    columns = dict(zip(headings, ([float(text) for text in column] for column in zip(*rows, strict=True)), strict=True))
+    # A machine's rounding goes by its size: a component near zero is a difference of lengths that are not.
+    sizes: dict[object, float] = {}
+    for heading, values in columns.items():
+        kind = _kind(heading)
+        sizes[kind] = max(sizes.get(kind, 0.0), *map(abs, values))
+    for heading, values in columns.items():
+        yield heading, Record(values, sizes[_kind(heading)])
+
+
+def _kind(heading: str) -> str:
+    """Position, velocity, acceleration or jerk of the points; another column is of its own kind."""
+    found = HEADING.fullmatch(heading)
+    assert found is not None, heading
+    return found["name"] if found["quantity"] is None else f".{found['quantity']}"
+
+
+def _mjcf(file: Path) -> Records:
+    content = file.read_bytes()
+    yield "sha256", Record(hashlib.sha256(content).hexdigest())
+    yield "bytes", Record(len(content))
+    yield "is the committed one", Record(content == (ROOT / "mjcf" / file.name).read_bytes())
+
+
+# -- the ledger --------------------------------------------------------------------------------------------------------
+
+# What a study says before it runs anything.
+TO_DO = re.compile(r"^runs: (\d+) (?:more )?to do, (\d+) in the ledger$", re.MULTILINE)
+# Of the rows of `conrod results`; the others name the run or tell its cost.
+ROW = ("position", "velocity", "acceleration", "total", "closure", "phase", "drive", "predicted")
+
+
+def announced(messages: str) -> tuple[int, int]:
+    """Runs that a study had to do, and those that the ledger had; of what it wrote to standard error.
+
+    Raises:
+        ValueError: it says nothing of that.
+    """
+    rounds = [tuple(map(int, found)) for found in TO_DO.findall(messages)]
+    if not rounds:
+        raise ValueError(f"nothing is said of the ledger in: {messages}")
+    return sum(new for new, _ in rounds), sum(kept for _, kept in rounds)
+
+
+def kept_runs(ledger: Path) -> dict[str, tuple[Any, ...]]:
+    """Key of a run -> all that the ledger keeps of it."""
+    connection = sqlite3.connect(ledger)
+    try:
+        return {key: row for key, *row in connection.execute("SELECT key, outcome, allowed, measurement FROM runs")}
+    finally:
+        connection.close()
+
+
+def compact(ledger: Path) -> None:
+    """Make a ledger one small file."""
+    connection = sqlite3.connect(ledger)
+    try:
+        connection.execute("PRAGMA journal_mode = DELETE")
+        connection.execute("VACUUM")
+    finally:
+        connection.close()
+
+
+def result_rows(file: Path) -> Records:
+    """Records of the tidy rows that `conrod results` wrote."""
+    for row in json.loads(file.read_text(encoding="utf-8")):
+        name = f"row/{row['key']}"
+        yield f"{name}/outcome", Record(row["outcome"])
+        for column, value in row.items():
+            if column.startswith(ROW):
+                yield from _measured(f"{name}/{column}", value)
+
+
+EXTRACTORS: dict[str, Callable[[Path], Records]] = {
+    "scenes": _validation,
+    "catalogue": _validation,
+    "forces": _forces,
+    "motion": _motion,
+    "limits": _limits,
+    "determinism": _limits,
+    "ablate": _ablate,
+    "sweep": _sweep,
+    "exact": _exact,
+    "mjcf": _mjcf,
+}

@@ -1,0 +1,185 @@
+"""The golden checks fail where a digit, a record or a word is not what it was."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from golden import extract, store
+from golden.__main__ import DATA, check_answers, main
+from golden.compare import compare
+from golden.perform import records_of
+from golden.record import Record
+from golden.tasks import Task, all_tasks
+
+Records = dict[str, Record]
+PENDULUM = next(task for task in all_tasks() if (task.group, task.name) == ("exact", "pendulum"))
+
+
+def kept(group: str, name: str) -> Records:
+    """Records of a task as if they had come out as they were; of normalised numbers."""
+    _, tasks = store.read(DATA, group)
+    return {place: Record(value, extract.NORMALISED) for place, value in tasks[name].items()}
+
+
+def passes(task: Task, records: Records) -> bool:
+    return check_answers({task: records}, DATA)
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> Records:
+    """What the command writes today."""
+    return records_of(PENDULUM, DATA)
+
+
+def column(record: Record) -> list[float]:
+    assert isinstance(record.value, list)
+    return [*record.value]
+
+
+def next_digit(value: float) -> float:
+    """Another in the twelfth digit."""
+    return value * (1.0 + 3e-12)
+
+
+# -- through the command -----------------------------------------------------------------------------------------------
+
+
+def test_the_exact_motion_of_today_is_the_golden_one(pendulum: Records, capsys: pytest.CaptureFixture[str]) -> None:
+    assert passes(PENDULUM, pendulum)
+    assert "0 out; records: 0 missing, 0 added" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("heading", ["tip.x [m]", "tip.jy [m/s^3]"])
+def test_one_digit_changed_on_purpose_in_one_of_a_hundred_angles_is_out(
+    pendulum: Records, heading: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values = column(pendulum[heading])
+    values[60] = next_digit(values[60])
+    assert not passes(PENDULUM, pendulum | {heading: replace(pendulum[heading], value=values)})
+    assert f"worst: pendulum: {heading}[60]: was " in capsys.readouterr().out
+
+
+def test_an_angle_that_is_left_out_is_out(pendulum: Records) -> None:
+    heading = "tip.x [m]"
+    values = column(pendulum[heading])[:-1]
+    assert not passes(PENDULUM, pendulum | {heading: replace(pendulum[heading], value=values)})
+
+
+def test_the_command_says_by_its_exit_status_that_a_golden_digit_is_not_met(
+    pendulum: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(DATA / "exact.json.xz", tmp_path)
+    monkeypatch.setattr("golden.__main__.DATA", tmp_path)
+    assert main(["check", "exact/pendulum"]) == 0
+    heading = "tip.vy [m/s]"
+    values = [next_digit(value) for value in column(pendulum[heading])]
+    store.write(tmp_path, "exact", {"pendulum": pendulum | {heading: replace(pendulum[heading], value=values)}})
+    assert main(["check", "exact/pendulum"]) == 1
+    assert capsys.readouterr().out.endswith("golden: FAILED\n")
+
+
+def test_writing_takes_a_group_by_name() -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["write"])
+    assert ended.value.code == 2
+    with pytest.raises(SystemExit):
+        main(["write", "exact/pendulum"])  # a group is written whole
+
+
+# -- on the records that are kept --------------------------------------------------------------------------------------
+
+SAW = Task("scenes", "saw-500rpm", ())
+TUNED = "saw-500rpm/mujoco/tuned"
+
+
+@pytest.fixture(scope="module")
+def saw() -> Records:
+    records = kept(SAW.group, SAW.name)
+    assert passes(SAW, records)
+    return records
+
+
+Change = Callable[[Any], Any]
+
+
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        ("errors/C/position/max", lambda error: error + 2e-13),
+        ("tolerance/position", next_digit),
+        ("errors/C/acceleration/rms", lambda error: math.nan),
+        ("errors/C/velocity/max", lambda error: math.inf),
+        ("outcome", lambda outcome: "opened"),
+        ("verdict", lambda verdict: "failed"),
+        ("steps_per_revolution", lambda steps: steps + 1),
+    ],
+)
+def test_a_number_a_word_or_a_verdict_that_changes_is_out(saw: Records, place: str, change: Change) -> None:
+    name = f"{TUNED}/{place}"
+    unit = 0.0 if place.startswith("tolerance") else extract.NORMALISED
+    assert not passes(SAW, saw | {name: Record(change(saw[name].value), unit)})
+
+
+def test_a_record_that_is_missing_or_new_fails(saw: Records, capsys: pytest.CaptureFixture[str]) -> None:
+    name = f"{TUNED}/order/position"
+    assert not passes(SAW, {place: record for place, record in saw.items() if place != name})
+    assert f"missing: saw-500rpm: {name}" in capsys.readouterr().out
+    assert not passes(SAW, saw | {f"{TUNED}/order/jerk": Record(2.0)})
+    assert f"added: saw-500rpm: {TUNED}/order/jerk" in capsys.readouterr().out
+
+
+def test_a_task_without_golden_records_fails() -> None:
+    assert not passes(Task("scenes", "unknown", ()), {"exit status": Record(0)})
+    assert not passes(SAW, {})
+
+
+# -- the rule ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("golden", "now", "unit", "identical", "within"),
+    [
+        (1.0, 1.0, 0.0, 1, 0),
+        (2.0, 2.0 * (1.0 + 5e-14), 0.0, 0, 1),
+        (2.0, 2.0 * (1.0 + 2e-13), 0.0, 0, 0),
+        (1e-15, 3e-15, 0.0, 0, 0),
+        (1e-15, 3e-15, 1.0, 0, 1),  # an error whose own digits are rounding
+        (0.0, 1e-300, 0.0, 0, 0),
+        (True, 1, 1.0, 0, 0),
+        ("completed", "opened", 1.0, 0, 0),
+        ("1.0", 1.0, 1.0, 0, 0),
+        (1.0, math.nan, 1.0, 0, 0),
+        ([1.0, 2.0], [1.0, 2.0 + 1e-13], 2.0, 1, 1),
+    ],
+)
+def test_the_rule_is_1e_13_of_the_number_or_of_its_unit(
+    golden: Any, now: Any, unit: float, identical: int, within: int
+) -> None:
+    found = compare({"x": golden}, {"x": Record(now, unit)})
+    assert (found.identical, found.within) == (identical, within)
+    assert found.passed == (identical + within == found.count)
+
+
+def test_an_order_is_known_to_the_rounding_of_the_errors_behind_it() -> None:
+    errors = [4e-9, 1e-9]
+    ((_, order),) = extract._orders("run", {"position": 2.0}, {"position": errors})
+    noisy = math.log2((errors[0] + 0.9e-13) / (errors[1] - 0.9e-13))
+    assert compare({"x": 2.0}, {"x": replace(order, value=noisy)}).passed
+    assert not compare({"x": 2.0}, {"x": replace(order, value=2.001)}).passed
+
+
+# -- the ledger --------------------------------------------------------------------------------------------------------
+
+
+def test_new_runs_are_counted_over_all_rounds_of_a_study() -> None:
+    said = "runs: 65 to do, 3 in the ledger\nruns: 9 more to do, 2 in the ledger\nruns: 74 done in 9.3 s\n"
+    assert extract.announced(said) == (74, 5)
+    with pytest.raises(ValueError, match="nothing is said"):
+        extract.announced("costs: 3 to do, 0 in the ledger\n")
