@@ -142,7 +142,7 @@ if __name__ == "__main__":
 
 
 def tell_and_hang() -> None:
-    print(os.getpid(), flush=True)
+    print(os.getpid(), file=sys.stderr, flush=True)
     time.sleep(1000.0)
 
 
@@ -150,9 +150,9 @@ def tell_and_hang() -> None:
 def test_a_hang_ends_with_the_one_who_waits_for_it(tmp_path: Path) -> None:
     script = tmp_path / "owner.py"
     script.write_text(OWNER.format(tests=str(Path(__file__).parent)))
-    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as owner:
-        assert owner.stdout is not None
-        alone = int(owner.stdout.readline())
+    with subprocess.Popen([sys.executable, str(script)], stderr=subprocess.PIPE, text=True) as owner:
+        assert owner.stderr is not None
+        alone = int(owner.stderr.readline())
         assert Path(f"/proc/{alone}").exists()
         owner.kill()
     give_up = time.monotonic() + 60.0
