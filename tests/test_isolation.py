@@ -109,6 +109,14 @@ def test_a_mistake_in_a_task_is_raised() -> None:
         run_isolated(SAW, SETTINGS, 1.0, timeout=60.0, task=mistake)
 
 
+def leave_as_python_does() -> None:
+    raise SystemExit(3)
+
+
+def test_an_end_of_python_in_a_task_is_no_abort() -> None:
+    assert isolated(leave_as_python_does) == Ended(Outcome.CRASHED, "ended with status 3")
+
+
 class Unportable(Exception):
     """It cannot be made again from what a pickle keeps of it."""
 

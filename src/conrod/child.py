@@ -168,11 +168,13 @@ class Owner:
         _write(self._answers, message)
 
     def _listen(self) -> None:
-        while True:
-            try:
-                self._messages.put(_read(sys.stdin.buffer))
-            except EOFError:
-                os._exit(0)
+        # Not `sys.stdin`, which Python closes as it ends, and aborts if a thread still reads from it.
+        with open(0, "rb", closefd=False) as calls:
+            while True:
+                try:
+                    self._messages.put(_read(calls))
+                except EOFError:
+                    os._exit(0)
 
 
 def import_path() -> list[str]:
