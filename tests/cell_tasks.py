@@ -6,6 +6,7 @@ import dataclasses
 import os
 import signal
 import time
+from pathlib import Path
 
 from conrod import InvalidInput, PymunkSettings, Saw
 from conrod.studies.cell import Cell
@@ -92,4 +93,25 @@ def kill_dask_worker(cell: Cell) -> Measurement:
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(1000.0)
     time.sleep(0.05)
+    return echo(cell)
+
+
+def kept_in(folder: Path, cells: list[Cell]) -> list[Cell]:
+    """The cells, with a folder for their tasks to write to."""
+    return [dataclasses.replace(cell, name=str(folder)) for cell in cells]
+
+
+def wait_for_a_kill(cell: Cell) -> Measurement:
+    """One cell waits at its first attempt to be killed; each attempt leaves a file with its span of time."""
+    span = Path(cell.name) / f"{number(cell)}-{os.getpid()}"
+    begun, first = time.monotonic(), not list(Path(cell.name).glob(f"{number(cell)}-*"))
+    span.write_text(f"{begun} inf")
+    time.sleep(1000.0 if first and number(cell) == CRASHES else 0.05)
+    span.write_text(f"{begun} {time.monotonic()}")
+    return echo(cell)
+
+
+def kill_itself(cell: Cell) -> Measurement:
+    if number(cell) == CRASHES:
+        os.kill(os.getpid(), signal.SIGKILL)
     return echo(cell)

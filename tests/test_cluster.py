@@ -16,6 +16,7 @@ import pytest
 
 import cell_tasks as tasks
 from conrod import InvalidInput
+from conrod.child import HOME
 from conrod.execution import cluster_connection, cluster_worker
 from conrod.execution.cluster import DaskCluster
 from conrod.execution.dispatch import run_cells
@@ -23,6 +24,7 @@ from conrod.execution.local import LocalProcesses
 from conrod.studies.cell import Cell
 from conrod.studies.ledger import Ledger
 from conrod.studies.measurement import Measurement, measure
+from outside_kills import killing, waiting_cell, was_alone
 
 distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")
 
@@ -42,7 +44,7 @@ class Cluster:
     def _started(self, *arguments: str) -> subprocess.Popen[bytes]:
         environment = {
             **os.environ,
-            "PYTHONPATH": str(Path(__file__).parent),
+            "PYTHONPATH": os.pathsep.join((str(Path(__file__).parent), HOME)),
             "DASK_TEMPORARY_DIRECTORY": str(self.folder),
         }
         command = [sys.executable, "-m", "dask", *arguments, "--host", "127.0.0.1", "--no-dashboard"]
@@ -160,6 +162,33 @@ def test_a_cell_that_kills_worker_after_worker_has_crashed_and_no_other_is_blame
     crashed = [tasks.number(cell) for cell in cells if table[cell.key].outcome == "crashed"]
     assert crashed == [tasks.CRASHES]
     assert "workers of the cluster died" in table[cells[tasks.CRASHES].key].reason
+    assert sum(m.outcome == "completed" for m in table.values()) == 11
+
+
+def test_a_cell_whose_process_beside_a_worker_is_killed_is_repeated_alone(own_cluster: Cluster, tmp_path: Path) -> None:
+    folder = tmp_path / "attempts"
+    folder.mkdir()
+    cells = tasks.kept_in(folder, tasks.cells(60))
+    with (
+        Ledger.open(tmp_path / "ledger") as ledger,
+        killing(waiting_cell(folder)) as killed,
+        DaskCluster(own_cluster.address, cell_timeout=60.0) as executor,
+    ):
+        table = run_cells(cells, ledger, executor, task=tasks.wait_for_a_kill)
+    assert killed
+    assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(60)}
+    assert was_alone(folder, *killed)
+
+
+@pytest.mark.slow
+def test_a_cell_that_kills_its_process_again_and_again_has_crashed_on_a_cluster(
+    cluster: Cluster, ledger: Ledger
+) -> None:
+    cells = tasks.cells(12)
+    with DaskCluster(cluster.address) as executor:
+        table = run_cells(cells, ledger, executor, task=tasks.kill_itself)
+    crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
+    assert crashed == {tasks.CRASHES: "ended by signal SIGKILL, and again with nothing beside it"}
     assert sum(m.outcome == "completed" for m in table.values()) == 11
 
 

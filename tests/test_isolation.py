@@ -109,6 +109,14 @@ def test_a_mistake_in_a_task_is_raised() -> None:
         run_isolated(SAW, SETTINGS, 1.0, timeout=60.0, task=mistake)
 
 
+def leave_as_python_does() -> None:
+    raise SystemExit(3)
+
+
+def test_an_end_of_python_in_a_task_is_no_abort() -> None:
+    assert isolated(leave_as_python_does) == Ended(Outcome.CRASHED, "ended with status 3")
+
+
 class Unportable(Exception):
     """It cannot be made again from what a pickle keeps of it."""
 
@@ -142,7 +150,7 @@ if __name__ == "__main__":
 
 
 def tell_and_hang() -> None:
-    print(os.getpid(), flush=True)
+    print(os.getpid(), file=sys.stderr, flush=True)
     time.sleep(1000.0)
 
 
@@ -150,9 +158,9 @@ def tell_and_hang() -> None:
 def test_a_hang_ends_with_the_one_who_waits_for_it(tmp_path: Path) -> None:
     script = tmp_path / "owner.py"
     script.write_text(OWNER.format(tests=str(Path(__file__).parent)))
-    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as owner:
-        assert owner.stdout is not None
-        alone = int(owner.stdout.readline())
+    with subprocess.Popen([sys.executable, str(script)], stderr=subprocess.PIPE, text=True) as owner:
+        assert owner.stderr is not None
+        alone = int(owner.stderr.readline())
         assert Path(f"/proc/{alone}").exists()
         owner.kill()
     give_up = time.monotonic() + 60.0

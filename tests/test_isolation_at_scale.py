@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ import pytest
 import cell_tasks
 import planted_faults as planted
 from conrod import MuJoCoSettings
+from conrod.child import Child
 from conrod.execution import worker_process
 from conrod.execution.dispatch import run_cells
 from conrod.execution.limits import Limits
@@ -48,10 +48,10 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Process ids of all workers that are started."""
     start, ids = worker_process._started, []
 
-    def counted(limits: Limits) -> subprocess.Popen[bytes]:
-        process = start(limits)
-        ids.append(process.pid)
-        return process
+    def counted(limits: Limits) -> Child:
+        child = start(limits)
+        ids.append(child._process.pid)
+        return child
 
     monkeypatch.setattr(worker_process, "_started", counted)
     return ids

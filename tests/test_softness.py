@@ -13,6 +13,7 @@ import pytest
 
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 from conrod import Comparison, MuJoCoSettings, Outcome, PymunkSettings, compare, run
+from conrod.catalogue import scene_named
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import Softness
 from conrod.engines.left_out_rod import BODY, DISTANCE_JOINT
@@ -92,6 +93,11 @@ def test_the_spring_is_the_one_that_the_engine_makes(solref: Any, solimp: Any) -
 @pytest.mark.parametrize("name", LINKAGES)
 def test_the_plateau_of_stock_mujoco_is_the_one_that_its_law_gives(name: str) -> None:
     assert_told(LINKAGES[name], stock(LINKAGES[name]))
+
+
+def test_the_plateau_of_a_machine_under_a_spring_is_the_one_that_its_law_gives() -> None:
+    scene = scene_named("slider-crank-spring")
+    assert_told(scene, stock(scene), within=0.01)
 
 
 def test_stock_mujoco_as_it_comes_rises_to_the_plateau_that_was_told() -> None:

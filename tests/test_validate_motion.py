@@ -24,7 +24,7 @@ from conrod.studies.free_motion.exact import ExactCourse, exact_course
 from conrod.studies.free_motion.jobs import motion_study
 from conrod.studies.free_motion.perform import _on_its_branch, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
-from conrod.studies.free_motion.results import EXACT_DRIFT, MotionResult
+from conrod.studies.free_motion.results import EXACT_DRIFT, ExactTold, MotionResult, MotionStudy
 from conrod.trajectory import Outcome
 
 SHORT = MotionPlan(FREE, 2.0)
@@ -50,6 +50,20 @@ def test_two_four_bars_swing_through_their_change_points_within_tolerance() -> N
     assert found.leaves is None
     assert 0.0 < found.largest("position", "rms") < found.largest("position") < 1e-6  # type: ignore[operator]
     assert course("four-bar-chain-2").motion.drift < EXACT_DRIFT
+
+
+def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
+    times = np.linspace(0.0, 1.0, 3)
+    held = MotionStudy(
+        "it",
+        select_scenes(["slider-crank-spring"], [])["slider-crank-spring"],
+        FREE,
+        (),
+        ExactTold(EXACT_DRIFT, "", times, times),
+        (),
+    )
+    assert held.passed
+    assert not replace(held, exact=replace(held.exact, drift=2.0 * EXACT_DRIFT)).passed
 
 
 def heavier(mechanism: Mechanism) -> Mechanism:

@@ -7,7 +7,10 @@ trajectory = run(saw, MuJoCoSettings.hardened(saw, steps_per_revolution=500), re
 print(compare(trajectory, saw).worst("position"))
 """
 
-from __future__ import annotations
+# ruff: noqa: E402  nothing is to be imported before this, not even from __future__
+from conrod.working_folder import leave_working_folder
+
+leave_working_folder()
 
 from importlib import import_module
 from importlib.metadata import version

@@ -148,6 +148,8 @@ def linkage_refusal(mechanism: Mechanism) -> str | None:
         return f"the cam {contact.a!r} is not the driven crank, which an equivalent linkage is made for"
     if _slide_of(mechanism) is None:
         return f"{contact.b!r} does not slide in the ground, which an equivalent linkage is made for"
+    if mechanism.loads:
+        return f"loads act on it ({mechanism.loads[0].name}), which runs of equivalent linkages leave out"
     return None
 
 

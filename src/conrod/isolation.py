@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import pickle
-import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
+from conrod.child import BEGUN, Child, KilledFromOutside, Owner
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
 from conrod.errors import portable
-from conrod.process import RESERVE, address_space, how_it_ended, ran_out_of_memory
+from conrod.process import RESERVE, address_space, ran_out_of_memory
 from conrod.running import run
 from conrod.trajectory import Outcome, Settings, Trajectory
 
@@ -47,7 +45,8 @@ def isolated(
 ) -> Result | Ended:
     """What a function returns in a fresh process, or how that process ended.
 
-    The process ends with the one that called, however that ends.
+    The process ends with the one that called, however that ends. Where it is killed from outside, the call is repeated
+    once before that is believed.
 
     Args:
         task: what to do there; a function that can be pickled, as its arguments.
@@ -58,25 +57,39 @@ def isolated(
     Raises:
         Exception: what the task raised there, other than MemoryError.
     """
-    context = multiprocessing.get_context("spawn")
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(sender, task, arguments, memory, headroom), daemon=True)
-    process.start()
-    sender.close()
+    with suppress(KilledFromOutside):
+        return isolated_once(task, *arguments, timeout=timeout, memory=memory, headroom=headroom)
     try:
-        # Its first word is that it begins: to start takes longer than many a call.
-        receiver.recv()
-        if not receiver.poll(timeout):
-            return Ended(Outcome.TIMED_OUT, f"no result after {timeout:g} s")
-        answer: _Returned = pickle.loads(receiver.recv_bytes())
+        return isolated_once(task, *arguments, timeout=timeout, memory=memory, headroom=headroom)
+    except KilledFromOutside as error:
+        return Ended(Outcome.CRASHED, f"{error.how}, and again when it was repeated")
+
+
+def isolated_once(
+    task: Callable[..., Result],
+    *arguments: Any,
+    timeout: float | None = None,
+    memory: int | None = None,
+    headroom: int | None = None,
+) -> Result | Ended:
+    """As `isolated`, for a part of a cell, which its executor repeats as a whole and with nothing beside it.
+
+    Raises:
+        KilledFromOutside: the process was killed, and not by conrod.
+    """
+    child = Child("conrod.isolation")
+    try:
+        child.send(pickle.dumps((task, arguments, memory, headroom)))
+        # To start takes longer than many a call; what cannot be unpickled there has no beginning.
+        first = child.receive()
+        answer: _Returned = pickle.loads(child.receive(timeout) if first == BEGUN else first)
+    except TimeoutError as error:
+        return Ended(Outcome.TIMED_OUT, str(error))
     except EOFError:
-        process.join()
-        return Ended(Outcome.CRASHED, how_it_ended(process.exitcode))
+        return Ended(Outcome.CRASHED, child.how_it_ended())
     finally:
         # Also where the wait was interrupted.
-        process.kill()
-        process.join()
-        receiver.close()
+        child.end()
     if isinstance(answer.error, MemoryError):
         return Ended(Outcome.OUT_OF_MEMORY, _limit(memory, headroom) or str(answer.error))
     if answer.error is not None:
@@ -123,17 +136,13 @@ def run_isolated(
     )
 
 
-def _work(
-    sender: Connection,
-    task: Callable[..., Any],
-    arguments: tuple[Any, ...],
-    memory: int | None,
-    headroom: int | None,
-) -> None:
-    _end_with_owner()
-    reserve = bytearray(RESERVE)
-    sender.send(None)
+def main(owner: Owner) -> None:
+    """Answer the one call that comes, in the process that was started for it."""
+    reserve = bytearray()
     try:
+        task, arguments, memory, headroom = pickle.loads(owner.receive())
+        reserve = bytearray(RESERVE)
+        owner.send(BEGUN)
         _confine(memory, headroom)
         # Within the limits too: a result that there is no memory to send is none.
         answer = pickle.dumps(_Returned(task(*arguments)))
@@ -141,19 +150,7 @@ def _work(
         ran_out = ran_out_of_memory(error)
         reserve.clear()
         answer = pickle.dumps(_Returned(error=MemoryError(str(error)) if ran_out else portable(error)))
-    sender.send_bytes(answer)
-
-
-def _end_with_owner() -> None:
-    """A call that never ends must not outlive the one who waits for it."""
-    owner = multiprocessing.parent_process()
-    assert owner is not None
-
-    def follow() -> None:
-        owner.join()
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
+    owner.send(answer)
 
 
 def _confine(memory: int | None, headroom: int | None) -> None:

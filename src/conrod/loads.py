@@ -62,6 +62,7 @@ class Elastic:
     rest: float = 0.0  # [m] or [rad]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(-self.stiffness * (value - self.rest))
 
     def energy(self, value: Array) -> Array:
@@ -76,6 +77,7 @@ class Viscous:
     damping: float  # [N s/m] or [N m s/rad]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(-self.damping * rate)
 
 
@@ -86,6 +88,7 @@ class Steady:
     size: float  # [N] or [N m]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(self.size + 0.0 * value)
 
     def energy(self, value: Array) -> Array:
@@ -101,6 +104,7 @@ class Friction:
     creep: float  # [m/s] or [rad/s], the rate below which it has not come up yet
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(-self.size * np.tanh(rate / self.creep))
 
 
@@ -112,6 +116,7 @@ class SpeedLine:
     idle: float  # [rad/s], where it gives nothing
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(self.size * (1.0 - rate / self.idle))
 
 
@@ -129,6 +134,7 @@ class StrokePulse:
     sense: int  # +1: resists growth of xi; -1: resists its fall
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         share = np.clip((value - self.start) / (self.stop - self.start), 0.0, 1.0)
         cuts = np.asarray(rate) * self.sense > 0.0
         return np.asarray(np.where(cuts, -self.sense * self.peak * np.sin(math.pi * share) ** 2, 0.0))
@@ -143,6 +149,7 @@ class TimePulse:
     stop: float  # [s]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         share = np.clip((time - self.start) / (self.stop - self.start), 0.0, 1.0)
         return np.asarray(self.peak * np.sin(math.pi * share) ** 2 + 0.0 * value)
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
+from conrod.child import KilledFromOutside
 from conrod.errors import InvalidInput
 from conrod.execution import cluster_worker
 from conrod.execution.cluster_connection import connected, one_line
 from conrod.execution.limits import Limits
-from conrod.execution.worker_process import WorkerDied
+from conrod.execution.worker_process import WorkerDied, killed_again
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -40,8 +41,8 @@ class DaskCluster(Executor):
     """An executor on the workers of a Dask scheduler.
 
     Each call runs in a process of its own beside its Dask worker, with the same limits and outcomes as on this machine.
-    Calls of a worker that dies run again elsewhere. One that kills worker after worker, and does so again with nothing
-    beside it, ends as WorkerDied.
+    Calls of a worker that dies run again elsewhere. One that kills worker after worker, or whose process is killed from
+    outside, and again with nothing beside it, ends as WorkerDied.
     """
 
     def __init__(
@@ -73,6 +74,7 @@ class DaskCluster(Executor):
         self._lock = threading.RLock()
         self._calls: dict[Future[Any], _Call] = {}
         self._suspects: list[tuple[Future[Any], _Call]] = []
+        self._held: list[tuple[Future[Any], _Call]] = []  # while a suspect is to be alone
         self._closed = threading.Event()
         self._watch = threading.Thread(target=self._watch_workers, name="conrod-cluster", daemon=True)
         self._watch.start()
@@ -86,15 +88,20 @@ class DaskCluster(Executor):
         """
         future: Future[Result] = Future()
         payload = (pickle.dumps((fn, args, kwargs)), self.limits, cluster_worker.identities(args))
-        self._send(future, _Call(payload))
+        with self._lock:
+            if any(call.alone for call in self._calls.values()):
+                self._held.append((future, _Call(payload)))
+            else:
+                self._send(future, _Call(payload))
         future.add_done_callback(self._forget_cancelled)
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Let calls finish or cancel them; then leave the cluster as it is."""
         with self._lock:
-            pending = [*self._calls, *(future for future, _ in self._suspects)]
-        for future in pending:
+            pending = [*self._calls, *(future for future, _ in (*self._suspects, *self._held))]
+        # Those that wait first: they are not to be sent when what they wait for is cancelled.
+        for future in reversed(pending):
             if cancel_futures:
                 future.cancel()
             elif wait:
@@ -126,7 +133,8 @@ class DaskCluster(Executor):
         try:
             returned, content = remote.result()
         except KilledWorker as error:
-            self._suspect(future, error)
+            again = f"{error.allowed_failures + 1} workers of the cluster died, one after another, of it"
+            self._suspect(future, WorkerDied(again))
         except CancelledError:
             # Its reason is known where it was cancelled; otherwise the scheduler is gone.
             self._settle(future, False, InvalidInput(f"lost the connection to the cluster at {self._address}"))
@@ -134,7 +142,10 @@ class DaskCluster(Executor):
             why = f"the cluster at {self._address} cannot run conrod: {one_line(error)}; install the same conrod there"
             self._settle(future, False, InvalidInput(why))
         else:
-            self._settle(future, returned, content)
+            if isinstance(content, KilledFromOutside) and not returned:
+                self._suspect(future, killed_again(content))
+            else:
+                self._settle(future, returned, content)
 
     def _settle(self, future: Future[Any], returned: bool, content: Any) -> None:
         with self._lock:
@@ -143,7 +154,7 @@ class DaskCluster(Executor):
             future.set_result(content)
         elif mine:
             future.set_exception(content)
-        self._send_suspect()
+        self._send_waiting()
 
     def _forget_cancelled(self, future: Future[Any]) -> None:
         if not future.cancelled():
@@ -152,24 +163,35 @@ class DaskCluster(Executor):
             call = self._calls.pop(future, None)
         if call is not None:
             self._drop(call)
+        self._send_waiting()
 
     # -- calls that may have killed their workers --------------------------------------------------------------------
 
-    def _suspect(self, future: Future[Any], error: Any) -> None:
-        """Dask blames all calls that a dead worker had: each is tried again with nothing beside it."""
+    def _suspect(self, future: Future[Any], verdict: Exception) -> None:
+        """Try a call again with nothing beside it: Dask blames all calls that a dead worker had.
+
+        Args:
+            verdict: what the call ends with if it was alone already.
+        """
         with self._lock:
             call = self._calls.get(future)
             if call is not None and not call.alone:
                 del self._calls[future]
                 self._suspects.append((future, call))
         if call is not None and call.alone:
-            workers = error.allowed_failures + 1
-            self._settle(future, False, WorkerDied(f"{workers} workers of the cluster died, one after another, of it"))
-        self._send_suspect()
+            self._settle(future, False, verdict)
+        self._send_waiting()
 
-    def _send_suspect(self) -> None:
+    def _send_waiting(self) -> None:
+        """Send what waits for the cluster to have nothing to do."""
         with self._lock:
             self._suspects = [(f, call) for f, call in self._suspects if not f.cancelled()]
+            if self._calls or self._client.status != "running":
+                return
+            held, self._held = self._held, []
+            for future, call in held:
+                if not future.cancelled():
+                    self._send(future, call)
             if self._suspects and not self._calls:
                 future, call = self._suspects.pop(0)
                 call.alone = True
@@ -187,6 +209,7 @@ class DaskCluster(Executor):
                 threads = 0  # while it reconnects; a lost scheduler ends every call by itself
             if threads:
                 seen = time.monotonic()
+                self._send_waiting()
                 self.in_flight = max(LEAST_IN_FLIGHT, PER_THREAD * threads)
             elif time.monotonic() - seen > self._grace:
                 self._give_up(
@@ -197,8 +220,8 @@ class DaskCluster(Executor):
 
     def _give_up(self, error: InvalidInput) -> None:
         with self._lock:
-            calls = {**self._calls, **dict(self._suspects)}
-            self._calls, self._suspects = {}, []
+            calls = {**self._calls, **dict(self._suspects), **dict(self._held)}
+            self._calls, self._suspects, self._held = {}, [], []
         for future, call in calls.items():
             if future.set_running_or_notify_cancel():
                 future.set_exception(error)
@@ -206,5 +229,5 @@ class DaskCluster(Executor):
 
     def _drop(self, call: _Call) -> None:
         # A client that has no scheduler any more would wait for it.
-        if self._client.status == "running":
+        if call.remote is not None and self._client.status == "running":
             call.remote.cancel()

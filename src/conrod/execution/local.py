@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from types import TracebackType
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
+from conrod.child import KilledFromOutside
 from conrod.errors import InvalidInput
 from conrod.execution.limits import Limits
-from conrod.execution.worker_process import WorkerProcesses
+from conrod.execution.worker_process import WorkerProcesses, killed_again
 
 MOST_JOBS = 1024
 Arguments = ParamSpec("Arguments")
@@ -19,8 +21,9 @@ Result = TypeVar("Result")
 class LocalProcesses(Executor):
     """An executor of which every job has a worker process; a call that kills, hangs or fills one ends by itself.
 
-    A future then raises WorkerDied, TimeoutError or MemoryError; only that worker is replaced. What is called must be
-    importable by its module's name, as with any process that does not fork.
+    A future then raises WorkerDied, TimeoutError or MemoryError; only that worker is replaced. A call whose worker is
+    killed from outside, by a person or for want of memory, is repeated once with nothing beside it. What is called must
+    be importable by its module's name, as with any process that does not fork, and not from the working folder.
     """
 
     def __init__(self, jobs: int = 1, *, cell_timeout: float | None = None, cell_memory: int | None = None) -> None:
@@ -40,6 +43,8 @@ class LocalProcesses(Executor):
         # Enough waiting that no worker ever does, and few enough that an interrupt is quick.
         self.in_flight = 4 * jobs
         self._workers = WorkerProcesses(self.limits)
+        # Each call takes a place; one that must be alone takes all, while no other passes the turnstile.
+        self._jobs, self._places, self._turnstile = jobs, threading.Semaphore(jobs), threading.Lock()
         # A thread does nothing but wait for its worker's answer.
         self._threads = ThreadPoolExecutor(jobs, thread_name_prefix="conrod-worker")
 
@@ -47,7 +52,33 @@ class LocalProcesses(Executor):
         self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Future[Result]:
         """The future of a call; see the class for what it may raise."""
-        return self._threads.submit(self._workers.call, fn, args, kwargs)
+        return self._threads.submit(self._called, fn, args, kwargs)
+
+    def _called(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
+        """What a call comes to; one whose process was killed from outside is repeated before that is believed."""
+        try:
+            with self._turnstile:
+                self._places.acquire()
+            try:
+                return self._workers.call(function, arguments, named)
+            finally:
+                self._places.release()
+        except KilledFromOutside:
+            return self._called_alone(function, arguments, named)
+
+    def _called_alone(
+        self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]
+    ) -> Result:
+        with self._turnstile:
+            for _ in range(self._jobs):
+                self._places.acquire()
+            try:
+                self._workers.rest()
+                return self._workers.call(function, arguments, named)
+            except KilledFromOutside as error:
+                raise killed_again(error) from None
+            finally:
+                self._places.release(self._jobs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Let the calls under way finish, and, unless they are cancelled, those that wait; then end the processes."""

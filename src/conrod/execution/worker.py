@@ -1,74 +1,31 @@
 """What runs in a worker process: one call after another, as they come in, until its owner is gone.
 
-Calls arrive on standard input and answers leave on standard output, each pickled behind its length. Whatever an engine
-prints goes to standard error.
+Calls and answers are pickled.
 """
 
 from __future__ import annotations
 
-import os
 import pickle
-import queue
-import sys
-import threading
-from typing import IO
 
+from conrod.child import BEGUN, Owner
 from conrod.errors import InvalidInput, portable
 from conrod.process import RESERVE, address_space, ran_out_of_memory
 
-LENGTH = 8  # bytes
-# Sent before a call is looked at: a process that dies without this word has not died of the call.
-BEGUN = b"begun"
 
-
-def send(stream: IO[bytes], content: bytes) -> None:
-    """Write one message; OSError if nobody reads."""
-    stream.write(len(content).to_bytes(LENGTH, "big") + content)
-    stream.flush()
-
-
-def receive(stream: IO[bytes]) -> bytes:
-    """Read one message.
-
-    Raises:
-        EOFError: the other side ended, perhaps in the middle of it.
-    """
-    length = int.from_bytes(_exactly(stream, LENGTH), "big")
-    return _exactly(stream, length)
-
-
-def _exactly(stream: IO[bytes], length: int) -> bytes:
-    content = stream.read(length)
-    if len(content) < length:
-        raise EOFError
-    return content
-
-
-def main(memory: int | None) -> None:
-    """Serve calls until standard input ends.
+def main(owner: Owner, memory: int | None) -> None:
+    """Serve calls until their owner ends.
 
     Args:
+        owner: whose calls they are.
         memory: largest address space of this process [bytes], None for no limit.
     """
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    calls: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(calls,), daemon=True).start()
     reserve = bytearray(0 if memory is None else RESERVE)
-    send(answers, pickle.dumps(_limit(memory)))
+    owner.send(pickle.dumps(_limit(memory)))
     while True:
-        call = calls.get()
-        send(answers, BEGUN)
-        send(answers, _answer(call, reserve))
-
-
-def _listen(calls: queue.SimpleQueue[bytes]) -> None:
-    """Take calls as they come; the end of them is the end of the owner, and so of this process, busy or not."""
-    while True:
-        try:
-            calls.put(receive(sys.stdin.buffer))
-        except EOFError:
-            os._exit(0)
+        call = owner.receive()
+        # Before the call is looked at: to unpickle it may take the process down.
+        owner.send(BEGUN)
+        owner.send(_answer(call, reserve))
 
 
 def _limit(memory: int | None) -> InvalidInput | None:

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import pickle
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any, TypeVar
 
+from conrod.child import BEGUN, Child, KilledFromOutside
 from conrod.errors import InvalidInput
 from conrod.execution.limits import Limits
-from conrod.execution.worker import BEGUN, receive, send
-from conrod.process import how_it_ended
 
 Result = TypeVar("Result")
 
@@ -27,6 +22,15 @@ class NotBegun(RuntimeError):
     """The process ended before it began with the call, which is not what it died of."""
 
 
+def killed_again(error: KilledFromOutside) -> Exception:
+    """What a kill is that came again, with nothing beside the call: the call's own doing, if it had begun."""
+    return WorkerDied(f"{error.how}, and again with nothing beside it") if error.begun else error
+
+
+# There are as many processes as cores: the threads of their linear algebra would only get in each other's way.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
 class WorkerProcess:
     """A Python interpreter of its own that serves one call after another.
 
@@ -36,7 +40,7 @@ class WorkerProcess:
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._process = _started(limits)
+        self._child = _started(limits)
         self._welcomed = False
 
     def call(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
@@ -44,6 +48,7 @@ class WorkerProcess:
 
         Raises:
             WorkerDied: the process died of it.
+            KilledFromOutside: the process was killed, and not by conrod.
             TimeoutError: it took longer than the limit; the process was killed.
             MemoryError: it needed more than the limit.
             NotBegun: the process died before, of something else.
@@ -52,7 +57,10 @@ class WorkerProcess:
         call = pickle.dumps((function, arguments, named))
         self._welcome()
         self._begin(call)
-        returned, content = pickle.loads(self._answer())
+        try:
+            returned, content = pickle.loads(self._child.receive(self._limits.timeout))
+        except EOFError:
+            raise WorkerDied(self._child.how_it_ended()) from None
         if returned:
             result: Result = content
             return result
@@ -62,86 +70,47 @@ class WorkerProcess:
 
     def kill(self) -> None:
         """End the process, whatever it is doing; a call under way ends as died."""
-        self._process.kill()
+        self._child.kill()
 
     def end(self) -> None:
-        """End the process, wait for its end and close its pipes; for the thread that has it."""
-        self._process.kill()
-        self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
-            assert pipe is not None
-            # What was still to be written has nobody to read it.
-            with suppress(BrokenPipeError):
-                pipe.close()
+        """End the process and wait for its end; for the thread that has it."""
+        self._child.end()
 
     @property
     def ready(self) -> bool:
         """Whether the process has started and still runs."""
-        return self._welcomed and self._process.poll() is None
+        return self._welcomed and self._child.alive
 
     def _welcome(self) -> None:
         """Wait for a new process to be ready, which is not its first call's time."""
         if self._welcomed:
             return
-        assert self._process.stdout is not None
         try:
-            refusal: InvalidInput | None = pickle.loads(receive(self._process.stdout))
+            refusal: InvalidInput | None = pickle.loads(self._child.receive())
         except EOFError:
-            how = how_it_ended(self._process.wait())
-            raise InvalidInput(f"a worker process cannot start: it {how} before its first cell") from None
+            raise self._not_started() from None
         if refusal is not None:
             raise refusal
         self._welcomed = True
 
-    def _begin(self, call: bytes) -> None:
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
+    def _not_started(self) -> InvalidInput:
         try:
-            send(self._process.stdin, call)
-            begun = receive(self._process.stdout)
-        except (EOFError, OSError):
-            raise NotBegun(how_it_ended(self._process.wait())) from None
+            how = self._child.how_it_ended()
+        except KilledFromOutside as error:
+            return KilledFromOutside(error.how, begun=False)
+        return InvalidInput(f"a worker process cannot start: it {how} before its first cell")
+
+    def _begin(self, call: bytes) -> None:
+        try:
+            self._child.send(call)
+            begun = self._child.receive()
+        except EOFError:
+            raise NotBegun from None
         assert begun == BEGUN
 
-    def _answer(self) -> bytes:
-        assert self._process.stdout is not None
-        late = threading.Event()
-        timer = None if self._limits.timeout is None else threading.Timer(self._limits.timeout, self._stop, (late,))
-        if timer is not None:
-            timer.daemon = True
-            timer.start()
-        try:
-            return receive(self._process.stdout)
-        except EOFError:
-            status = self._process.wait()
-            if late.is_set():
-                raise TimeoutError(f"no result after {self._limits.timeout:g} s") from None
-            raise WorkerDied(how_it_ended(status)) from None
-        finally:
-            if timer is not None:
-                timer.cancel()
 
-    def _stop(self, late: threading.Event) -> None:
-        late.set()
-        self._process.kill()
-
-
-# There are as many processes as cores: the threads of their linear algebra would only get in each other's way.
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-
-
-def _started(limits: Limits) -> subprocess.Popen[bytes]:
-    try:
-        return subprocess.Popen(
-            [sys.executable, "-c", f"from conrod.execution.worker import main; main({limits.memory!r})"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env={**ONE_THREAD, **os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
-            # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
-            process_group=0,
-        )
-    except OSError as error:
-        raise InvalidInput(f"a worker process cannot start: {error.strerror or error}") from None
+def _started(limits: Limits) -> Child:
+    return Child("conrod.execution.worker", limits.memory, environment=ONE_THREAD)
 
 
 class WorkerProcesses:
@@ -170,6 +139,14 @@ class WorkerProcesses:
             else:
                 self._give_back(worker, usable=True)
                 return result
+
+    def rest(self) -> None:
+        """End those that have nothing to do, which hold memory all the same."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+            self._all.difference_update(idle)
+        for worker in idle:
+            worker.end()
 
     def stop(self) -> None:
         """Kill all of them; calls under way end as died, and no new ones begin."""

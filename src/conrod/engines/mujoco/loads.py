@@ -112,9 +112,10 @@ def _has_tendon(load: Load, tree: Tree) -> bool:
 
 
 def _is_tendon_spring(load: Load, tree: Tree) -> bool:
+    if not isinstance(load.law, Elastic) or not _has_tendon(load, tree):
+        return False
     # A length of -1 stands in MJCF for the one of the compiled pose.
-    has_tendon = isinstance(load.law, Elastic) and _has_tendon(load, tree)
-    return has_tendon and load.law.rest - origin_of(load, tree) != -1.0  # type: ignore[union-attr]  # it is Elastic
+    return load.law.rest - origin_of(load, tree) != -1.0
 
 
 def _turn_row(along: Turn, tree: Tree) -> list[tuple[Branch, float]]:

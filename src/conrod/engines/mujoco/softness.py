@@ -20,6 +20,7 @@ from typing import assert_never
 
 import numpy as np
 
+from conrod.dynamics.coordinates import load_forces
 from conrod.engines.engine import Machine, Softness
 from conrod.engines.left_out_rod import DistanceJoint
 from conrod.engines.mujoco.model import Build, build
@@ -155,10 +156,11 @@ class _SoftJoints(OpenJoints):
         # Work of the violations: what a force on the links is along them.
         open_way = inverse @ along
         work = np.swapaxes(open_way, 1, 2)
-        forces = inertia_forces(given, poses, speeds, steady)
+        inertia = inertia_forces(given, poses, speeds, steady)
+        forces = inertia - load_forces(given, poses, speeds, self.angle / self.speed)
         columns = []
         for k in range(self._size):
-            more = inertia_forces(given, poses, speeds, steady + open_way[:, :, k]) - forces
+            more = inertia_forces(given, poses, speeds, steady + open_way[:, :, k]) - inertia
             columns.append((work @ more[:, :, None])[:, :, 0])
         curvature = [self._left_out(closure, poses, speeds, bare) for closure in self._closures]
         return _Motion(

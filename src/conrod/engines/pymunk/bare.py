@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pymunk
 
 from conrod.engines.engine import Machine, run_of
 from conrod.engines.pymunk.built import Pushed
+from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import repeat
@@ -20,6 +23,9 @@ class BareRun:
         spin: its speed [rad/s].
         steps: taken so far; the crank's turn is counted from it, as in a recorded run.
         substeps: steps of the space, each of `timestep`, for one that is asked for.
+
+    Args:
+        give: gives all bodies their forces for the step that begins so long [s] after the start; None without loads.
     """
 
     def __init__(
@@ -32,14 +38,22 @@ class BareRun:
         turn: float,
         spin: float,
         substeps: int = 1,
+        give: Callable[[float], None] | None = None,
     ) -> None:
         self.space, self.crank, self.pushed = space, crank, pushed
         self.timestep, self.turn, self.spin, self.substeps = timestep, turn, spin, substeps
-        self.steps = 0
+        self.steps, self._give = 0, give
 
     def __call__(self, steps: int) -> None:
         times = self.timestep * np.arange(self.substeps * self.steps, self.substeps * (self.steps + steps))
-        repeat(self.space, self.crank, self.pushed, self.timestep, (self.turn + self.spin * times).tolist())
+        turns = (self.turn + self.spin * times).tolist()
+        if self._give is None:
+            repeat(self.space, self.crank, self.pushed, self.timestep, turns)
+        else:
+            for turn, time in zip(turns, times.tolist(), strict=True):
+                self.crank.angle = turn
+                self._give(time)
+                self.space.step(self.timestep)
         self.steps += steps
 
 
@@ -48,7 +62,8 @@ def started(machine: Machine, settings: PymunkSettings) -> BareRun:
     made, (angle, _) = build(machine, settings), run_of(machine, 1, 1.0)
     poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
     made.place(poses[0], slopes[0] * machine.speed)
-    driver = made.mechanism.driver
+    driver, begun = made.mechanism.driver, angle / machine.speed
+    pushes = pushes_of(made, settings)
     return BareRun(
         made.space,
         made.crank,
@@ -57,4 +72,5 @@ def started(machine: Machine, settings: PymunkSettings) -> BareRun:
         turn=made.mechanism.crank_turn(angle),
         spin=driver.sense * machine.speed,
         substeps=settings.substeps,
+        give=(lambda since: pushes.give(begun + since)) if pushes else None,
     )

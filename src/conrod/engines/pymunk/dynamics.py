@@ -12,7 +12,7 @@ from conrod.engines.engine import Machine
 from conrod.engines.left_out_rod import ModelForm
 from conrod.engines.pymunk.built import Build, Loading
 from conrod.engines.pymunk.instants import Staggered, staggered
-from conrod.engines.pymunk.loads import Pushes
+from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.points import point_tracks
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
@@ -68,8 +68,7 @@ def stretches(
     """
     driver = made.mechanism.driver
     known, before = state(made), None
-    ahead = 0.0 if made.mechanism.cam_contacts else 0.5 * settings.substep
-    pushes = Pushes(made, settings.substep, ahead) if made.mechanism.loads else None
+    pushes = pushes_of(made, settings)
     for first in (0, *range(length + 1, steps + 1, length)):
         last = min(max(first, 1) + length, steps + 1)
         index = np.arange(max(first, 1) - len(known[0]), last)

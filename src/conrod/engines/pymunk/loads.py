@@ -23,6 +23,7 @@ import numpy as np
 import pymunk
 
 from conrod.engines.pymunk.built import Build
+from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.loads import Coordinate, Displacement, Distance, Load, Turn
 from conrod.mechanism import GROUND, Point
 from conrod.motion import Array
@@ -40,6 +41,15 @@ class _Place:
     vy: float
     rx: float
     ry: float
+
+
+def pushes_of(made: Build, settings: PymunkSettings) -> Pushes | None:
+    """The loads of a machine in a space that is driven at constant speed; None where it has none.
+
+    A velocity belongs to half a step after its step, with contact to the step's end (`Staggered`).
+    """
+    ahead = 0.0 if made.mechanism.cam_contacts else 0.5 * settings.substep
+    return Pushes(made, settings.substep, ahead) if made.mechanism.loads else None
 
 
 class Pushes:

@@ -129,5 +129,5 @@ class MotionStudy:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing that is judged failed."""
-        return all(result.passed is not False for result in self.results)
+        """Whether nothing that is judged failed, and the exact motion is fit to judge by."""
+        return self.exact.drift <= EXACT_DRIFT and all(result.passed is not False for result in self.results)

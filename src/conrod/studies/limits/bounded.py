@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from conrod.isolation import Ended, isolated
+from conrod.isolation import Ended, isolated_once
 from conrod.studies.cell import Cell
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.perform import perform
@@ -36,7 +36,7 @@ class BoundedCell(LimitCell):
 
 @perform.register
 def _bounded(cell: BoundedCell) -> Measurement:
-    answer = isolated(_run, cell, timeout=cell.timeout, headroom=cell.headroom)
+    answer = isolated_once(_run, cell, timeout=cell.timeout, headroom=cell.headroom)
     return Measurement(answer.outcome.slug, answer.reason) if isinstance(answer, Ended) else answer
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from conrod.engines import engine_named
-from conrod.isolation import Ended, isolated
+from conrod.isolation import Ended, isolated_once
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
@@ -129,7 +129,7 @@ def repeated(cell: RepeatedCell, task: Task = watch) -> Measurement:
     first, again = task(once), task(once)
     task(_another(once))
     after = task(once)
-    elsewhere = isolated(task, once)
+    elsewhere = isolated_once(task, once)
     if isinstance(elsewhere, Ended):
         return Measurement(elsewhere.outcome.slug, f"in another process: {elsewhere.reason}")
     watched = Extremes.of(first)
