@@ -41,29 +41,31 @@ def _exactly(name: str, tree: Any) -> Records:
         yield place, Record(value)
 
 
-def _measured(name: str, tree: Any) -> Records:
+def _measured(name: str, tree: Any, unit: float = NORMALISED) -> Records:
     for place, value in leaves(name, tree):
-        yield place, Record(value, NORMALISED)
+        yield place, Record(value, unit)
 
 
 def _verdict(name: str, passed: bool | None) -> Records:
     yield f"{name}/verdict", Record({True: "passed", False: "failed", None: "not judged"}[passed])
 
 
-def _orders(name: str, orders: Entry | None, sizes: Mapping[str, Sequence[float | None]]) -> Records:
+def _orders(
+    name: str, orders: Entry | None, sizes: Mapping[str, Sequence[float | None]], unit: float = NORMALISED
+) -> Records:
     """Orders by quantity.
 
-    An order is the logarithm of a quotient of errors, each known to `TOLERANCE` of 1: so it is known to that over the
-    smallest of them.
+    An order is the logarithm of a quotient of errors, each known to a share of its unit: so it is known to that over
+    the smallest of them.
 
     Args:
         sizes: errors that the orders are taken from.
+        unit: of the errors.
     """
     for quantity, order in (orders or {}).items():
         known = [size for size in sizes.get(quantity, ()) if size]
-        unit = 2.0 / math.log(2.0) / min(known) if known else NORMALISED
-        for place, value in leaves(f"{name}/order/{quantity}", order):
-            yield place, Record(value, unit)
+        spread = 2.0 / math.log(2.0) * unit / min(known) if known else unit
+        yield from _measured(f"{name}/order/{quantity}", order, spread)
 
 
 def _series(points: Iterable[Entry] | None, quantities: Iterable[str]) -> dict[str, list[float | None]]:
@@ -99,11 +101,13 @@ def _forces(file: Path) -> Records:
         name = f"{entry['scene']}/{entry['engine']}/{entry['preset']}"
         for key in ("outcome", "steps_per_revolution", "revolutions", "stamps", "tolerance"):
             yield from _exactly(f"{name}/{key}", entry[key])
+        # pymunk's forces are impulses over a step, and with it their rounding: by the steps larger than a velocity's.
+        unit = NORMALISED * (entry["steps_per_revolution"] if entry["engine"] == "pymunk" else 1)
         for key in ("errors", "largest", "likeness", "refinement"):
-            yield from _measured(f"{name}/{key}", entry[key])
+            yield from _measured(f"{name}/{key}", entry[key], unit)
         refined = [point["errors"] or {} for point in entry["refinement"] or ()]
         sizes = {key: _sizes(key, refined) for key in entry["order"] or ()}
-        yield from _orders(name, entry["order"], sizes)
+        yield from _orders(name, entry["order"], sizes, unit)
         yield f"{name}/unsupported", Record(", ".join(sorted(entry["unsupported"] or ())))
         yield from _verdict(name, entry["passed"])
     for scene, seen in document["seen"].items():

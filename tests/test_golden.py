@@ -127,6 +127,14 @@ def test_a_number_a_word_or_a_verdict_that_changes_is_out(saw: Records, place: s
     assert not passes(SAW, saw | {name: Record(change(saw[name].value), unit)})
 
 
+def test_what_is_within_the_rule_can_be_asked_to_be_identical(saw: Records, capsys: pytest.CaptureFixture[str]) -> None:
+    name = f"{TUNED}/errors/C/position/max"
+    changed = saw | {name: Record(math.nextafter(saw[name].value, 1.0), extract.NORMALISED)}
+    assert check_answers({SAW: changed}, DATA)
+    assert not check_answers({SAW: changed}, DATA, identical=True)
+    assert "1 within 1e-13, 0 out" in capsys.readouterr().out
+
+
 def test_a_record_that_is_missing_or_new_fails(saw: Records, capsys: pytest.CaptureFixture[str]) -> None:
     name = f"{TUNED}/order/position"
     assert not passes(SAW, {place: record for place, record in saw.items() if place != name})
