@@ -13,7 +13,7 @@ validate: $(READY) catalogue ## compare both engines with the exact motion on al
 
 catalogue: $(READY) ## the same for the machines of the catalogue: rewrite reports/catalogue/ and the page on them
 	$(BIN)/conrod validate catalogue --out reports/catalogue
-	$(BIN)/python -m conrod.catalogue.page > docs/catalogue.md
+	$(BIN)/python -m conrod.scenes.catalogue.page > docs/catalogue.md
 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep

@@ -13,11 +13,11 @@ from pathlib import Path
 from benchmarks.row import Row
 from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
-from conrod.execution.dispatch import run_cells
-from conrod.execution.local import LocalProcesses
-from conrod.studies.cell import Cell
-from conrod.studies.ledger import Ledger
-from conrod.studies.measurement import Measurement, measure
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement, measure
 
 SAW = Saw(speed=52.36)
 RUNS, BATCH = 100_000, 1000

@@ -13,7 +13,7 @@ from benchmarks.side_by_side import against, cpu_seconds, interleaved
 from conrod import MuJoCoSettings, Saw
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.model import Build, build
-from conrod.trajectory import PointTracks
+from conrod.runs.trajectory import PointTracks
 
 SAW = Saw(speed=52.36)
 STEPS_PER_TURN, STEPS = 1000, 100_000

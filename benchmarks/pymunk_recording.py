@@ -15,12 +15,11 @@ from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
 from conrod import PymunkSettings, Saw
 from conrod.engines.pymunk import dynamics
 from conrod.engines.pymunk.built import Build
-from conrod.engines.pymunk.instants import staggered
-from conrod.engines.pymunk.points import point_tracks
+from conrod.engines.pymunk.points import point_tracks, staggered
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, repeat
-from conrod.motion import Array
-from conrod.trajectory import PointTracks
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import PointTracks
 
 SAW = Saw(speed=52.36)
 STEPS_PER_TURN, STEPS = 1000, 100_000

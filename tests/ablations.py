@@ -8,7 +8,8 @@ from typing import Any
 
 from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
-from conrod.engines.ingredient import Ingredient, Quantity
+from conrod.engines.capabilities import Ingredient, Quantity
+from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import (
     AblationStudy,
     CompiledCount,
@@ -18,9 +19,8 @@ from conrod.studies.ablate.results import (
     IngredientResult,
     VariantResult,
 )
-from conrod.studies.ablate.variants import Role
 from conrod.studies.ablate.verdict import JUDGED, Levels, evidence_of, torque_verdict, verdict
-from conrod.studies.paired_clock import PairedTiming
+from conrod.studies.frame.paired_timing import PairedTiming
 
 SCENE = "saw-500rpm"
 MINIMAL_ERROR = 4e-11

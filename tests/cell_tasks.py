@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 
 from conrod import InvalidInput, PymunkSettings, Saw
-from conrod.studies.cell import Cell
-from conrod.studies.measurement import Measurement
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.measurement import Measurement
 
 SAW = Saw()
 BASE = PymunkSettings.tuned(SAW, 20)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from conrod.linkage.state import LinkageState, linkage_state
+from conrod.exact.linkage.state import LinkageState, linkage_state
 from conrod.scenes import Scene
 
 

@@ -7,9 +7,9 @@ import copy
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.harden.start import STATE
-from conrod.engines.mujoco.user_model.mobility import equality_jacobian
-from conrod.motion import Array
+from conrod.engines.mujoco.mobility import equality_jacobian
+from conrod.exact.motion import Array
+from conrod.mjcf.harden.start import STATE
 
 
 class ExactLoops:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from conrod.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Pose, Revolute
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Pose, Revolute
 
 
 def chain(count: int) -> Mechanism:

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from conrod.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.engines.free import FreeRun
-from conrod.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Revolute
+from conrod.engines.capabilities import FreeRun
+from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Revolute
 from linkages import four_bar, slider_crank
 
 GRAVITY = (0.0, -9.81)

@@ -8,14 +8,14 @@ from functools import cache
 from typing import Any
 
 from conrod.scenes import SCENES
-from conrod.studies.error_budget import ErrorBudget, Norm, Part
-from conrod.studies.grid_convergence import GridConvergence, GridTriple, Share
-from conrod.studies.measurement import Measurement
-from conrod.studies.observed_orders import ObservedOrders, PathPoint, order_of
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sensitivity import Sensitivity, Variation
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
-from conrod.studies.timing import Timing
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.timing import Timing
+from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
+from conrod.studies.sweep.grid_convergence import GridConvergence, GridTriple, Share
+from conrod.studies.sweep.observed_orders import ObservedOrders, PathPoint, order_of
+from conrod.studies.sweep.results import SweepStudy, SweptPoint
+from conrod.studies.sweep.sensitivity import Sensitivity, Variation
+from conrod.studies.validation.results import QUANTITIES
 
 STEPS = (20, 100, 500, 2500)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import mujoco
 
-from conrod.engines.mujoco.harden.closures import active_closures
-from conrod.engines.mujoco.harden.swing import Pace, swing
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mjcf.harden.closures import active_closures
+from conrod.mjcf.harden.swing import Pace, swing
 
 LEGGED = Path(__file__).parent / "models" / "legged.xml"
 

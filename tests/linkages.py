@@ -12,8 +12,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from conrod.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Point, Pose, Prismatic, Revolute
-from conrod.rolling import Rolling
+from conrod.mechanism.mechanism import (
+    GROUND,
+    Body,
+    Driver,
+    Joint,
+    Mechanism,
+    ObservedPoint,
+    Point,
+    Pose,
+    Prismatic,
+    Revolute,
+)
+from conrod.mechanism.rolling import Rolling
 
 RPM = 2.0 * math.pi / 60.0
 

@@ -15,10 +15,10 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from conrod.cam import CamProfile
-from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
-from conrod.motion import Array
-from conrod.rolling import Rack, Rolling
+from conrod.exact.motion import Array
+from conrod.mechanism.cam import CamProfile
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
 
 DIGITS = 40
 WALK_STEP = 0.02  # [rad]

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from conrod.motion import Array
+from conrod.exact.motion import Array
 from conrod.scenes import Scene
-from conrod.studies.measurement import Measurement
-from conrod.studies.results import QUANTITIES
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.validation.results import QUANTITIES
 
 FAILED = Measurement("exploded", "made up")
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import run_of
+from conrod.engines.running import run
 from conrod.errors import InvalidInput
-from conrod.mechanism_files import DescribedScene, scene_of
-from conrod.mechanism_files.toml_file import parse
-from conrod.running import run
+from conrod.mechanism.files.toml_file import parse
+from conrod.scenes.described_scene import DescribedScene, scene_of
 
 LONGEST = 1500  # characters of a refusal
 STEPS = 40  # of a run, and a revolution: coarse on purpose

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from conrod.engines import engine_named
-from conrod.engines.mujoco.user_model.driving import drive_model
-from conrod.engines.mujoco.user_model.scanning import scan
+from conrod.own.models.driving import drive_model
+from conrod.own.models.frame import GivenFrame
+from conrod.own.models.identity import Identity, identify
+from conrod.own.models.request import Place, Question
+from conrod.own.models.scanning import scan
+from conrod.own.models.study import ModelStudy, study
 from conrod.scenes import SCENES, Scene
-from conrod.studies.user_model.frame import GivenFrame
-from conrod.studies.user_model.identity import Identity, identify
-from conrod.studies.user_model.study import ModelStudy, study
-from conrod.user_model import Place, Question
 
 ROOT = Path(__file__).parents[1]
 HACKSAW = Path(__file__).parent / "own_models" / "hacksaw.xml"

@@ -13,11 +13,11 @@ import numpy as np
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.scenes import SCENES
-from conrod.studies.cell import Cell
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.measurement import Measurement, measure
 from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.failure_examples import unchecked
 from conrod.studies.limits.perform import perform
-from conrod.studies.limits.specimen import unchecked
-from conrod.studies.measurement import Measurement, measure
 
 SAW = SCENES["saw-500rpm"]
 SETTINGS = (PymunkSettings.tuned(SAW, 20), MuJoCoSettings.hardened(SAW, 20), PymunkSettings.tuned(SAW, 30))

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from conrod.generic_reference import GenericReference
-from conrod.mechanism import Body, Driver, Joint, Mechanism, ObservedPoint, Pose, Prismatic, Revolute
-from conrod.motion import Array
-from conrod.rolling import Rack, Rolling
+from conrod.exact.generic_reference import GenericReference
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Body, Driver, Joint, Mechanism, ObservedPoint, Pose, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
 
 SPEED = 5.0  # [rad/s]
 GRAVITY = (0.0, -9.81)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from conrod.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
 
 GRAVITY = (0.0, -9.81)
 

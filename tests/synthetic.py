@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from conrod import Outcome, Trajectory
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism, Pose, Revolute
-from conrod.motion import Array, Motion, motion_in_time
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array, Motion, motion_in_time
+from conrod.mechanism.mechanism import Mechanism, Pose, Revolute
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 from conrod.scenes import Saw, Scene, ShearPress
-from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 
 STEPS = 500
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.own.tables.columns import request
+from conrod.own.tables.reading import Reading, read_table
+from conrod.own.tables.study import TableStudy, study_table
 from conrod.scenes import Scene
-from conrod.tables.columns import request
-from conrod.tables.reading import Reading, read_table
-from conrod.tables.study import TableStudy, study_table
 
 ROWS = 120  # a revolution
 LETTERS = {"position": "", "velocity": "v", "acceleration": "a"}

@@ -12,12 +12,12 @@ import pytest
 from ablations import MINIMAL, MINIMAL_ERROR, variant
 from catalogue import SAW
 from conrod import MuJoCoSettings
-from conrod.catalogue import catalogue_scene
-from conrod.commands.ablate import ROUNDS as ROUNDS_OF_THE_COMMAND
+from conrod.cli.ablate import ROUNDS as ROUNDS_OF_THE_COMMAND
+from conrod.scenes.catalogue import catalogue_scene
+from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import Verdict
-from conrod.studies.ablate.variants import Role
 from conrod.studies.ablate.verdict import Levels, costs_time, evidence_of, verdict
-from conrod.studies.paired_clock import LONG_BLOCK, ROUNDS, PairedTiming, time_pair
+from conrod.studies.frame.paired_timing import LONG_BLOCK, ROUNDS, PairedTiming, time_pair
 
 STEP = 10_000  # [ns] that a step of the minimal model takes
 MINIMAL_SETTINGS = MuJoCoSettings.stock(SAW, 1000)

@@ -23,17 +23,17 @@ from ablations import (
     timing,
     variant,
 )
-from conrod.ablate_console import print_ablation
+from conrod.cli.ablate import print_ablation
 from conrod.errors import InvalidInput
-from conrod.files import write_together
 from conrod.report.ablate import words, writer
 from conrod.report.ablate.document import check_ablate_apart, check_ablate_folder, earlier_ablations, merged
 from conrod.report.ablate.figure import ingredients_figure
 from conrod.report.ablate.writer import ablate_report_again, ablate_report_batch
 from conrod.report.reproduction import Reproduction
-from conrod.studies.ablate.perform import COUNTED
+from conrod.studies.ablate.cell import COUNTED
+from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, Gruebler, Verdict
-from conrod.studies.ablate.variants import Role
+from conrod.studies.frame.files import write_together
 
 COMMAND = Reproduction("conrod ablate {scene} --out reports/ablate")
 

@@ -14,17 +14,15 @@ from ablations import SCENE, Planted, field_ingredient, timing
 from conrod import MuJoCoSettings, PymunkSettings, compare, run
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.engines.mujoco.settings import STIFF_SOLIMP
-from conrod.execution.dispatch import run_cells
 from conrod.scenes import SCENES, Saw
-from conrod.studies.ablate.cell import ChangeCell, CostCell
+from conrod.studies.ablate.cell import ChangeCell, CostCell, measure_change, measure_cost
 from conrod.studies.ablate.observed import Deviation, observe
-from conrod.studies.ablate.perform import measure_change, measure_cost
-from conrod.studies.ablate.plan import AblationPlan, plan_ablation
+from conrod.studies.ablate.plan import AblationPlan, Role, full_variants, plan_ablation, single_variants
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, IngredientResult, VariantResult
 from conrod.studies.ablate.study import ablation_study, completed_plan
-from conrod.studies.ablate.variants import Role, full_variants, single_variants
-from conrod.studies.ledger import Ledger
-from conrod.studies.measurement import Measurement
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement
 
 SAW = SCENES[SCENE]
 STEPS = 100

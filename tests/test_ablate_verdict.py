@@ -8,8 +8,8 @@ import pytest
 
 from ablations import MINIMAL, MINIMAL_ERROR, alone, timing, variant
 from conrod.studies.ablate import verdict as rules
+from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import Evidence, Verdict
-from conrod.studies.ablate.variants import Role
 from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
 
 LEVEL = Levels.of([MINIMAL])

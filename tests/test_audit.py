@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.audit import DOCUMENTS, Kind, Verdict, audit, count
-from conrod.audit.documents import module, press
-from conrod.audit.documents.arc_cam import ArcCam
-from conrod.audit.documents.cam import CASES as CAM_CASES
-from conrod.audit.documents.module_linkages import RackLinkage, SixBar, least_misfit
-from conrod.audit.formulas import cam as formulas
-from conrod.audit.judging import Case, Explanation, Neighbour, judge
-from conrod.audit.printed import Item, Number, items_of, shipped_items
+from conrod.audits.documents import module, press
+from conrod.audits.documents.arc_cam import ArcCam
+from conrod.audits.documents.cam import CASES as CAM_CASES
+from conrod.audits.documents.module_linkages import RackLinkage, SixBar, least_misfit
+from conrod.audits.formulas import cam as formulas
 from conrod.errors import InvalidInput
+from conrod.own.printed.auditing import DOCUMENTS, audit, count
+from conrod.own.printed.judging import Case, Explanation, Kind, Neighbour, Verdict, judge
+from conrod.own.printed.printed import Item, Number, items_of, shipped_items
 
 
 def number_of(text: str) -> Item:

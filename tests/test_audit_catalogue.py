@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from conrod.audit.documents import module_velocities as printed
-from conrod.audit.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar
-from conrod.catalogue import catalogue_scene
-from conrod.motion import PointMotion
+from conrod.audits.documents import module_velocities as printed
+from conrod.audits.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar
+from conrod.exact.motion import PointMotion
+from conrod.scenes.catalogue import catalogue_scene
 
 SAME = 1e-12
 

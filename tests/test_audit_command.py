@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from conrod.catalogue import catalogue_file
 from conrod.cli import cli
 from conrod.errors import InvalidInput
+from conrod.scenes.catalogue import catalogue_file
 
 ROOT = Path(__file__).parent.parent
 HEADING = "scene,quantity,angle_deg,printed,unit\n"
@@ -56,7 +56,7 @@ def test_the_example_of_the_documentation_gives_what_it_says(here: Path) -> None
 
 
 def test_every_column_of_the_documentation_is_one_and_the_other_way_round() -> None:
-    from conrod.audit.user_rows import NEEDED, OPTIONAL
+    from conrod.own.printed.user_rows import NEEDED, OPTIONAL
 
     text = (ROOT / "docs" / "audit.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (`[^|]*`) \| (needed)? ?\|", text, re.MULTILINE)
@@ -86,7 +86,7 @@ def test_a_table_is_tied_to_a_mechanism_file_beside_it(here: Path) -> None:
     shutil.copy(catalogue_file("slider-crank"), here / "mine.toml")
     row = "mine.toml,B position x,0,860.0,mm\n"
     assert "1" in run(written(here, HEADING + row)).output.splitlines()[1].split()
-    from conrod.audit.user_file import audit_file
+    from conrod.own.printed.user_file import audit_file
 
     own = audit_file(here / "values.csv", "values").verdicts
     written(here, HEADING + row.replace("mine.toml", "slider-crank"), "shipped.csv")

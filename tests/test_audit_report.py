@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from conrod.audit import DOCUMENTS, PAGES, Audited, audited
-from conrod.audit.cam_survey import surveys
-from conrod.files import Batch
+from conrod.audits.cam_survey import surveys
+from conrod.own.printed.audited import Audited
+from conrod.own.printed.auditing import DOCUMENTS, PAGES, audited
 from conrod.report.audit.corrections import corrections, rank
 from conrod.report.audit.writer import audit_report_batch
+from conrod.studies.frame.files import Batch
 
 REPORT = Path(__file__).parent.parent / "reports" / "audit"
 

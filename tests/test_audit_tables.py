@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from conrod.audit import Kind
-from conrod.audit.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
-from conrod.audit.user_table import audit_table
-from conrod.catalogue import scene_named
+from conrod.audits.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
 from conrod.errors import InvalidInput
+from conrod.own.printed.judging import Kind
+from conrod.own.printed.user_table import audit_table
 from conrod.scenes import ShearPress
+from conrod.scenes.catalogue import scene_named
 
 HEADING = "scene,quantity,angle_deg,printed,unit\n"
 PRESS = ShearPress()

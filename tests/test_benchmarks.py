@@ -18,9 +18,9 @@ from benchmarks.side_by_side import against, interleaved
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk.stepping import advance
-from conrod.studies.ledger import Ledger
-from conrod.studies.measurement import Measurement
-from conrod.trajectory import PointTracks
+from conrod.runs.trajectory import PointTracks
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement
 
 STEPS = 300
 

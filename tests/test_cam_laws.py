@@ -13,22 +13,21 @@ import numpy as np
 import pytest
 
 import conrod
-from conrod import motion_laws
-from conrod.cam import symmetric_cam
-from conrod.cam_law import TURN, LawProfile, Segment
-from conrod.cam_shape import can_roll, check_cut, concave_reason
 from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
-from conrod.equivalent_linkage import linkage_refusal
 from conrod.errors import InvalidInput
-from conrod.facts import dead_centres, jumps
-from conrod.joint_equations import joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism import CamContact
-from conrod.mechanism_files import DescribedScene
-from conrod.mechanism_files.described_scene import scene_of
-from conrod.motion import Array
-from conrod.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS
-from conrod.studies.kinematic_proof import validate_kinematic
+from conrod.exact.equivalent_linkage import linkage_refusal
+from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism import motion_laws
+from conrod.mechanism.cam import symmetric_cam
+from conrod.mechanism.cam_law import TURN, LawProfile, Segment
+from conrod.mechanism.cam_shape import can_roll, check_cut, concave_reason
+from conrod.mechanism.mechanism import CamContact
+from conrod.mechanism.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.studies.frame.scene_summary import dead_centres, jumps
+from conrod.studies.validation.kinematic_proof import validate_kinematic
 
 CATALOGUE = Path(conrod.__file__).parent / "catalogue"
 MOVING = tuple(law for law in LAWS if law != DWELL)

@@ -14,25 +14,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.catalogue import catalogue_file, catalogue_heading, catalogue_names, catalogue_scene, scene_named
-from conrod.catalogue.page import page
-from conrod.dynamics_scenes import dynamics_names
-from conrod.dynamics_scenes.chain import CHAIN
 from conrod.engines import ENGINES, Engine, engine_named
 from conrod.engines.engine import KinematicResult
 from conrod.errors import InvalidInput
-from conrod.execution.local import LocalProcesses
-from conrod.execution.validation import run_jobs
-from conrod.motion import Array
-from conrod.report.origin import told_origin
-from conrod.report.reproduction import Reproduction
-from conrod.report.writer import report_batch
+from conrod.exact.motion import Array
+from conrod.report.reproduction import Reproduction, told_origin
+from conrod.report.validation.writer import report_batch
 from conrod.scenes import SCENES, Scene
-from conrod.selection import select_scene, select_scenes, typed_names
-from conrod.studies.kinematic_proof import validate_kinematic
-from conrod.studies.results import Result, SceneStudy
-from conrod.studies.validate import Plan
-from conrod.studies.validation_job import Job, jobs_of
+from conrod.scenes.catalogue import catalogue_file, catalogue_heading, catalogue_names, catalogue_scene, scene_named
+from conrod.scenes.catalogue.page import page
+from conrod.scenes.dynamics import dynamics_names
+from conrod.scenes.dynamics.chain import CHAIN
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.validation import run_jobs
+from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
+from conrod.studies.validation.job import Job, jobs_of
+from conrod.studies.validation.kinematic_proof import validate_kinematic
+from conrod.studies.validation.plan import Plan
+from conrod.studies.validation.results import Result, SceneStudy
 from tests.command_line import conrod
 
 NAMES = catalogue_names()
@@ -106,7 +105,7 @@ def test_a_scene_that_arrives_again_in_a_process_is_not_built_again() -> None:
 
 def test_the_page_on_the_catalogue_is_made_from_its_files() -> None:
     written = Path(__file__).parent.parent / "docs" / "catalogue.md"
-    assert written.read_text(encoding="utf-8") == page(), "python -m conrod.catalogue.page > docs/catalogue.md"
+    assert written.read_text(encoding="utf-8") == page(), "python -m conrod.scenes.catalogue.page > docs/catalogue.md"
 
 
 @pytest.mark.slow

@@ -8,12 +8,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from conrod.audit.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
-from conrod.catalogue import catalogue_scene
-from conrod.linkage.state import LinkState, left_of
-from conrod.mechanism import Mechanism, Prismatic, Revolute
-from conrod.rolling import Mesh
+from conrod.audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
+from conrod.exact.linkage.state import LinkState, left_of
+from conrod.mechanism.mechanism import Mechanism, Prismatic, Revolute
+from conrod.mechanism.rolling import Mesh
 from conrod.scenes import Scene
+from conrod.scenes.catalogue import catalogue_scene
 from tests.document_machines import state, turning
 
 

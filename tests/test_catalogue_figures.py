@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from conrod.catalogue import catalogue_scene
-from conrod.linkage.accelerations import coincident_parts
-from conrod.linkage.state import left_of
-from conrod.motion import Array
+from conrod.exact.linkage.accelerations import coincident_parts
+from conrod.exact.linkage.state import left_of
+from conrod.exact.motion import Array
+from conrod.scenes.catalogue import catalogue_scene
 from tests.document_machines import state, turning
 
 

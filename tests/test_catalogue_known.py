@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.comparison import compare
 from conrod.engines import engine_named
 from conrod.engines.mujoco.law import regularisation_errors
-from conrod.linkage.course import crank_range
-from conrod.mechanism_files.described_scene import DescribedScene, scene_of
-from conrod.motion import Array
+from conrod.exact.linkage.course import crank_range
+from conrod.exact.motion import Array
+from conrod.runs.comparison import compare
+from conrod.scenes.described_scene import DescribedScene, scene_of
 from described import CATALOGUE, changed, tables
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 721)

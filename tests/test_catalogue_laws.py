@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from conrod.catalogue import catalogue_names, catalogue_scene
-from conrod.comparison import compare
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
-from conrod.mechanism_files.described_scene import DescribedScene
-from conrod.studies.validate import JUDGED_PRESETS
-from conrod.trajectory import Outcome
+from conrod.runs.comparison import compare
+from conrod.runs.trajectory import Outcome
+from conrod.scenes.catalogue import catalogue_names, catalogue_scene
+from conrod.scenes.described_scene import DescribedScene
+from conrod.studies.validation.plan import JUDGED_PRESETS
 
 LINKAGES = [name for name in catalogue_names() if not name.startswith("cam-")]
 QUICK = ("two-slider-linkage", "slider-crank")

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod import smooth_course
-from conrod.console import print_verdicts
+from conrod.cli.console import print_verdicts
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
-from conrod.kinematics import Kinematics
-from conrod.mechanism_files.described_scene import DescribedScene, scene_of
-from conrod.motion import Array
-from conrod.outcome import judge
-from conrod.studies.results import SceneStudy
-from conrod.studies.validate import Plan, validate_dynamic
-from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome
+from conrod.exact import branch_continuation as smooth_course
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.runs.outcome import judge
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.studies.validation.plan import Plan, validate_dynamic
+from conrod.studies.validation.results import SceneStudy
 from described import CATALOGUE, changed, tables
 
 PARALLELOGRAM, DOUBLE_ROCKER = CATALOGUE / "parallelogram.toml", CATALOGUE / "double-rocker.toml"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from conrod import SCENES, PymunkSettings, run
-from conrod.chunks import chunks
 from conrod.engines.pymunk import points, stepping
-from conrod.generic_reference import GenericReference
+from conrod.exact.cache_blocks import chunks
+from conrod.exact.generic_reference import GenericReference
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 

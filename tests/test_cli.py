@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from command_line import conrod, conrod_process
-from conrod.report import writer
+from conrod.report.validation import writer
 from conrod.scenes import SCENES
 
 ENTRY_KEYS = {
@@ -380,7 +380,7 @@ def test_running_out_of_memory_is_one_line(tmp_path: Path, monkeypatch: pytest.M
     def full(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("conrod.console.run_with_progress", full)
+    monkeypatch.setattr("conrod.cli.console.run_with_progress", full)
     done = conrod(*QUICK, "--out", "report", "--json", "all.json", cwd=tmp_path)
     refused(done, "out of memory: fewer --steps-per-rev or --revolutions")
     assert files_in(tmp_path) == []

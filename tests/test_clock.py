@@ -15,14 +15,15 @@ import pytest
 
 from catalogue import CAM, SAW
 from conrod import MuJoCoSettings, PymunkSettings, run
-from conrod.catalogue import scene_named
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.mujoco.model import build
-from conrod.engines.pymunk import bare, stepping
+from conrod.engines.pymunk import stepping
+from conrod.engines.pymunk import timing as bare
 from conrod.engines.pymunk.dynamics import body_states
-from conrod.engines.pymunk.reference_loop import reference_loop as pymunk_reference
-from conrod.motion import Array
-from conrod.studies.clock import BLOCK, MOST_REVOLUTIONS, REFERENCE_STEPS, fingerprint, time_run
+from conrod.engines.pymunk.timing import reference_loop as pymunk_reference
+from conrod.exact.motion import Array
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.timing import BLOCK, MOST_REVOLUTIONS, REFERENCE_STEPS, fingerprint, time_run
 
 MILLISECOND = 1_000_000  # [ns]
 REFERENCE_COST = 1000  # [ns] a step

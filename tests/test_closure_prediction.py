@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.closure_prediction import predicted_errors
-from conrod.comparison import compare, signed_error
 from conrod.engines import engine_named
+from conrod.runs.closure_prediction import predicted_errors
+from conrod.runs.comparison import compare, signed_error
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
 QUANTITIES = ("position", "velocity", "acceleration")

@@ -16,14 +16,15 @@ import pytest
 
 import cell_tasks as tasks
 from conrod import InvalidInput
-from conrod.child import HOME
-from conrod.execution import cluster_connection, cluster_worker
-from conrod.execution.cluster import DaskCluster
-from conrod.execution.dispatch import run_cells
-from conrod.execution.local import LocalProcesses
-from conrod.studies.cell import Cell
-from conrod.studies.ledger import Ledger
-from conrod.studies.measurement import Measurement, measure
+from conrod.studies.execution import cluster_connection
+from conrod.studies.execution import cluster_connection as cluster_worker
+from conrod.studies.execution.child import HOME
+from conrod.studies.execution.cluster import DaskCluster
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement, measure
 from outside_kills import killing, waiting_cell, was_alone
 
 distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")

@@ -11,8 +11,8 @@ import pytest
 
 from catalogue import DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, PRESS, SAW, SCENES
 from conrod import Comparison, Outcome, compare
-from conrod.motion import Array
-from conrod.outcome import judge
+from conrod.exact.motion import Array
+from conrod.runs.outcome import judge
 from conrod.scenes import CamFollower, Scene
 from synthetic import (
     STAGGERED,

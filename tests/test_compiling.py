@@ -11,10 +11,10 @@ import pytest
 
 from catalogue import CAM, CAMS, SAW
 from conrod import MuJoCoSettings
-from conrod.engines.left_out_rod import model_form
-from conrod.engines.mujoco import compiling
-from conrod.engines.mujoco.compiling import compiled
+from conrod.engines.massless_rod import model_form
+from conrod.engines.mujoco import model as compiling
 from conrod.engines.mujoco.mjcf import mjcf
+from conrod.engines.mujoco.model import compiled
 from conrod.engines.tree import tree_of
 
 # The path of the mesh's file, and the size of all, that with it.

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue import CAM, PRESS, SAW
-from conrod.motion import Array, PointDerivatives, Side
+from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.studies.limits.conditioning import USUAL, conditioning, fifty_digits, reference_error, worst_angles
 from test_exact_motion import POINTS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conrod.convergence import CLEAR_OF_FLOOR, PAIRS_AGREE, observed_order
+from conrod.runs.convergence import CLEAR_OF_FLOOR, PAIRS_AGREE, observed_order
 
 STEPS = (125, 250, 500, 1000)
 LONG = (125, 250, 500, 1000, 2000, 4000, 8000)

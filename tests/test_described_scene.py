@@ -18,9 +18,9 @@ from jsonschema import Draft202012Validator
 import conrod
 from conrod import MuJoCoSettings, PymunkSettings, compare, run
 from conrod.errors import InvalidInput
-from conrod.mechanism_files import DescribedScene, read_scene, scene_of
 from conrod.scenes import SCENES
-from conrod.studies.cell import Cell
+from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
+from conrod.studies.frame.cell import Cell
 from tests.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 
 SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism_files" / "schema.json").read_text(encoding="utf-8"))

@@ -13,6 +13,7 @@ import pytest
 from catalogue import SAW
 from conrod.engines import ENGINES, engine_named
 from conrod.scenes import SCENES
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.determinism import (
@@ -26,8 +27,7 @@ from conrod.studies.limits.determinism import (
 )
 from conrod.studies.limits.perform import perform
 from conrod.studies.limits.search import pursue
-from conrod.studies.limits.watch import watch
-from conrod.studies.measurement import Measurement
+from conrod.studies.limits.stream_run import watch
 
 PRESETS = [(name, preset) for name in ENGINES for preset in engine_named(name).presets]
 CASE = Case("saw-40rpm", SAW, "pymunk", "tuned", 20)

@@ -11,7 +11,7 @@ import pytest
 from catalogue import PRESS, SAW, SCENES, VARIATIONS
 from conrod import MuJoCoSettings
 from conrod.engines import engine_named
-from conrod.reactions import reactions
+from conrod.exact.dynamics.inverse import reactions
 
 MUJOCO: Any = engine_named("mujoco")
 START = 0.7

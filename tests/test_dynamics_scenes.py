@@ -14,20 +14,20 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from conrod import compare, run
-from conrod.catalogue import catalogue_names, scene_named
-from conrod.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.dynamics.inverse import InverseDynamics, State
-from conrod.dynamics.line import Line
-from conrod.dynamics_scenes import dynamics_heading, dynamics_names, dynamics_scene, dynamics_text
-from conrod.dynamics_scenes.chain import MOST
 from conrod.engines import engine_named
 from conrod.engines.mujoco.loads import by_program
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
-from conrod.mechanism_files import DescribedScene, scene_of
-from conrod.motion import Array
+from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
+from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.dynamics.line import Line
+from conrod.exact.motion import Array
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
-from conrod.selection import select_scenes
+from conrod.scenes.catalogue import catalogue_names, scene_named
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.dynamics import dynamics_heading, dynamics_names, dynamics_scene, dynamics_text
+from conrod.scenes.dynamics.chain import MOST
+from conrod.studies.frame.resolve_arguments import select_scenes
 from tests.command_line import conrod
 
 NAMES = dynamics_names()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conrod.elimination import Elimination, Entry
+from conrod.exact.elimination import Elimination, Entry
 
 SAMPLES = 7
 

@@ -9,9 +9,9 @@ import pytest
 from conrod import PymunkSettings, compare, run
 from conrod.engines import engine_named
 from conrod.engines.pymunk import space
-from conrod.mechanism_files import DescribedScene, read_scene, scene_of
-from conrod.studies import kinematic_proof
-from conrod.studies.kinematic_proof import validate_kinematic
+from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
+from conrod.studies.validation import kinematic_proof
+from conrod.studies.validation.kinematic_proof import validate_kinematic
 from tests.described import CATALOGUE, changed
 
 # A crank's block slides beside a lever's middle line; block and lever have turned frames and centres of gravity

@@ -18,15 +18,15 @@ import pytest
 
 from catalogue import CAM, CAMS, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 from conrod import Comparison, MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, harden, run
-from conrod.convergence import observed_order
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.mujoco.law import regularisation_error
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.pymunk import stepping
 from conrod.engines.pymunk.space import build as build_space
-from conrod.motion import Array
-from conrod.outcome import joint_gaps
+from conrod.exact.motion import Array
+from conrod.runs.convergence import observed_order
+from conrod.runs.outcome import joint_gaps
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 
 QUANTITIES = ("position", "velocity", "acceleration")

@@ -18,12 +18,12 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.linkage_legs import legs, shared_steps
 from conrod.engines.mujoco import linkage_run as mujoco_run
 from conrod.engines.pymunk import linkage_run as pymunk_run
-from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, ArcLinkage, EquivalentLinkage, equivalent_linkage
-from conrod.joined import joined
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism, Prismatic, Revolute
+from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, ArcLinkage, EquivalentLinkage, equivalent_linkage
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.mechanism import Mechanism, Prismatic, Revolute
+from conrod.runs.trajectory import joined
 from conrod.scenes import CamFollower
-from conrod.studies.cell import Cell
+from conrod.studies.frame.cell import Cell
 
 TURN = 2.0 * math.pi
 DEGREE = math.pi / 180.0

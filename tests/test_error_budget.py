@@ -12,9 +12,11 @@ import pytest
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, MuJoCoSettings
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 from conrod.errors import InvalidInput
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Settings
 from conrod.scenes import SCENES
-from conrod.studies.budget_plan import (
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.sweep.budget_plan import (
     AS_IS,
     BUDGET_ANGLES,
     CONVERGED,
@@ -26,11 +28,9 @@ from conrod.studies.budget_plan import (
     BudgetPlan,
     budget_plan_of,
 )
-from conrod.studies.error_budget import ITERATION, MODEL, STEP, TOTAL, ErrorBudget, Runs, budget_of
-from conrod.studies.measurement import Measurement, measure
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep import SweepPlan, sweep_study
-from conrod.trajectory import Settings
+from conrod.studies.sweep.error_budget import ITERATION, MODEL, STEP, TOTAL, ErrorBudget, Runs, budget_of
+from conrod.studies.sweep.plan import SweepPlan, sweep_study
+from conrod.studies.validation.results import QUANTITIES
 from measured import FAILED, measured, shape_of
 
 SAW, CAM = SCENES["saw-500rpm"], SCENES["cam-follower"]

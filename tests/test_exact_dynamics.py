@@ -13,14 +13,13 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from catalogue import SCENES
-from conrod.catalogue import catalogue_scene
-from conrod.dynamics.configurations import Configurations
-from conrod.dynamics.forward import ForwardDynamics
-from conrod.dynamics.inverse import InverseDynamics, State
-from conrod.dynamics.sensitivity import INERTIA, TORQUE, blind_changes, sensitivities
 from conrod.errors import InvalidInput
-from conrod.kinematics import Kinematics
-from conrod.loads import (
+from conrod.exact.dynamics.configurations import Configurations
+from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.dynamics.sensitivity import INERTIA, TORQUE, blind_changes, sensitivities
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.loads import (
     Displacement,
     Distance,
     Elastic,
@@ -34,8 +33,9 @@ from conrod.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute
-from conrod.rolling import Rolling
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute
+from conrod.mechanism.rolling import Rolling
+from conrod.scenes.catalogue import catalogue_scene
 from tests.swinging import chain, four_bar, pendulum, slider_crank
 
 MACHINES = ("six-bar", "two-slider-linkage", "inverted-slider-crank", "planetary-gear", "rack-and-wheel", "cam-3-4-5")

@@ -9,8 +9,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from conrod.cam import symmetric_cam
 from conrod.errors import InvalidInput
+from conrod.mechanism.cam import symmetric_cam
 from conrod.scenes import CamFollower
 from conrod.studies.limits.exact_flight import (
     LEAST_HEIGHT,

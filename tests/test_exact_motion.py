@@ -23,14 +23,14 @@ from catalogue import (
     SCENES,
     slow_but_for_a_few,
 )
-from conrod.cam import symmetric_cam
 from conrod.errors import InvalidInput
-from conrod.generic_reference import GenericReference
-from conrod.joint_equations import joint_residual, pose_jets
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism
-from conrod.motion import Array, Motion, PointMotion
-from conrod.outcome import joint_gaps
+from conrod.exact.generic_reference import GenericReference
+from conrod.exact.joint_equations import joint_residual, pose_jets
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array, Motion, PointMotion
+from conrod.mechanism.cam import symmetric_cam
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.outcome import joint_gaps
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 

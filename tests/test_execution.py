@@ -21,15 +21,15 @@ from rich.console import Console
 
 import cell_tasks as tasks
 from conrod import InvalidInput
-from conrod.execution.dispatch import run_cells
-from conrod.execution.limits import Limits
-from conrod.execution.local import LocalProcesses
-from conrod.execution.progress import CostBar, ProgressBar
-from conrod.execution.worker_process import WorkerDied
-from conrod.studies.cell import Cell
-from conrod.studies.ledger import Ledger
-from conrod.studies.measurement import Measurement, measure
-from conrod.studies.timing import Timing
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.limits import Limits
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.progress import CostBar, ProgressBar
+from conrod.studies.execution.worker_process import WorkerDied
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.timing import Timing
 
 CELLS = tasks.cells(30)
 

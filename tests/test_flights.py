@@ -9,7 +9,7 @@ import pytest
 
 from catalogue import CAM, SAW
 from conrod import MuJoCoSettings, PymunkSettings
-from conrod.motion import Array
+from conrod.exact.motion import Array
 from conrod.scenes import CamFollower
 from conrod.studies.limits.extremes import Flight
 from conrod.studies.limits.flights import KEPT, LEAST_DEPTH, TIMES, Flights

@@ -10,10 +10,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.limits.float_figure import float_figure
 from conrod.report.limits.float_table import float_table
 from conrod.scenes import CamFollower, Saw
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.exact_flight import exact_flight, short_flight
@@ -23,7 +24,6 @@ from conrod.studies.limits.follower_float import LEAST_STEPS, float_search, most
 from conrod.studies.limits.gap_record import SPANS, GapCell, thinned
 from conrod.studies.limits.perform import perform
 from conrod.studies.limits.search import Answers, pursue
-from conrod.studies.measurement import Measurement
 
 CAM = CamFollower()
 REBOUND = 0.05  # speed at which the follower of a law leaves the joint, in A x the step's angle

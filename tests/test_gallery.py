@@ -12,21 +12,19 @@ import pytest
 
 from catalogue import CAM, PRESS, SAW
 from conrod.engines import engine_named
-from conrod.execution.dispatch import run_cells
-from conrod.execution.local import LocalProcesses
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, CamFollower, ShearPress
-from conrod.studies.cell import Cell
-from conrod.studies.ledger import Ledger
-from conrod.studies.limits.bounded import BoundedCell
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement, measure
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes, SolverWatch
-from conrod.studies.limits.gallery import GALLERY, Exhibit, exhibit, gallery_search
-from conrod.studies.limits.perform import perform
+from conrod.studies.limits.failure_examples import GALLERY, Exhibit, Specimen, exhibit, gallery_search
+from conrod.studies.limits.perform import BoundedCell, perform
 from conrod.studies.limits.search import pursue
 from conrod.studies.limits.solver_notes import LEFT, solver_note
-from conrod.studies.limits.specimen import Specimen
-from conrod.studies.measurement import Measurement, measure
-from conrod.trajectory import Outcome
 
 BY_NAME = {f"{s.outcome.slug}: {s.title} in {s.engine}": s for s in GALLERY}
 KILLERS = {name for name, s in BY_NAME.items() if s.outcome is Outcome.CRASHED}

@@ -15,7 +15,8 @@ from conrod.engines.mujoco.settings import INTEGRATORS, MuJoCoSettings
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
-from conrod.studies.grid_convergence import (
+from conrod.studies.frame.measurement import measure
+from conrod.studies.sweep.grid_convergence import (
     SAFE,
     UNSAFE,
     GridConvergence,
@@ -24,10 +25,9 @@ from conrod.studies.grid_convergence import (
     observed_order_of_three,
     varying_components,
 )
-from conrod.studies.measurement import measure
-from conrod.studies.observed_orders import order_of, orders_along
-from conrod.studies.refinement import GRIDS, PATHS, Family, Path, family_of, refined
-from conrod.studies.results import QUANTITIES
+from conrod.studies.sweep.observed_orders import order_of, orders_along
+from conrod.studies.validation.refinement import GRIDS, PATHS, Family, Path, family_of, refined
+from conrod.studies.validation.results import QUANTITIES
 from measured import FAILED, errors_by_step
 
 SAW, PRESS, CAM = SCENES["saw-500rpm"], SCENES["shear-press"], SCENES["cam-follower"]

@@ -10,16 +10,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.engines.mujoco.harden.closures import Weights, active_closures, loops_of, openings
-from conrod.engines.mujoco.harden.measuring import edited
-from conrod.engines.mujoco.harden.objections import to_know, touching_scaled
-from conrod.engines.mujoco.harden.recipe import RESIDUE, Recipe, recipe_for
-from conrod.engines.mujoco.harden.start import start_of
-from conrod.engines.mujoco.harden.study import binary, harden_file, pace_of
-from conrod.engines.mujoco.harden.swing import Pace, swing
 from conrod.errors import InvalidInput
-from conrod.hardened_model import HardenedModel, Request, Variant
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mjcf.harden.closures import Weights, active_closures, loops_of, openings
+from conrod.mjcf.harden.measuring import edited
+from conrod.mjcf.harden.objections import to_know, touching_scaled
+from conrod.mjcf.harden.recipe import RESIDUE, Recipe, recipe_for
+from conrod.mjcf.harden.results import HardenedModel, Request, Variant
+from conrod.mjcf.harden.start import start_of
+from conrod.mjcf.harden.study import binary, harden_file, pace_of
+from conrod.mjcf.harden.swing import Pace, swing
 from tests.exact_loops import ExactLoops
 from tests.legged import LEGGED, legged, opening_of
 

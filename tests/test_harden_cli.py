@@ -38,7 +38,9 @@ def harden(*arguments: str | Path) -> int:
 @pytest.fixture
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The command's work in this process: to begin another takes longer than what is looked at."""
-    monkeypatch.setattr("conrod.confined.confined", lambda task, path, *arguments: task(path, *arguments))
+    monkeypatch.setattr(
+        "conrod.studies.execution.confined.confined", lambda task, path, *arguments: task(path, *arguments)
+    )
 
 
 @pytest.fixture(scope="module")

@@ -12,15 +12,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.engines.mujoco.harden.closures import active_closures, compliance, openings
-from conrod.engines.mujoco.harden.measuring import edited
-from conrod.engines.mujoco.harden.objections import nothing_to_do, soft_on_purpose, to_know
-from conrod.engines.mujoco.harden.recipe import recipe_for
-from conrod.engines.mujoco.harden.start import start_of
-from conrod.engines.mujoco.harden.study import harden_file
-from conrod.engines.mujoco.harden.swing import Pace
 from conrod.errors import InvalidInput
-from conrod.hardened_model import Request
+from conrod.mjcf.harden.closures import active_closures, compliance, openings
+from conrod.mjcf.harden.measuring import edited
+from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know
+from conrod.mjcf.harden.recipe import recipe_for
+from conrod.mjcf.harden.results import Request
+from conrod.mjcf.harden.start import start_of
+from conrod.mjcf.harden.study import harden_file
+from conrod.mjcf.harden.swing import Pace
 from tests.legged import LEGGED, legged, opening_of
 
 TWO_ARMS = """

@@ -9,17 +9,17 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.engines.mujoco.harden.closures import active_closures
-from conrod.engines.mujoco.harden.energy import conservative, energy_drift
-from conrod.engines.mujoco.harden.start import STATE, start_of
-from conrod.engines.mujoco.harden.study import harden_file
-from conrod.engines.mujoco.harden.swing import Pace
-from conrod.engines.mujoco.lint.linting import lint
-from conrod.engines.mujoco.lint.request import Request as LintRequest
-from conrod.engines.mujoco.user_model.keyframes import keyframe_to_start_from
+from conrod.cli.harden_console import print_hardened
 from conrod.errors import InvalidInput
-from conrod.harden_console import print_hardened
-from conrod.hardened_model import HardenedModel, Request
+from conrod.mjcf.harden.closures import active_closures
+from conrod.mjcf.harden.energy import conservative, energy_drift
+from conrod.mjcf.harden.results import HardenedModel, Request
+from conrod.mjcf.harden.start import STATE, start_of
+from conrod.mjcf.harden.study import harden_file
+from conrod.mjcf.harden.swing import Pace
+from conrod.mjcf.lint.finding import Request as LintRequest
+from conrod.mjcf.lint.linting import lint
+from conrod.own.models.loading import keyframe_to_start_from
 from tests.legged import LEGGED, legged
 
 SAW = Path(__file__).parent.parent / "mjcf" / "saw-500rpm.xml"

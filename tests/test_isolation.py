@@ -16,9 +16,9 @@ import pytest
 
 from conrod import InvalidInput, Outcome, PymunkSettings, Saw, Trajectory, compare, run
 from conrod.engines.engine import Machine
-from conrod.isolation import Ended, isolated, run_isolated
-from conrod.mechanism import Body
-from conrod.trajectory import Settings
+from conrod.mechanism.mechanism import Body
+from conrod.runs.trajectory import Settings
+from conrod.studies.execution.isolation import Ended, isolated, run_isolated
 
 SAW = Saw()
 SETTINGS = PymunkSettings.tuned(SAW, 100)

@@ -13,17 +13,17 @@ import pytest
 import cell_tasks
 import planted_faults as planted
 from conrod import MuJoCoSettings
-from conrod.child import Child
-from conrod.execution import worker_process
-from conrod.execution.dispatch import run_cells
-from conrod.execution.limits import Limits
-from conrod.execution.local import LocalProcesses
-from conrod.studies.cell import Cell
-from conrod.studies.ledger import Ledger
+from conrod.studies.execution import worker_process
+from conrod.studies.execution.child import Child
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.limits import Limits
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement, measure
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.declaration import Declaration
 from conrod.studies.limits.perform import perform
-from conrod.studies.measurement import Measurement, measure
 
 JOBS = 2
 # Far more than any of these runs takes on a busy machine, and the time that a hang takes.

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from catalogue import CAM
-from conrod.joint_equations import joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism import Body, Driver, Joint, Mechanism, Prismatic, Revolute
+from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
+from conrod.mechanism.mechanism import Body, Driver, Joint, Mechanism, Prismatic, Revolute
 
 STEP = 1e-6
 POSES = np.array([[0.3, -0.2, 0.7, 0.5, 0.4, -0.9]])  # of the two bodies, nothing special

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conrod.catalogue import catalogue_scene
-from conrod.engines import approach, engine_named
+from conrod.engines import crank_sweep as approach
+from conrod.engines import engine_named
 from conrod.engines.pymunk import kinematic as pymunk_kinematic
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.scenes.catalogue import catalogue_scene
 
 # At -60 deg slider C has two places on its line that the rod BC reaches.
 FAR = np.radians([-60.0])

@@ -10,15 +10,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conrod.block_triangular import triangular_blocks
-from conrod.comparison import compare
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import BODY, model_form
+from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.tree import tree_of
-from conrod.joint_equations import joint_residual, pose_jets
-from conrod.mechanism_files import DescribedScene, scene_of
-from conrod.trajectory import Outcome
+from conrod.exact.block_structure import triangular_blocks
+from conrod.exact.joint_equations import joint_residual, pose_jets
+from conrod.runs.comparison import compare
+from conrod.runs.trajectory import Outcome
+from conrod.scenes.described_scene import DescribedScene, scene_of
 from tests.large_mechanisms import large_mechanism
 
 DEEP = "bodies.rocker19.points.P.y"

@@ -16,12 +16,12 @@ import pytest
 
 from conrod import InvalidInput, PymunkSettings, Saw, ShearPress
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.studies import ledger as ledger_module
-from conrod.studies import ledger_file
-from conrod.studies.cell import Cell
-from conrod.studies.ledger import Ledger, default_path
-from conrod.studies.measurement import Measurement, measure
-from conrod.studies.timing import Timing
+from conrod.studies.frame import ledger as ledger_module
+from conrod.studies.frame import ledger_file
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger, default_path
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.timing import Timing
 
 SAW = Saw()
 BASE = PymunkSettings.tuned(SAW, 20)

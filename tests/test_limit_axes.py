@@ -10,21 +10,19 @@ import numpy as np
 import pytest
 
 from catalogue import CAM, PRESS, SAW, SCENES
-from conrod.comparison import compare
 from conrod.errors import InvalidInput
-from conrod.facts import dead_centres
+from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.scene_summary import dead_centres
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS, axis_named
-from conrod.studies.limits.axes.crank_speed import STEP
-from conrod.studies.limits.axes.declaration_order import permutation
-from conrod.studies.limits.axes.length_unit import length_power, rescaled
-from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.limits.axes.assembly import permutation
+from conrod.studies.limits.axes.machine import STEP, length_power, rescaled
+from conrod.studies.limits.axis import Axis, Scale, spaced
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.grade import Level, grade_of
 from conrod.studies.limits.perform import perform
-from conrod.studies.limits.spacing import spaced
-from conrod.studies.measurement import Measurement
 
 PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
 CASES = [

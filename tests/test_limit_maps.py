@@ -11,13 +11,13 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from conrod.report.canvas import drawing_style, svg_text
-from conrod.report.limits.error_shades import SHADES, error_colour
-from conrod.report.limits.map_cells import areas, edges_about, seams
-from conrod.report.limits.map_errors import shaded_errors
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.limits.map_cells import areas, edges_about, seams, shaded_errors
 from conrod.report.limits.map_figure import NOT_LOOKED_AT, map_figure
-from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_COLOURS, OUTCOME_MARKS
+from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_COLOURS, OUTCOME_MARKS, SHADES, error_colour
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.adaptive import Node
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
@@ -25,8 +25,6 @@ from conrod.studies.limits.grade import Level, grade_of
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
 from conrod.studies.limits.perform import perform
 from conrod.studies.limits.search import pursue
-from conrod.studies.measurement import Measurement
-from conrod.trajectory import Outcome
 
 MASSES, NEARNESS, STABILISATION = PAIRS
 QUARTER = 0.25

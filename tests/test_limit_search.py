@@ -11,18 +11,17 @@ from typing import Any, ClassVar
 
 import pytest
 
-from conrod.catalogue import scene_named
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.limits.axis import Axis, Scale, between, spaced
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk
 from conrod.studies.limits.run_length import length_search, most_length_runs
 from conrod.studies.limits.search import pursue
-from conrod.studies.limits.spacing import between, spaced
 from conrod.studies.limits.walk import CRITERIA, SCANNED, most_runs, walk_search
-from conrod.studies.measurement import Measurement
 
 CASE = Case("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
 WATCHED = Extremes(1, True, {}, None, None, None, (), (), "").as_dict()

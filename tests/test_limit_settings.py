@@ -16,10 +16,10 @@ from conrod.engines import engine_named
 from conrod.engines.mujoco import recorder
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.spring import Spring
-from conrod.engines.plain import LATER_FIELDS
-from conrod.motion import Array
-from conrod.studies.cell import Cell
+from conrod.engines.mujoco.settings import Spring
+from conrod.engines.rule import LATER_FIELDS
+from conrod.exact.motion import Array
+from conrod.studies.frame.cell import Cell
 
 MUJOCO: Any = engine_named("mujoco")
 STEPS, START = 200, 0.7

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 import command_line
-from conrod.commands.limits import EPILOG, MOST_RUNS
-from conrod.selection import select_engines, select_scenes
+from conrod.cli.limits import EPILOG, MOST_RUNS
+from conrod.studies.frame.resolve_arguments import select_engines, select_scenes
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import PAIRS
 from conrod.studies.limits.parts import PARTS

@@ -12,17 +12,17 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from conrod.report.canvas import drawing_style
+from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.axis_scale import AxisScale, place
 from conrod.report.limits.boundary_chart import TICK_COLOUR, UP, boundary_chart, preset_lanes
 from conrod.report.limits.error_chart import POSITION, TORQUE, Panel, error_chart
 from conrod.report.limits.long_run_figure import long_run_figure
 from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_MARKS, QUIET_COLOUR
+from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Walk
-from conrod.trajectory import Outcome
 from limit_studies import long_run
 from limit_walks import (
     Part,

@@ -9,12 +9,11 @@ from pathlib import Path
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.files import write_together
 from conrod.report.limits import writer
-from conrod.report.limits.document import check_limits_folder, earlier_limits
-from conrod.report.limits.merging import merged
+from conrod.report.limits.document import check_limits_folder, earlier_limits, merged
 from conrod.report.limits.writer import limits_report_batch
 from conrod.report.reproduction import Reproduction
+from conrod.studies.frame.files import write_together
 from conrod.studies.limits.study import LimitStudy
 from limit_studies import exhibit, limit_study, of_axis, renamed
 from limit_walks import SCENE

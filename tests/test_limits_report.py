@@ -13,11 +13,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from conrod.files import Batch, write_together
 from conrod.report.limits import writer
 from conrod.report.limits.document import rounded
 from conrod.report.limits.writer import limits_report_again, limits_report_batch
 from conrod.report.reproduction import Reproduction
+from conrod.studies.frame.files import Batch, write_together
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.study import LimitStudy
 from limit_studies import exhibit, follower, limit_study, of_axis
@@ -134,7 +134,7 @@ def test_a_saved_report_renders_without_any_engine(study: LimitStudy, tmp_path: 
         "    def find_spec(self, name, path=None, target=None):\n"
         "        if name.split('.')[0] in ('mujoco', 'pymunk'): raise ImportError(name)\n"
         "sys.meta_path.insert(0, Absent())\n"
-        "from conrod.files import write_together\n"
+        "from conrod.studies.frame.files import write_together\n"
         "from conrod.report.limits.writer import limits_report_again\n"
         f"write_together([limits_report_again(Path({str(tmp_path)!r}))])\n"
         "from conrod.engines import engine_named\n"

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from conrod.report.limits.axis_section import axis_section
 from conrod.report.limits.boundaries_table import boundaries_table, refusals, solver_notes
-from conrod.report.limits.determinism_table import determinism_table
 from conrod.report.limits.findings import findings
-from conrod.report.limits.gallery_table import gallery_table
+from conrod.report.limits.other_tables import determinism_table, gallery_table, steps_table
 from conrod.report.limits.plain_words import sentences
-from conrod.report.limits.quiet_table import quiet_ranges, quiet_summary, quiet_table
-from conrod.report.limits.steps_table import steps_table
+from conrod.report.limits.undetected_table import quiet_ranges, quiet_summary, quiet_table
+from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.walk import CRITERIA, boundary_of
-from conrod.trajectory import Outcome
 from limit_studies import exhibit, limit_study, same_again
 from limit_walks import (
     SCENE,

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from catalogue import EVERY_SCENE
-from conrod.kinematics import Kinematics
-from conrod.linkage.centres import InstantCentre, centre_count, instant_centres, kennedy_lines, line_miss
-from conrod.linkage.construction import construct, same_centre
-from conrod.linkage.state import LinkageState, link_numbers, linkage_state
-from conrod.mechanism import GROUND, Mechanism
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage.centres import InstantCentre, centre_count, instant_centres, kennedy_lines, line_miss
+from conrod.exact.linkage.construction import construct, same_centre
+from conrod.exact.linkage.state import LinkageState, link_numbers, linkage_state
+from conrod.mechanism.mechanism import GROUND, Mechanism
 from linkages import (
     crank_shaper,
     example_4_10,

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
 from catalogue import SCENES
-from conrod.kinematics import Kinematics
-from conrod.linkage.centres import instant_centres
-from conrod.linkage.polygon import acceleration_polygon, velocity_polygon
-from conrod.linkage.state import LinkageState, linkage_state
-from conrod.report.canvas import drawing_style
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage.centres import instant_centres
+from conrod.exact.linkage.polygon import acceleration_polygon, velocity_polygon
+from conrod.exact.linkage.state import LinkageState, linkage_state
+from conrod.report.charts.canvas import drawing_style
 from conrod.report.linkage.mechanism_figure import centres_figure, centres_svg
 from conrod.report.linkage.polygon_figure import polygon_figure, polygon_svg
 from conrod.report.linkage.sheet import Sheet, mathematical

@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 
 import rolling_machines
-from conrod.kinematics import Kinematics
-from conrod.linkage.course import Course, CrankRange, course_of, crank_range
-from conrod.linkage.outputs import Output, outputs
-from conrod.linkage.quantities import instant_quantities, turn_quantities
-from conrod.linkage.transmission_angles import TransmissionAngle, transmission_angles
-from conrod.mechanism import Mechanism
-from conrod.rolling import Rolling
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
+from conrod.exact.linkage.outputs import Output, outputs
+from conrod.exact.linkage.quantities import TransmissionAngle, instant_quantities, transmission_angles, turn_quantities
+from conrod.exact.transmission import least_transmission_angle
+from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.rolling import Rolling
 from conrod.scenes import SCENES
-from conrod.transmission import least_transmission_angle
 from linkages import (
     crank_shaper,
     example_5_6,

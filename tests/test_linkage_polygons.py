@@ -10,16 +10,15 @@ import pytest
 
 import rolling_machines
 from catalogue import EVERY_SCENE
-from conrod.cam import CamProfile
-from conrod.kinematics import Kinematics
-from conrod.linkage.accelerations import coincident_parts, contact_acceleration, link_parts, path_parts
-from conrod.linkage.points import linkage_points
-from conrod.linkage.polygon import acceleration_polygon, velocity_polygon
-from conrod.linkage.polygon_vectors import Polygon
-from conrod.linkage.state import LinkageState, left_of, linkage_state
-from conrod.mechanism import Mechanism, ObservedPoint
-from conrod.motion import Array
-from conrod.rolling import Rolling
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage.accelerations import coincident_parts, contact_acceleration, link_parts, path_parts
+from conrod.exact.linkage.points import linkage_points
+from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.exact.linkage.state import LinkageState, left_of, linkage_state
+from conrod.exact.motion import Array
+from conrod.mechanism.cam import CamProfile
+from conrod.mechanism.mechanism import Mechanism, ObservedPoint
+from conrod.mechanism.rolling import Rolling
 from linkages import (
     RPM,
     crank_shaper,

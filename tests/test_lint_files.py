@@ -14,16 +14,15 @@ import mujoco
 import pytest
 
 from conrod.cli import main
-from conrod.commands.lint import _outputs
-from conrod.engines.mujoco.lint.document import Document, differing
-from conrod.engines.mujoco.lint.edits import Exclude
-from conrod.engines.mujoco.lint.finding import Report
-from conrod.engines.mujoco.lint.linting import lint, prepared
-from conrod.engines.mujoco.lint.request import Request
+from conrod.cli.lint import _outputs
 from conrod.errors import InvalidInput
-from conrod.model_files import files_of_model
-from conrod.paired_timing import BLOCK_TIME, MOST_STEPS, paired_cost
-from conrod.user_model import Place
+from conrod.mjcf.lint.document import Document, differing
+from conrod.mjcf.lint.edits import Exclude
+from conrod.mjcf.lint.finding import Report, Request
+from conrod.mjcf.lint.linting import lint, prepared
+from conrod.own.models.model_files import files_of_model
+from conrod.own.models.request import Place
+from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
 from own_model_edits import scaled
 from tests.planted_models import SAW, closed_twice, colliding_links, renamed, replaced, without_start_speeds
 
@@ -377,7 +376,7 @@ def test_what_a_model_is_made_of_is_not_written_over(option: str, part: str, gri
 
 
 def test_rules_are_documented() -> None:
-    from conrod.engines.mujoco.lint.rules import RULES
+    from conrod.mjcf.lint.linting import RULES
 
     text = (Path(__file__).parent.parent / "docs" / "lint.md").read_text()
     names = [rule.name for rule in RULES]
@@ -435,6 +434,6 @@ def test_a_block_is_bounded() -> None:
     paired_cost(lambda: asked.append, lambda: asked.append, rounds=1, clock=lambda: 0)
     assert max(asked) == MOST_STEPS
     clock = Clock()
-    slow = clock.stepper(round(1e10 * BLOCK_TIME))
+    slow = clock.stepper(round(1e10 * STEPPER_BLOCK_TIME))
     paired_cost(slow, slow, rounds=1, clock=lambda: clock.now)
-    assert clock.now < 1e12 * BLOCK_TIME
+    assert clock.now < 1e12 * STEPPER_BLOCK_TIME

@@ -9,10 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from conrod.engines.mujoco.lint.finding import Harm, Report
-from conrod.engines.mujoco.lint.linting import lint
-from conrod.engines.mujoco.lint.request import Request
-from conrod.engines.mujoco.lint.rules import RULES
+from conrod.mjcf.lint.finding import Harm, Report, Request
+from conrod.mjcf.lint.linting import RULES, lint
 from tests.planted_models import MJCF, PLANTED, SAW, closed_twice, colliding_but_apart, floating_rod, renamed, replaced
 
 SHORT = Request(seconds=0.03)  # a quarter of a turn of the saw's crank

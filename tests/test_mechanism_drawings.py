@@ -15,16 +15,16 @@ from matplotlib.patches import Polygon
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from conrod.catalogue import catalogue_scene
-from conrod.convex_hull import convex_hull
-from conrod.mechanism import GROUND, Prismatic
-from conrod.report import machine_parts as parts
-from conrod.report.canvas import drawing_style
-from conrod.report.drawing import mechanism_figure, mechanism_svg, telling_angle
-from conrod.report.link_shapes import link_shape
-from conrod.report.room import Room
-from conrod.report.slides import Slide, slide_of, ways
+from conrod.engines.cam_polygon import convex_hull
+from conrod.mechanism.mechanism import GROUND, Prismatic
+from conrod.report.charts.canvas import drawing_style
+from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
+from conrod.report.drawing.label_placement import Room
+from conrod.report.drawing.link_shapes import link_shape
+from conrod.report.drawing.slides import Slide, slide_of, ways
 from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_scene
 
 FIGURES = Path(__file__).parents[1] / "reports" / "figures"
 CROWDED = ("geneva", "two-slider-linkage", "web-cutter")

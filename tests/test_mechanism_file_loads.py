@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import conrod
-from conrod.dynamics.forward import ForwardDynamics
 from conrod.errors import InvalidInput
-from conrod.loads import (
+from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.mechanism.loads import (
     Displacement,
     Distance,
     Elastic,
@@ -27,8 +27,8 @@ from conrod.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism import ConstantForce
-from conrod.mechanism_files import scene_of
+from conrod.mechanism.mechanism import ConstantForce
+from conrod.scenes.described_scene import scene_of
 from tests.described import SLIDER_CRANK, tables
 
 SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism_files" / "schema.json").read_text(encoding="utf-8"))

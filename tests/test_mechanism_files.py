@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.mechanism import GROUND, Prismatic, Revolute
-from conrod.mechanism_files import read_scene, scene_of
-from conrod.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
+from conrod.scenes.described_scene import read_scene, scene_of
 from tests.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from conrod.selection import select_scenes
+from conrod.studies.frame.resolve_arguments import select_scenes
 from tests.command_line import conrod
 from tests.described import FOUR_BAR, SLIDER_CRANK
 

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as some
 
 from conrod.errors import InvalidInput
-from conrod.mechanism_files import DescribedScene, scene_of
-from conrod.mechanism_files.toml_file import parse
+from conrod.mechanism.files.toml_file import parse
+from conrod.scenes.described_scene import DescribedScene, scene_of
 from tests.described import SHIPPED, tables
 
 FEW = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))

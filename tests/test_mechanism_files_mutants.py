@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.isolation import isolated
-from conrod.mechanism_files import DescribedScene, read_scene
-from conrod.mechanism_files.toml_file import MOST_BYTES
+from conrod.mechanism.files.toml_file import MOST_BYTES
+from conrod.scenes.described_scene import DescribedScene, read_scene
+from conrod.studies.execution.isolation import isolated
 from tests import mutants
 from tests.described import SHIPPED
 

@@ -13,19 +13,19 @@ import pytest
 
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW
 from conrod import Comparison, InvalidInput, MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, run
-from conrod.closure_prediction import predicted_errors
-from conrod.comparison import signed_error
-from conrod.convergence import observed_order
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.left_out_rod import BODY, DISTANCE_JOINT, model_form
+from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, model_form
 from conrod.engines.mujoco import dynamics as mujoco_dynamics
 from conrod.engines.mujoco.model import build as build_model
 from conrod.engines.open_joints import OpenJoints
 from conrod.engines.pymunk import space as pymunk_space
 from conrod.engines.pymunk.space import build as build_space
-from conrod.joint_equations import pose_jets
-from conrod.mechanism import ConstantForce, ObservedPoint
-from conrod.motion import Array
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import ConstantForce, ObservedPoint
+from conrod.runs.closure_prediction import predicted_errors
+from conrod.runs.comparison import signed_error
+from conrod.runs.convergence import observed_order
 
 QUANTITIES = ("position", "velocity", "acceleration")
 TURN = 2.0 * math.pi

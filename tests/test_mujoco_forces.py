@@ -11,15 +11,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.dynamics.inverse import InverseDynamics, State
-from conrod.engines.applied import applied_forces
-from conrod.engines.forces import ForceTracks
+from conrod.engines.capabilities import ForceTracks
+from conrod.engines.load_work import applied_forces
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.forces import force_settings
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.kinematics import Kinematics
-from conrod.loads import (
+from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.loads import (
     Displacement,
     Distance,
     Elastic,
@@ -32,9 +32,9 @@ from conrod.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism import Mechanism, Prismatic
+from conrod.mechanism.mechanism import Mechanism, Prismatic
 from conrod.scenes import Scene
-from conrod.selection import select_scene
+from conrod.studies.frame.resolve_arguments import select_scene
 
 LINKAGES = ("shear-press", "saw-40rpm", "saw-500rpm", "six-bar")
 LOADS = (

@@ -9,13 +9,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.engines.free import FreeRun
+from conrod.engines.capabilities import FreeRun
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.free_run import free_run, free_settings
 from conrod.errors import InvalidInput
-from conrod.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
-from conrod.mechanism import Mechanism
+from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
+from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
+from conrod.mechanism.mechanism import Mechanism
 from free_chains import chain
 
 TIMES = np.linspace(0.0, 10.0, 101)

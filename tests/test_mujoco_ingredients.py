@@ -14,14 +14,14 @@ import pytest
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
-from conrod.engines.ingredient import Ingredient
-from conrod.engines.mobility_count import MobilityCount, Row, count_mobility
-from conrod.engines.mujoco import dressing
+from conrod.engines.capabilities import Ingredient
+from conrod.engines.mobility import MobilityCount, Row, count_mobility
+from conrod.engines.mujoco import model_edits as dressing
 from conrod.engines.mujoco.model import build
-from conrod.motion import Array
-from conrod.reactions import reactions
-from conrod.studies.cell import Cell
-from conrod.trajectory import Piece
+from conrod.exact.dynamics.inverse import reactions
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Piece
+from conrod.studies.frame.cell import Cell
 
 MUJOCO: Any = engine_named("mujoco")
 FAST_SAW = SCENES["saw-500rpm"]

@@ -14,10 +14,9 @@ from catalogue import CAM, PRESS, SAW, SCENES
 from conrod import MuJoCoSettings
 from conrod.engines import engine_named
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
-from conrod.engines.mujoco.solver_state import constraint_forces, solver_state
-from conrod.motion import Array
-from conrod.trajectory import Piece
+from conrod.engines.mujoco.recorder import constraint_forces, solver_state, warnings_kept_quiet
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Piece
 
 MUJOCO: Any = engine_named("mujoco")
 PRESETS = ("stock", "tuned", "hardened")

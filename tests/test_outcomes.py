@@ -14,11 +14,11 @@ import pytest
 
 from catalogue import CAM, DEFECTIVE_LINKAGES, PRESS, SAW, SCENES
 from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, run
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Revolute
-from conrod.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict, judge
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.mechanism import Revolute
+from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict, judge
+from conrod.runs.trajectory import BodyStates, BodyTracks
 from conrod.scenes import CamFollower, Saw, ShearPress
-from conrod.trajectory import BodyStates, BodyTracks
 from synthetic import TOGETHER, body_states, instants, longer_rod, other_branch, synthetic_trajectory
 
 LINKAGES: dict[str, Any] = {name: s for name, s in SCENES.items() if not isinstance(s, CamFollower)}

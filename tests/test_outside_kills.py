@@ -14,16 +14,15 @@ import pytest
 import cell_tasks as tasks
 from command_line import conrod
 from conrod import PymunkSettings, Saw, Trajectory, run
-from conrod.child import KilledFromOutside
-from conrod.confined import confined
 from conrod.engines.engine import Machine
-from conrod.execution.dispatch import run_cells
-from conrod.execution.local import LocalProcesses
-from conrod.isolation import Ended, isolated, isolated_once, run_isolated
-from conrod.studies.ledger import Ledger
-from conrod.studies.limits.bounded import BoundedCell
-from conrod.studies.limits.perform import perform
-from conrod.trajectory import Outcome, Settings
+from conrod.runs.trajectory import Outcome, Settings
+from conrod.studies.execution.child import KilledFromOutside
+from conrod.studies.execution.confined import confined
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.isolation import Ended, isolated, isolated_once, run_isolated
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.limits.perform import BoundedCell, perform
 from outside_kills import descendants, killing, waiting_cell, was_alone
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")

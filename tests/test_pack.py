@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
-from conrod.mechanism import CamContact, Prismatic, Revolute
-from conrod.pack.contents import PAGES, mechanism_document, pack_files
-from conrod.pack.reading import read_parameters
-from conrod.pack.tolerances import worth_meeting
-from conrod.pack.writing import pack_to_write
+from conrod.mechanism.mechanism import CamContact, Prismatic, Revolute
+from conrod.own.tables.study import study_table
+from conrod.report.pack.contents import PAGES, mechanism_document, pack_files
+from conrod.report.pack.reading import read_parameters
+from conrod.report.pack.readme import worth_meeting
+from conrod.report.pack.writing import pack_to_write
 from conrod.scenes import SCENES, Saw, Scene
-from conrod.tables.study import study_table
 from tests.command_line import conrod
 from tests.table_files import read
 
@@ -37,7 +37,7 @@ OTHER = {
 def packed(name: str, scene: Scene) -> Mapping[str, str | bytes]:
     """Made once, without the drawing: that takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("conrod.pack.contents.mechanism_svg", lambda _: "<svg/>")
+        patch.setattr("conrod.report.pack.contents.mechanism_svg", lambda _: "<svg/>")
         return pack_files(name, scene, 90, 2)
 
 

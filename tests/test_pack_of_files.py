@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
-from conrod.catalogue import catalogue_file, catalogue_scene
-from conrod.dynamics_scenes import dynamics_text
-from conrod.mechanism_files import DescribedScene, read_scene
-from conrod.pack.contents import pack_files
-from conrod.pack.reading import read_parameters
-from conrod.selection import machine_text
-from conrod.tables.estimation import estimate
-from conrod.tables.study import TableStudy, study_table
+from conrod.own.tables.estimation import estimate
+from conrod.own.tables.study import TableStudy, study_table
+from conrod.report.pack.contents import pack_files
+from conrod.report.pack.reading import read_parameters
+from conrod.scenes.catalogue import catalogue_file, catalogue_scene
+from conrod.scenes.described_scene import DescribedScene, read_scene
+from conrod.scenes.dynamics import dynamics_text
+from conrod.studies.frame.resolve_arguments import machine_text
 from tests.command_line import conrod
 from tests.table_files import read
 
@@ -38,7 +38,7 @@ def longer(name: str) -> DescribedScene:
 def packed(name: str, scene: DescribedScene) -> Mapping[str, str | bytes]:
     """Made once, without the drawing: that takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("conrod.pack.contents.mechanism_svg", lambda _: "<svg/>")
+        patch.setattr("conrod.report.pack.contents.mechanism_svg", lambda _: "<svg/>")
         return pack_files(name, scene, 90, 2, catalogue_file(name).read_bytes())
 
 

@@ -7,13 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from conrod.catalogue import catalogue_scene
-from conrod.comparison import compare
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
 from conrod.engines.mujoco.pass_defect import largest_errors
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.runs.comparison import compare
+from conrod.scenes.catalogue import catalogue_scene
 
 STEPS, SPACING, CONSTANT = 4000, 2.5e-4, 0.1
 TIMES = SPACING * np.arange(STEPS + 1)

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import command_line
-from conrod.child import HOME, import_path
-from conrod.isolation import isolated
 from conrod.scenes import SCENES
+from conrod.studies.execution.child import HOME, import_path
+from conrod.studies.execution.isolation import isolated
 from own_model_edits import HACKSAW
 from table_files import csv_text, exact_table
 

@@ -11,15 +11,14 @@ import numpy as np
 import pytest
 
 from catalogue import CAM, PRESS, SAW, SCENES
-from conrod.catalogue import scene_named
-from conrod.dynamics.inverse import InverseDynamics, JointForces, State
 from conrod.engines import engine_named
-from conrod.engines.forces import ForceTracks
+from conrod.engines.capabilities import ForceTracks
 from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import started
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.kinematics import Kinematics
-from conrod.loads import (
+from conrod.exact.dynamics.inverse import InverseDynamics, JointForces, State
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.loads import (
     Displacement,
     Distance,
     Elastic,
@@ -31,7 +30,8 @@ from conrod.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism import Body, Mechanism
+from conrod.mechanism.mechanism import Body, Mechanism
+from conrod.scenes.catalogue import scene_named
 
 PYMUNK: Any = engine_named("pymunk")
 START = 0.3

@@ -11,17 +11,17 @@ import numpy as np
 import pymunk
 import pytest
 
-from conrod.dynamics.forward import FreeMotion
 from conrod.engines import engine_named
-from conrod.engines.free import FreeRun
+from conrod.engines.capabilities import FreeRun
 from conrod.engines.pymunk import free_run as own
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.loads import Pushes
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.errors import InvalidInput
-from conrod.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
-from conrod.mechanism import GROUND, Mechanism
-from conrod.trajectory import Outcome
+from conrod.exact.dynamics.forward import FreeMotion
+from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
+from conrod.mechanism.mechanism import GROUND, Mechanism
+from conrod.runs.trajectory import Outcome
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energy_drift, exact, pose_error
 
 PYMUNK: Any = engine_named("pymunk")

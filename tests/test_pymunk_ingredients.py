@@ -14,13 +14,14 @@ import pytest
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW
 from conrod import Comparison, InvalidInput, Outcome, PymunkSettings, Trajectory, compare, run
 from conrod.engines import engine_named
-from conrod.engines.ingredient import Ingredient, Quantity
-from conrod.engines.left_out_rod import BODY, DISTANCE_JOINT
-from conrod.engines.pymunk import dressing, mobility
-from conrod.engines.pymunk import instants as pymunk_instants
-from conrod.engines.pymunk.dressing_names import NAMES, SHAPES, SUBSTEPS
+from conrod.engines.capabilities import Ingredient, Quantity
+from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
+from conrod.engines.pymunk import mobility
+from conrod.engines.pymunk import model_edits as dressing
+from conrod.engines.pymunk import points as pymunk_instants
+from conrod.engines.pymunk.settings import NAMES, SHAPES, SUBSTEPS
 from conrod.engines.pymunk.space import build
-from conrod.studies.cell import Cell
+from conrod.studies.frame.cell import Cell
 
 ENGINE = engine_named("pymunk")
 QUANTITIES = ("position", "velocity", "acceleration")

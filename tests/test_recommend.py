@@ -10,16 +10,15 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
-from conrod.mass_ratio import mass_ratio
+from conrod.exact.dynamics.inverse import mass_ratio
+from conrod.exact.transmission import least_transmission_angle
 from conrod.scenes import SCENES
-from conrod.studies.cell import Cell
-from conrod.studies.choice import check_tolerances, recommend_for
-from conrod.studies.measurement import Measurement
-from conrod.studies.recommendation import Recommendation, Refusal
-from conrod.studies.stock_comparison import compared_with_stock
-from conrod.studies.sweep import plan_sweep
-from conrod.studies.timing import Timing
-from conrod.transmission import least_transmission_angle
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.timing import Timing
+from conrod.studies.recommend.choice import check_tolerances, recommend_for
+from conrod.studies.recommend.recommendation import Recommendation, Refusal, compared_with_stock
+from conrod.studies.sweep.plan import plan_sweep
 
 SAW = SCENES["saw-500rpm"]
 

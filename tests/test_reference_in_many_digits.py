@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.catalogue import catalogue_names, catalogue_scene
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism, Revolute
-from conrod.motion import Array
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_names, catalogue_scene
 from many_digits import ManyDigits
 
 PARTS = np.array([0.05, 0.23, 0.41, 0.59, 0.77, 0.95])  # of the turn or the pass

@@ -17,16 +17,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conrod.files import check_writable_folder
-from conrod.report import numbers, writer
-from conrod.report.canvas import drawing_style, svg_text
-from conrod.report.drawing import draw_mechanism, mechanism_svg
-from conrod.report.error_figure import error_figure
-from conrod.report.pages import scene_page
+from conrod.report import numbers
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.charts.errors import error_figure
+from conrod.report.drawing.drawing import draw_mechanism, mechanism_svg
 from conrod.report.reproduction import Reproduction
-from conrod.report.writer import figures, write_report
+from conrod.report.validation import writer
+from conrod.report.validation.pages import scene_page
+from conrod.report.validation.writer import figures, write_report
 from conrod.scenes import SCENES
-from conrod.studies.results import QUANTITIES, Curve, PrintedCells, RefinementPoint, Result, SceneStudy, Tolerance
+from conrod.studies.frame.files import check_writable_folder
+from conrod.studies.validation.results import (
+    QUANTITIES,
+    Curve,
+    PrintedCells,
+    RefinementPoint,
+    Result,
+    SceneStudy,
+    Tolerance,
+)
 
 COMMAND = Reproduction("conrod validate {scene} --out reports")
 ALL = sorted(SCENES)
@@ -496,7 +505,7 @@ def test_the_report_names_no_host_and_no_time(tmp_path: Path, monkeypatch: pytes
 
 def test_reporting_loads_no_engine_and_no_window_system() -> None:
     code = (
-        "import sys, conrod.report.writer, conrod.report.drawing\n"
+        "import sys, conrod.report.validation.writer, conrod.report.drawing.drawing\n"
         "loaded = [m for m in sys.modules if m.split('.')[0] in ('mujoco', 'pymunk') or m == 'matplotlib.pyplot'"
         " or m.startswith('conrod.engines')]\n"
         "sys.exit(repr(loaded) if loaded else 0)"

@@ -10,12 +10,12 @@ import pytest
 
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
-from conrod.generic_reference import GenericReference
-from conrod.joint_equations import joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic
-from conrod.motion import Array
-from conrod.outcome import joint_gaps
-from conrod.rolling import Rack, Rolling
+from conrod.exact.generic_reference import GenericReference
+from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic
+from conrod.mechanism.rolling import Rack, Rolling
+from conrod.runs.outcome import joint_gaps
 from rolling_machines import (
     CRANK,
     MACHINES,

@@ -8,20 +8,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.closure_prediction import predicted_errors
-from conrod.comparison import compare
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
 from conrod.engines.mesh_rows import mesh_row
 from conrod.engines.pymunk.gears import gears_refusal
+from conrod.engines.running import run
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
-from conrod.generic_reference import GenericReference
-from conrod.joint_equations import joint_residual, pose_jets
-from conrod.mechanism import Mechanism
-from conrod.outcome import joint_gaps
-from conrod.running import run
-from conrod.trajectory import Outcome, Trajectory
+from conrod.exact.generic_reference import GenericReference
+from conrod.exact.joint_equations import joint_residual, pose_jets
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.closure_prediction import predicted_errors
+from conrod.runs.comparison import compare
+from conrod.runs.outcome import joint_gaps
+from conrod.runs.trajectory import Outcome, Trajectory
 from rolling_machines import (
     MACHINES,
     PIN,

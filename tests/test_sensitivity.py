@@ -11,11 +11,11 @@ import pytest
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.errors import InvalidInput
-from conrod.mechanism import Mechanism
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.trajectory import Settings
 from conrod.scenes import SCENES, Saw, Scene
-from conrod.studies.measurement import measure
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sensitivity import (
+from conrod.studies.frame.measurement import measure
+from conrod.studies.sweep.sensitivity import (
     BASE,
     GRAVITY,
     MASS_FACTORS,
@@ -26,7 +26,7 @@ from conrod.studies.sensitivity import (
     sensitivity_of,
     varied_mass,
 )
-from conrod.trajectory import Settings
+from conrod.studies.validation.results import QUANTITIES
 from measured import FAILED, measured, shape_of
 
 SAW, PRESS = SCENES["saw-500rpm"], SCENES["shear-press"]

@@ -13,17 +13,16 @@ import pytest
 
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 from conrod import Comparison, MuJoCoSettings, Outcome, PymunkSettings, compare, run
-from conrod.catalogue import scene_named
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import Softness
-from conrod.engines.left_out_rod import BODY, DISTANCE_JOINT
+from conrod.engines.fixed_point import largest_derivatives, self_consistent
+from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.mujoco import softness as mujoco_softness
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.sdirk import Balance, integrated
-from conrod.engines.mujoco.spring import Spring
+from conrod.engines.mujoco.pass_defect import Balance, integrated
+from conrod.engines.mujoco.settings import Spring
 from conrod.engines.pymunk.settings import STOCK_BIAS
-from conrod.engines.self_consistent import self_consistent
-from conrod.engines.smoothness import largest_derivatives
+from conrod.scenes.catalogue import scene_named
 
 FAST = SCENES["saw-500rpm"]
 # How far a law that leaves nothing out may be off: what sampling a turn 720 times misses, and what the step leaves.

@@ -15,12 +15,12 @@ import pytest
 from catalogue import CAM, PRESS, SAW, VARIATIONS
 from conrod import MuJoCoSettings, Outcome, Trajectory
 from conrod.engines import engine_named
-from conrod.engines.left_out_rod import DISTANCE_JOINT
+from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.mujoco import recorder
-from conrod.engines.mujoco.ending import ended_by_engine
 from conrod.engines.mujoco.model import build
-from conrod.motion import Array
-from conrod.trajectory import Piece
+from conrod.engines.mujoco.recorder import ended_by_engine
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Piece
 
 MUJOCO: Any = engine_named("mujoco")
 STEPS, REVOLUTIONS, START = 60, 1.2, 0.7

@@ -14,10 +14,10 @@ import pytest
 from catalogue import CAM, PRESS, SAW, VARIATIONS
 from conrod import Outcome, PymunkSettings, Trajectory
 from conrod.engines import engine_named
-from conrod.engines.left_out_rod import DISTANCE_JOINT
+from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.pymunk import dynamics, stepping
-from conrod.motion import Array
-from conrod.trajectory import BodyStates, Instants, Piece
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import BodyStates, Instants, Piece
 
 PYMUNK: Any = engine_named("pymunk")
 STEPS, REVOLUTIONS = 60, 2.5
@@ -163,7 +163,8 @@ def test_a_converged_iteration_leaves_rounding_and_a_short_one_does_not(
 
 
 def test_a_bias_other_than_the_engine_has_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    from conrod.engines.pymunk import left_over, pieces
+    from conrod.engines.pymunk import pieces
+    from conrod.engines.pymunk import pieces as left_over
 
     told = left_over.gap_rate_left
     monkeypatch.setattr(

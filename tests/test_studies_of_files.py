@@ -12,26 +12,25 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.catalogue import catalogue_scene
 from conrod.engines import engine_named
-from conrod.engines.left_out_rod import BODY
+from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.kinematics import Kinematics
-from conrod.mechanism_files import DescribedScene, scene_of
+from conrod.exact.kinematics import Kinematics
 from conrod.scenes import Saw
-from conrod.studies.ablate.cell import ChangeCell
-from conrod.studies.ablate.perform import measure_change
-from conrod.studies.cell import LEAST_STEPS, Cell, as_run
-from conrod.studies.choice import confirming_cells
-from conrod.studies.clock import time_run
+from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.studies.ablate.cell import ChangeCell, measure_change
+from conrod.studies.frame.cell import LEAST_STEPS, Cell, as_run
+from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.timing import time_run
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axes.length_unit import length_power, rescaled
+from conrod.studies.limits.axes.machine import length_power, rescaled
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
-from conrod.studies.limits.exact_torque import ExactTorque
-from conrod.studies.limits.watch import watch
-from conrod.studies.measurement import measure
-from conrod.studies.sweep import SweptRule
+from conrod.studies.limits.extremes import ExactTorque
+from conrod.studies.limits.stream_run import watch
+from conrod.studies.recommend.choice import confirming_cells
+from conrod.studies.sweep.plan import SweptRule
 from tests.command_line import conrod
 from tests.described import CATALOGUE, changed
 from tests.rolling_machines import gear_pair

@@ -19,7 +19,7 @@ import pytest
 
 import command_line
 from conrod import SCENES, PymunkSettings, compare, run
-from conrod.execution.cluster import DaskCluster
+from conrod.studies.execution.cluster import DaskCluster
 
 # Runs of a coarse grid that take a second or two.
 QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")

@@ -11,11 +11,11 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.rule import GRIDS, Grid, grid_named, step_counts
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, Scene
-from conrod.studies.cell import SIGNED_ANGLES, Cell
-from conrod.studies.measurement import measure
-from conrod.studies.pareto import pareto_front
-from conrod.studies.sweep import cells_to_time, plan_sweep, sweep_study
-from conrod.studies.timing import Timing
+from conrod.studies.frame.cell import SIGNED_ANGLES, Cell
+from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.timing import Timing
+from conrod.studies.sweep.plan import cells_to_time, plan_sweep, sweep_study
+from conrod.studies.sweep.results import pareto_front
 
 EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
 

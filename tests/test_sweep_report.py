@@ -18,11 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.errors import InvalidInput
-from conrod.files import Batch, write_together
 from conrod.report import numbers
-from conrod.report.canvas import drawing_style, on_log_grid, svg_text
+from conrod.report.charts.canvas import drawing_style, on_log_grid, svg_text
 from conrod.report.reproduction import Reproduction
-from conrod.report.summary import check_report_folder
 from conrod.report.sweep import writer
 from conrod.report.sweep.bands import Pooled, rows_of, shares_table
 from conrod.report.sweep.budgets import budget_tables
@@ -33,17 +31,19 @@ from conrod.report.sweep.fronts import labelled_table
 from conrod.report.sweep.placing import placed_points
 from conrod.report.sweep.point_names import Box, placed_names
 from conrod.report.sweep.refinement_orders import orders_figure, orders_table
-from conrod.report.sweep.transfer_table import transfers_table
+from conrod.report.sweep.setting_tables import transfers_table
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.sweep.writer import sweep_report_batch
 from conrod.report.tables import table
+from conrod.report.validation.summary import check_report_folder
 from conrod.scenes import SCENES
-from conrod.studies.grid_convergence import Share
-from conrod.studies.measurement import Measurement
-from conrod.studies.observed_orders import order_of
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
-from conrod.studies.transfer import Transfer
+from conrod.studies.frame.files import Batch, write_together
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.recommend.transfer import Transfer
+from conrod.studies.sweep.grid_convergence import Share
+from conrod.studies.sweep.observed_orders import order_of
+from conrod.studies.sweep.results import SweepStudy, SweptPoint
+from conrod.studies.validation.results import QUANTITIES
 from handmade import FAST, SENSITIVITY, STEPS, convergence, handmade_sweep, measurement
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
@@ -430,7 +430,7 @@ def test_the_explanation_is_linked_where_it_can_be_reached(study: SweepStudy, tm
 
 def test_a_report_is_rendered_without_an_engine() -> None:
     look = "import sys; print([m for m in sys.modules if m in ('mujoco', 'pymunk', 'conrod.engines')])"
-    modules = {"conrod.report.sweep.writer": "[]", "conrod.studies.sweep": "['conrod.engines'"}
+    modules = {"conrod.report.sweep.writer": "[]", "conrod.studies.sweep.plan": "['conrod.engines'"}
     for module, found in modules.items():
         done = subprocess.run(
             [sys.executable, "-c", f"import {module}; {look}"], capture_output=True, text=True, check=True, timeout=60

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
+from conrod.own.tables import reading
 from conrod.scenes import Saw
-from conrod.tables import reading
 from tests.table_files import exact_table, read, write_all_formats, written
 
 SAW = Saw(speed=4.0)

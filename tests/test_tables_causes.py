@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from conrod.own.tables.study import TableStudy
 from conrod.scenes import Saw, Scene, ShearPress
-from conrod.tables.study import TableStudy
 from tests.synthetic import longer_rod, synthetic_trajectory
 from tests.table_files import ROWS, Columns, exact_table, judged
 

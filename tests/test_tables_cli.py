@@ -30,7 +30,9 @@ def late_table() -> Columns:
 def _read_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process for each table takes longer than what is claimed here; `confined` ones have theirs."""
     if "confined" not in request.node.name:
-        monkeypatch.setattr("conrod.confined.confined", lambda task, *arguments, timeout: task(*arguments))
+        monkeypatch.setattr(
+            "conrod.studies.execution.confined.confined", lambda task, *arguments, timeout: task(*arguments)
+        )
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
+from conrod.own.tables.estimation import Estimation, estimate, parse_estimate
+from conrod.own.tables.samples import Observed, Samples
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
-from conrod.tables.estimation import Estimation, estimate, parse_estimate
-from conrod.tables.samples import Observed, Samples
 from tests.table_files import Columns, exact_table, judged
 
 TURN = 2.0 * math.pi

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
+from conrod.own.tables.study import TableStudy
+from conrod.runs.trajectory import Instants
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
-from conrod.tables.study import TableStudy
-from conrod.trajectory import Instants
 from tests.synthetic import longer_rod, synthetic_trajectory
 from tests.table_files import LETTERS, Columns, exact_table, judged
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
+from conrod.own.tables import delimited
+from conrod.own.tables.delimited import numbers_by_arrow
+from conrod.own.tables.quantity import meant_by, targets
+from conrod.own.tables.samples import Observed
+from conrod.own.tables.text import factor, readings
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
-from conrod.tables import delimited
-from conrod.tables.fast_numbers import numbers_by_arrow
-from conrod.tables.heading import factor, readings
-from conrod.tables.quantity import meant_by, targets
-from conrod.tables.samples import Observed
 from tests.table_files import csv_text, exact_table, read, write_all_formats, written
 
 SAW = Saw(speed=4.0)
@@ -175,7 +175,7 @@ def test_parquet_says_in_one_line_what_it_needs(tmp_path: Path, monkeypatch: pyt
 
 @pytest.mark.parametrize("name", SCENES)
 def test_conrods_own_export_is_read_whole(name: str, tmp_path: Path) -> None:
-    from conrod.export import as_csv, exact_columns
+    from conrod.report.pack.export import as_csv, exact_columns
 
     scene = SCENES[name]
     found = read(written(tmp_path, as_csv(exact_columns(scene, 36, 1))), scene)

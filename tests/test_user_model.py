@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conrod.engines.mujoco.user_model.scanning import scan
+from conrod.own.models.frame import GivenFrame
+from conrod.own.models.lengths import Length
+from conrod.own.models.references import ALL_LENGTHS
+from conrod.own.models.request import Place
+from conrod.own.models.scanning import scan
 from conrod.report.user_model.words import length
-from conrod.studies.user_model.frame import GivenFrame
-from conrod.studies.user_model.lengths import Length
-from conrod.studies.user_model.rulers import ALL_LENGTHS
-from conrod.user_model import Place
 from own_model_edits import (
     CRANK_PIN,
     HACKSAW,
@@ -111,8 +111,8 @@ def test_points_may_be_bodies_and_geoms_of_any_name(tmp_path: Path) -> None:
 
 def test_a_model_that_was_drawn_by_hand_is_the_saw() -> None:
     points = (Place("C", "body", "bow"), Place("M", "geom", "rod"))
+    from conrod.own.models.identity import identify
     from conrod.scenes import SCENES
-    from conrod.studies.user_model.identity import identify
 
     scanned = scan(HACKSAW, question("saw", points=points, crank="motor"))
     identity = identify(SCENES["saw-40rpm"], scanned, GivenFrame())

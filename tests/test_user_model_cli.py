@@ -10,12 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 from conrod.cli import cli
-from conrod.commands.model_options import ModelOptions
-from conrod.commands.model_request import given_frame, question_of
-from conrod.confined import confined
-from conrod.engines.mujoco.user_model.scanning import scan
+from conrod.cli.model_options import ModelOptions, given_frame, question_of
 from conrod.errors import InvalidInput
+from conrod.own.models.scanning import scan
 from conrod.scenes import SCENES
+from conrod.studies.execution.confined import confined
 from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from conrod import MuJoCoSettings, compare, run
-from conrod.engines.mujoco.user_model.driving import ordered
-from conrod.engines.mujoco.user_model.scanning import prepare
-from conrod.engines.mujoco.user_model.stepping import Stepper
 from conrod.errors import InvalidInput
-from conrod.report.user_model import run_words, words
+from conrod.own.models.driving import Stepper, ordered
+from conrod.own.models.request import DrivenRun, Order, Place
+from conrod.own.models.scanning import prepare
+from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE
+from conrod.report.user_model import words
+from conrod.report.user_model import words as run_words
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
-from conrod.studies.user_model.study import EXACT_SOLVER, OWN, RIPPLE
-from conrod.trajectory import Outcome
-from conrod.user_model import DrivenRun, Order, Place
 from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, question, replaced, settled
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from conrod.engines.mujoco.user_model.scanning import scan
 from conrod.errors import InvalidInput
+from conrod.own.models.frame import GivenFrame
+from conrod.own.models.request import Place
+from conrod.own.models.scanning import scan
 from conrod.report.user_model.words import verdict
-from conrod.studies.user_model.frame import GivenFrame
-from conrod.user_model import Place
 from own_model_edits import (
     CONNECT,
     PIECES,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.mechanism_files import DescribedScene, read_scene
+from conrod.scenes.described_scene import DescribedScene, read_scene
 from tests.command_line import conrod
 from tests.described import SLIDER_CRANK
 

@@ -13,21 +13,21 @@ import numpy as np
 import pytest
 
 from command_line import conrod
-from conrod.catalogue import catalogue_file
 from conrod.engines import engine_named
-from conrod.engines.forces import ForceTracks
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Body, Mechanism
+from conrod.engines.capabilities import ForceTracks
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.mechanism import Body, Mechanism
 from conrod.report.forces.writer import force_report_batch
 from conrod.report.reproduction import Reproduction
+from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
-from conrod.selection import select_scene
+from conrod.scenes.catalogue import catalogue_file
 from conrod.studies.forces.exact import peaks_of
 from conrod.studies.forces.results import ForceResult, ForceStudy
 from conrod.studies.forces.seen import Seen, seen_of
 from conrod.studies.forces.study import ForcePlan, validate_forces
-from conrod.studies.validate import Plan
-from conrod.trajectory import Instants, Outcome
+from conrod.studies.frame.resolve_arguments import select_scene
+from conrod.studies.validation.plan import Plan
 
 JUDGED = (("mujoco", "hardened"), ("pymunk", "tuned"))
 SELDOM = {*((name, pair) for name in ("saw-40rpm", "six-bar") for pair in JUDGED), ("saw-500rpm", JUDGED[1])}

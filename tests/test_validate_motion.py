@@ -13,19 +13,18 @@ import pytest
 
 from command_line import conrod
 from conrod.engines import engine_named
-from conrod.engines.free import FreeRun
+from conrod.engines.capabilities import FreeRun
 from conrod.errors import InvalidInput
-from conrod.loads import Elastic
-from conrod.mechanism import Mechanism
-from conrod.mechanism_files import read_scene
+from conrod.mechanism.loads import Elastic
+from conrod.mechanism.mechanism import Mechanism
 from conrod.report.free_motion.words import loads_words
-from conrod.selection import select_scenes
+from conrod.runs.trajectory import Outcome
+from conrod.scenes.described_scene import read_scene
+from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.jobs import motion_study
-from conrod.studies.free_motion.perform import _on_its_branch, run_motion
+from conrod.studies.free_motion.perform import _on_its_branch, motion_study, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactTold, MotionResult, MotionStudy
-from conrod.trajectory import Outcome
 
 SHORT = MotionPlan(FREE, 2.0)
 

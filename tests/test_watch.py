@@ -15,12 +15,12 @@ from catalogue import CAM, SAW
 from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import PIECE
+from conrod.runs.trajectory import Piece, SolverState
 from conrod.scenes import SCENES, CamFollower
-from conrod.studies.cell import Cell
-from conrod.studies.limits.solver_look import SolverLook
-from conrod.studies.limits.watch import piece_length, watch
-from conrod.studies.measurement import Measurement, measure
-from conrod.trajectory import Piece, SolverState
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.limits.run_statistics import SolverLook
+from conrod.studies.limits.stream_run import piece_length, watch
 from watched import cell, coarse_cam, extremes, in_pieces_of, moved, planted_in, watched
 
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500

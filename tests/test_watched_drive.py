@@ -13,13 +13,13 @@ import pytest
 from catalogue import CAM, PRESS, SAW, VARIATIONS
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.engines import engine_named
-from conrod.engines.left_out_rod import DISTANCE_JOINT
-from conrod.reactions import reactions
+from conrod.engines.massless_rod import DISTANCE_JOINT
+from conrod.exact.dynamics.inverse import reactions
+from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
-from conrod.studies.limits.exact_torque import ExactTorque
-from conrod.studies.limits.history import History, marked
-from conrod.studies.limits.watch import watch
-from conrod.trajectory import Piece
+from conrod.studies.limits.extremes import ExactTorque
+from conrod.studies.limits.run_length import History, marked
+from conrod.studies.limits.stream_run import watch
 from watched import cell, coarse_cam, extremes, watched
 
 TURN = 2.0 * math.pi

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from conrod.engines import engine_named
-from conrod.studies.limits import watch as watching
+from conrod.runs.trajectory import Piece
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.limits import stream_run as watching
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
-from conrod.studies.limits.watch import watch
-from conrod.studies.measurement import Measurement
-from conrod.trajectory import Piece
+from conrod.studies.limits.stream_run import watch
 
 
 def cell(scene: Any, settings: Any, revolutions: float = 2.0, start_angle: float = 0.0) -> LimitCell:

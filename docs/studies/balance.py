@@ -8,9 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from conrod.catalogue import scene_named
-from conrod.dynamics.inverse import InverseDynamics, State
-from conrod.kinematics import Kinematics
+from conrod.scenes.catalogue import scene_named
+from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.kinematics import Kinematics
 
 saw = scene_named("saw-coasting")  # or read_scene(Path("my_saw.toml"))
 angle = np.linspace(0.0, 2.0 * np.pi, 721)

@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from conrod import MuJoCoSettings, run
-from conrod.catalogue import scene_named
-from conrod.dynamics.inverse import InverseDynamics, State
+from conrod.scenes.catalogue import scene_named
+from conrod.exact.dynamics.inverse import InverseDynamics, State
 
 SPEED, LEAST_PUSH, PRELOAD = 20.0, 5.0, 10.0  # [rad/s], [N] left between cam and roller, [N] on the base circle
 cam = scene_named("cam-spring-slow")  # or read_scene(Path("my_cam.toml"))

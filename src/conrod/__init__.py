@@ -17,45 +17,45 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from conrod.comparison import Comparison as Comparison
-    from conrod.comparison import compare as compare
     from conrod.engines.mujoco.hardening import harden as harden
     from conrod.engines.mujoco.settings import MuJoCoSettings as MuJoCoSettings
     from conrod.engines.pymunk.settings import PymunkSettings as PymunkSettings
+    from conrod.engines.running import run as run
     from conrod.errors import InvalidInput as InvalidInput
-    from conrod.generic_reference import GenericReference as GenericReference
-    from conrod.kinematics import Kinematics as Kinematics
-    from conrod.mechanism import Mechanism as Mechanism
-    from conrod.running import run as run
+    from conrod.exact.generic_reference import GenericReference as GenericReference
+    from conrod.exact.kinematics import Kinematics as Kinematics
+    from conrod.mechanism.mechanism import Mechanism as Mechanism
+    from conrod.runs.comparison import Comparison as Comparison
+    from conrod.runs.comparison import compare as compare
+    from conrod.runs.trajectory import Outcome as Outcome
+    from conrod.runs.trajectory import Trajectory as Trajectory
     from conrod.scenes import SCENES as SCENES
     from conrod.scenes import CamFollower as CamFollower
     from conrod.scenes import Saw as Saw
     from conrod.scenes import Scene as Scene
     from conrod.scenes import ShearPress as ShearPress
-    from conrod.trajectory import Outcome as Outcome
-    from conrod.trajectory import Trajectory as Trajectory
 
 __version__ = version("conrod")
 
 # Where each public name lives: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _HOMES = {
-    "Comparison": "conrod.comparison",
-    "compare": "conrod.comparison",
+    "Comparison": "conrod.runs.comparison",
+    "compare": "conrod.runs.comparison",
     "harden": "conrod.engines.mujoco.hardening",
     "MuJoCoSettings": "conrod.engines.mujoco.settings",
     "PymunkSettings": "conrod.engines.pymunk.settings",
     "InvalidInput": "conrod.errors",
-    "GenericReference": "conrod.generic_reference",
-    "Kinematics": "conrod.kinematics",
-    "Mechanism": "conrod.mechanism",
-    "run": "conrod.running",
+    "GenericReference": "conrod.exact.generic_reference",
+    "Kinematics": "conrod.exact.kinematics",
+    "Mechanism": "conrod.mechanism.mechanism",
+    "run": "conrod.engines.running",
     "SCENES": "conrod.scenes",
     "CamFollower": "conrod.scenes",
     "Saw": "conrod.scenes",
     "Scene": "conrod.scenes",
     "ShearPress": "conrod.scenes",
-    "Outcome": "conrod.trajectory",
-    "Trajectory": "conrod.trajectory",
+    "Outcome": "conrod.runs.trajectory",
+    "Trajectory": "conrod.runs.trajectory",
 }
 
 

@@ -1,7 +1,11 @@
-"""A cam profile as the convex polygon that engines collide, and the error that this shape has.
+"""The convex hull of points in a plane.
+
+A cam profile as the convex polygon that engines collide, and the error that this shape has.
 
 Every facet stands off its arc by about the same sagitta, and every vertex half a sagitta outside, so that the
 polygon straddles the true curve: its normal distance to it is at most half a sagitta either way.
+
+Which cams engines are given as contact: what their laws of contact and the placing of the follower are made for.
 """
 
 from __future__ import annotations
@@ -13,10 +17,35 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.cam import CamProfile
-from conrod.cam_law import LawProfile
-from conrod.cam_shape import Profile
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.cam import CamProfile
+from conrod.mechanism.cam_law import LawProfile
+from conrod.mechanism.cam_shape import Profile, concave_reason
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic
+
+
+def convex_hull(points: Array) -> Array:
+    """Corners (C, 2) of the convex hull of points (N, 2), counter-clockwise (Andrew's monotone chain).
+
+    Points between two corners are left out; of points in one line the two ends remain.
+    """
+    ordered = sorted({(float(x), float(y)) for x, y in points})
+    if len(ordered) == 1:
+        return np.array(ordered)
+
+    def chain(some: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        kept: list[tuple[float, float]] = []
+        for p in some:
+            while len(kept) > 1 and _turn(kept[-2], kept[-1], p) <= 0.0:
+                kept.pop()
+            kept.append(p)
+        return kept[:-1]
+
+    return np.array(chain(ordered) + chain(ordered[::-1]))
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 @dataclass(frozen=True)
@@ -118,3 +147,32 @@ def _depth(profile: LawProfile, angle: Array, owners: NDArray[np.intp], corners:
 
 def _cross(first: Array, second: Array) -> Array:
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+
+
+WANTED = "contact is derived for one cam, on the crank, and one follower on a slide of the ground"
+CAM_AND_FOLLOWER = 2
+
+
+def contact_refusal(mechanism: Mechanism) -> str | None:
+    """None, or why a mechanism's cam is solved exactly but given to no engine; None too where there is no cam."""
+    for contact in mechanism.cam_contacts:
+        reason = concave_reason(contact.profile)
+        if reason is None and (otherwise := _otherwise(mechanism, contact)):
+            reason = f"{WANTED}; {otherwise}"
+        if reason:
+            return reason
+    return None
+
+
+def _otherwise(mechanism: Mechanism, contact: CamContact) -> str | None:
+    """What is not as wanted."""
+    if contact.a != mechanism.crank:
+        return f"the cam of {contact.name} is on {contact.a}"
+    slides = [j for j in mechanism.joints if isinstance(j, Prismatic) and {j.a, j.b} == {GROUND, contact.b}]
+    if not slides:
+        return f"the follower {contact.b} is on no such slide"
+    if slides[0].a != GROUND:
+        return f"the guide of {slides[0].name} is on the follower: name the line on the ground as the guide"
+    if len(mechanism.bodies) != CAM_AND_FOLLOWER:
+        return f"here {len(mechanism.bodies)} bodies move"
+    return None

@@ -8,17 +8,15 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Generic, Protocol
 
-from conrod.cam_law import LawProfile
-from conrod.engines.forces import ForceTracks
-from conrod.engines.free import FreeRun
-from conrod.engines.ingredient import Ingredient
-from conrod.engines.mobility_count import MobilityCount
+from conrod.engines.capabilities import ForceTracks, FreeRun, Ingredient
+from conrod.engines.mobility import MobilityCount
 from conrod.engines.rule import Grid, Rule
 from conrod.engines.variations import AnySettings, Variations
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
-from conrod.trajectory import Piece, Trajectory
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.cam_law import LawProfile
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.trajectory import Piece, Trajectory
 
 
 class Machine(Protocol):

@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.equivalent_linkage import ROD, TURN, ArcLinkage, EquivalentLinkage, arcs_of
 from conrod.errors import InvalidInput
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism
-from conrod.motion import BREAK_WIDTH, Array
-from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
+from conrod.exact.equivalent_linkage import ROD, TURN, ArcLinkage, EquivalentLinkage, arcs_of
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import BREAK_WIDTH, Array
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 
 # So many steps on an arc leave an acceleration of a scheme that tells the first one from four samples.
 LEAST_STEPS = 4

@@ -13,9 +13,9 @@ import numpy as np
 
 from conrod.engines.tree import Branch, Tree
 from conrod.errors import InvalidInput
-from conrod.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
-from conrod.motion import Array
-from conrod.rolling import Mesh, Rack, Rolling
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.rolling import Mesh, Rack, Rolling
 
 SAME_PLACE = 1e-12  # of the largest coordinate of a point on a body
 

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from conrod.engines.engine import Machine, Softness
-from conrod.engines.left_out_rod import DistanceJoint, ModelForm
-from conrod.jet import Jet, square_root
-from conrod.joint_equations import pose_jets
-from conrod.motion import Array, diameter
+from conrod.engines.massless_rod import DistanceJoint, ModelForm
+from conrod.exact.jet import Jet, square_root
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.motion import Array, diameter
 
 TURNS = 2
 SAMPLES = 720  # in a turn

@@ -1,13 +1,16 @@
-"""What a sweep varies: settings that share one rule in period and step, and differ in their step alone."""
+"""What a sweep varies: settings that share one rule in period and step, and differ in their step alone.
+
+Settings as plain values, of which keys and reports are made.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from conrod.errors import unknown_choice
-from conrod.trajectory import Settings
+from conrod.runs.trajectory import Settings
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Machine
@@ -67,3 +70,18 @@ def grid_named(name: str) -> Grid:
 def distinct(rules: Iterable[Rule]) -> tuple[Rule, ...]:
     """Rules without repetition, in their first order."""
     return tuple(dict.fromkeys(rules))
+
+
+# Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
+# has it, it is not told: keys of results, and reports, stay what they were.
+LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": [], "cam": "contact"}
+
+
+def plain(settings: object) -> dict[str, Any]:
+    """The fields of a settings object as values that JSON has, later ones only where they differ from before."""
+    # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
+    values = {name: list(value) if isinstance(value, tuple) else value for name, value in vars(settings).items()}
+    for name, before in LATER_FIELDS.items():
+        if values.get(name) == before:
+            del values[name]
+    return values

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import DistanceJoint, ModelForm
+from conrod.engines.massless_rod import DistanceJoint, ModelForm
 from conrod.errors import InvalidInput
-from conrod.mechanism import GROUND, HigherPair, Mechanism, Prismatic, Revolute
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, HigherPair, Mechanism, Prismatic, Revolute
 
 
 @dataclass(frozen=True)

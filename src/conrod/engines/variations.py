@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from conrod.trajectory import Settings
+from conrod.runs.trajectory import Settings
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Machine

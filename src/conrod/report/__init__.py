@@ -1,1 +1,1 @@
-"""Validation results as Markdown, figures and JSON; reads results only and imports no engine."""
+"""Reports: saved results as tables, figures and pages."""

@@ -10,9 +10,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from conrod.cam import symmetric_cam
 from conrod.errors import InvalidInput
-from conrod.mechanism import (
+from conrod.exact.motion import BREAK_WIDTH, Array, Derivatives, PointDerivatives, Side
+from conrod.mechanism import parameters
+from conrod.mechanism.cam import symmetric_cam
+from conrod.mechanism.mechanism import (
     GROUND,
     Body,
     CamContact,
@@ -23,8 +25,6 @@ from conrod.mechanism import (
     Prismatic,
     Revolute,
 )
-from conrod.motion import BREAK_WIDTH, Array, Derivatives, PointDerivatives, Side
-from conrod.scenes import parameters
 from conrod.scenes.rod import circular, combine, constant, projection
 from conrod.scenes.scene import Scene
 

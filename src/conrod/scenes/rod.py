@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.motion import Array, Derivatives
+from conrod.exact.motion import Array, Derivatives
 
 
 def projection(length: Array | float, across: Derivatives) -> Derivatives:

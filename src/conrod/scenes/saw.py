@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
-from conrod.motion import Array, PointDerivatives, Side
-from conrod.scenes import parameters
+from conrod.exact.motion import Array, PointDerivatives, Side
+from conrod.mechanism import parameters
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
 from conrod.scenes.rod import circular, combine, constant, projection
 from conrod.scenes.scene import Scene
 

@@ -11,10 +11,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism
-from conrod.motion import Array, Break, Motion, PointDerivatives, Side, breaks_between, diameter, motion_in_time
-from conrod.scenes.parameters import Parameter, check_ranges, parameters_of
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array, Break, Motion, PointDerivatives, Side, breaks_between, diameter, motion_in_time
+from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.parameters import Parameter, check_ranges, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.

@@ -1,4 +1,6 @@
-"""What closes the loops of a tree, as MJCF. Imports no engine.
+"""XML elements and numbers, as MJCF wants them.
+
+What closes the loops of a tree, as MJCF. Imports no engine.
 
 A cut pin is an equality `connect` of two sites. A link that is left out is a spatial tendon between two sites, whose
 length an equality keeps at the one of the compiled pose, which is exact. A rolling pair is a fixed tendon, a linear
@@ -9,12 +11,38 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from conrod.engines.left_out_rod import DistanceJoint
+from conrod.engines.massless_rod import DistanceJoint
 from conrod.engines.mesh_rows import mesh_row
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.xml import add, number, numbers
 from conrod.engines.tree import Branch, Tree
-from conrod.mechanism import Point, Revolute
+from conrod.mechanism.mechanism import Point, Revolute
+
+
+def add(parent: ET.Element, tag: str, **attributes: str) -> ET.Element:
+    """A new last child of an element."""
+    return ET.SubElement(parent, tag, attributes)
+
+
+def clean(value: float) -> float:
+    """Zero for what is zero but for rounding."""
+    return 0.0 if abs(value) < 1e-15 else value
+
+
+def number(value: float) -> str:
+    """The shortest text that reads back as the same number."""
+    value = clean(float(value))
+    texts = (f"{value:.6g}", f"{value:.15g}", repr(value))
+    return next(text for text in texts if float(text) == value)
+
+
+def numbers(values: list[float] | tuple[float, ...]) -> str:
+    """Numbers separated by blanks, each exact."""
+    return " ".join(number(v) for v in values)
+
+
+def short(value: float) -> str:
+    """Four digits: enough for what is only looked at."""
+    return f"{clean(value):.4g}"
 
 
 def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:

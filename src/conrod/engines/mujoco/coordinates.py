@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.engines.tree import Tree
-from conrod.motion import Array
+from conrod.exact.motion import Array
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,12 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.mujoco.ending import ended_by_engine
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.recorder import Recorder
+from conrod.engines.mujoco.recorder import Recorder, ended_by_engine
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.motion import Array
-from conrod.outcome import Verdict, judge
-from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track, Trajectory
+from conrod.exact.motion import Array
+from conrod.runs.outcome import Verdict, judge
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track, Trajectory
 
 
 def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float) -> Trajectory:

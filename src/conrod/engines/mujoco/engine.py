@@ -6,33 +6,29 @@ from collections.abc import Callable, Iterator
 
 import mujoco
 
-from conrod.engines.contact_scope import contact_refusal
+from conrod.engines.cam_polygon import contact_refusal
+from conrod.engines.capabilities import ForceTracks, FreeRun, Ingredient
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
-from conrod.engines.forces import ForceTracks
-from conrod.engines.free import FreeRun
-from conrod.engines.ingredient import Ingredient
-from conrod.engines.left_out_rod import form_refusal, model_form
+from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
-from conrod.engines.mobility_count import MobilityCount
+from conrod.engines.mobility import MobilityCount
 from conrod.engines.mujoco import dynamics, kinematic, law, linkage_run, softness
-from conrod.engines.mujoco.bare import BareRun, started
-from conrod.engines.mujoco.dressing import dressing_refusal
 from conrod.engines.mujoco.forces import forces, nothing_told
 from conrod.engines.mujoco.free_run import free_run, free_settings
 from conrod.engines.mujoco.grid import rules
 from conrod.engines.mujoco.ingredients import ingredients, minimal
 from conrod.engines.mujoco.mobility import model_mobility
-from conrod.engines.mujoco.paste import paste
-from conrod.engines.mujoco.reference_loop import reference_loop
+from conrod.engines.mujoco.model_edits import dressing_refusal
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
-from conrod.engines.mujoco.variations import MuJoCoVariations
+from conrod.engines.mujoco.timing import BareRun, reference_loop, started
+from conrod.engines.mujoco.variations import MuJoCoVariations, paste
 from conrod.engines.rule import Grid, Rule
 from conrod.engines.tree import tree_of
-from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage, linkage_refusal
 from conrod.errors import InvalidInput
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
-from conrod.trajectory import Piece, Trajectory
+from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage, linkage_refusal
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.trajectory import Piece, Trajectory
 
 
 class MuJoCo(Engine[MuJoCoSettings]):

@@ -20,22 +20,21 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from conrod.dynamics.inverse import component_names
-from conrod.engines.applied import applied_forces
+from conrod.engines.capabilities import ForceTracks
 from conrod.engines.engine import Machine
-from conrod.engines.forces import ForceTracks
-from conrod.engines.left_out_rod import BODY
+from conrod.engines.load_work import applied_forces
+from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.dynamics import advance
-from conrod.engines.mujoco.load_laws import laws_acting
-from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.model import Build, build, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Branch
-from conrod.equivalent_linkage import CONTACT
-from conrod.loads import Distance
-from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute, to_world
-from conrod.motion import Array
-from conrod.outcome import judge
-from conrod.trajectory import BodyStates, BodyTracks, Instants, Outcome
+from conrod.exact.dynamics.inverse import component_names
+from conrod.exact.equivalent_linkage import CONTACT
+from conrod.exact.motion import Array
+from conrod.mechanism.loads import Distance
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute, to_world
+from conrod.runs.outcome import judge
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome
 
 Reader = Callable[[Array], Array]  # poses (3 n,) of the state that was solved -> components (2,)
 

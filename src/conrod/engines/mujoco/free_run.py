@@ -12,20 +12,18 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
-from conrod.engines.free import FreeRun, free_energy, free_verdict
-from conrod.engines.left_out_rod import ModelForm
+from conrod.engines.capabilities import FreeRun, free_energy, free_verdict
+from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mesh_rows import tree_refusal
-from conrod.engines.mujoco.compiling import compiled
 from conrod.engines.mujoco.hardening import harden
-from conrod.engines.mujoco.load_laws import laws_acting
 from conrod.engines.mujoco.mjcf import mjcf
-from conrod.engines.mujoco.model import Build
+from conrod.engines.mujoco.model import Build, compiled, laws_acting
 from conrod.engines.mujoco.recorder import STATE, WARNINGS, warnings_kept_quiet
 from conrod.engines.mujoco.settings import CONTACT_SOLIMP, PRESETS, STIFF_SOLIMP, MuJoCoSettings
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
 
 PIECE = 4096  # steps whose states are kept together
 # What is left of the regularisation is 1e-10 of the closures' inertia. At a change point, where a linkage could go two

@@ -8,14 +8,8 @@ from itertools import product
 from typing import Any
 
 from conrod.engines.engine import Machine, step_length
-from conrod.engines.left_out_rod import BODY, DISTANCE_JOINT
-from conrod.engines.mujoco.settings import (
-    PRESETS,
-    STIFF_SOLIMP,
-    STOCK_SOLIMP,
-    STOCK_SOLREF,
-    MuJoCoSettings,
-)
+from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
+from conrod.engines.mujoco.settings import PRESETS, STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
 from conrod.engines.rule import Grid, Rule, distinct
 
 # Where a time constant stands: in seconds, in steps, or in shares of the period.

@@ -7,14 +7,14 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.approach import StraightAhead, approached
+from conrod.engines.crank_sweep import StraightAhead, approached
 from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.fixed_point import close_gap
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.secant import close_gap
-from conrod.mechanism import CamContact
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import CamContact
 
 NEWTON_STEPS = 20
 

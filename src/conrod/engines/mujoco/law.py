@@ -21,16 +21,16 @@ import numpy as np
 
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.engines.engine import ExpectedError, Machine
+from conrod.engines.fixed_point import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.follower import FollowerMotion
-from conrod.engines.left_out_rod import BODY
+from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.pass_defect import left_of_defects
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.smoothness import SAMPLES, UNDETERMINED, largest_derivatives, rounding
-from conrod.kinematics import Kinematics
-from conrod.motion import Array
-from conrod.reactions import reactions
-from conrod.rolling import Mesh
+from conrod.exact.dynamics.inverse import reactions
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.rolling import Mesh
 
 RK4_LOCAL = 73.0 / 720.0
 CONTACT_LAW = (

@@ -15,20 +15,18 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from conrod.chunks import chunks
 from conrod.engines.engine import Machine
 from conrod.engines.linkage_legs import ENDLESS, LEAST_STEPS, Leg, legs
-from conrod.engines.mujoco.bare import BareRun
 from conrod.engines.mujoco.dynamics import body_states, instants_of, point_tracks, verdict_of
-from conrod.engines.mujoco.ending import ended_by_engine
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.recorder import Recorder
+from conrod.engines.mujoco.recorder import Recorder, ended_by_engine
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.equivalent_linkage import EquivalentLinkage, equivalent_linkage
-from conrod.joined import joined
-from conrod.motion import Array
-from conrod.outcome import Verdict
-from conrod.trajectory import BodyStates, BodyTracks, Outcome, Piece, PointTracks, Track, Trajectory
+from conrod.engines.mujoco.timing import BareRun
+from conrod.exact.cache_blocks import chunks
+from conrod.exact.equivalent_linkage import EquivalentLinkage, equivalent_linkage
+from conrod.exact.motion import Array
+from conrod.runs.outcome import Verdict
+from conrod.runs.trajectory import BodyStates, BodyTracks, Outcome, Piece, PointTracks, Track, Trajectory, joined
 
 
 def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float) -> Trajectory:

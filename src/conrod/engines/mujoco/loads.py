@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from conrod.engines.mujoco.closures import joint_name
-from conrod.engines.mujoco.xml import add, number, numbers
+from conrod.engines.mujoco.closures import add, joint_name, number, numbers
 from conrod.engines.tree import Branch, Tree
-from conrod.loads import (
+from conrod.mechanism.loads import (
     Displacement,
     Distance,
     Elastic,
@@ -27,7 +26,7 @@ from conrod.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism import GROUND, Mechanism, Point, Revolute
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Revolute
 
 BY_PROGRAM = (Friction, StrokePulse, TimePulse)  # laws that MJCF cannot say
 

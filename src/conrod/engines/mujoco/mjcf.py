@@ -11,14 +11,13 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from conrod.engines.cam_polygon import cam_polygon
-from conrod.engines.mujoco.closures import add_closures, closure_points, joint_name
-from conrod.engines.mujoco.dressing import dress_up
+from conrod.engines.mujoco.closures import add, add_closures, clean, closure_points, joint_name, number, numbers
 from conrod.engines.mujoco.loads import add_forces, add_load_tendons, load_points
-from conrod.engines.mujoco.looks import add_camera, add_link_geoms, add_looks
+from conrod.engines.mujoco.model_edits import dress_up
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.xml import add, clean, number, numbers
+from conrod.engines.mujoco.visual_geometry import add_camera, add_link_geoms, add_looks
 from conrod.engines.tree import Branch, Tree
-from conrod.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,26 @@
-"""The compiled model of a machine, and its start state."""
+"""Compiling a model without seeking the convex hull of a mesh again that was met before.
+
+MuJoCo seeks the hull of each mesh that can collide when a model is compiled: for a cam of 4000 vertices that takes a
+second, several times what a coarse run of it takes. Of a mesh in a file MuJoCo keeps the hull, in a cache that lasts as
+long as the process; then it takes 5 ms. So vertices that stand in a model's text are handed over as a file in memory.
+The compiled model is the same to the last bit, but for the path of that file.
+
+Laws of loads that MJCF cannot say, given to MuJoCo while it steps.
+
+MuJoCo asks a program for the bias of an actuator (`mjcb_act_bias`) whenever it evaluates forces, so at every stage of
+RK4, at that stage's length, rate and time. There is one such program in a process: it is there while it is needed, and
+what was there before comes back, whatever happens.
+
+The compiled model of a machine, and its start state.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import struct
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,15 +28,74 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import ModelForm, model_form
+from conrod.engines.massless_rod import ModelForm, model_form
 from conrod.engines.mujoco.closures import joint_name
-from conrod.engines.mujoco.compiling import compiled
 from conrod.engines.mujoco.coordinates import Coordinates
 from conrod.engines.mujoco.hardening import harden
+from conrod.engines.mujoco.loads import by_program, moves_nothing, origin_of
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Tree, tree_of
-from conrod.motion import Array
+from conrod.exact.motion import Array
+
+# What else may stand beside vertices, and would have to be in the file too.
+OTHER_PARTS = {"face", "normal", "texcoord", "file", "builtin"}
+
+
+def compiled(text: str) -> mujoco.MjModel:
+    """The model of an MJCF text.
+
+    Raises:
+        ValueError: MuJoCo cannot compile it.
+    """
+    root = ET.fromstring(text)
+    files = {}
+    for mesh in root.iterfind("asset/mesh"):
+        if "vertex" in mesh.attrib and not OTHER_PARTS & set(mesh.attrib):
+            content = _file_of(mesh.attrib.pop("vertex"))
+            # Named after its content: whatever the cache compares, two meshes are never taken for one.
+            name = f"{hashlib.sha256(content).hexdigest()}.msh"
+            mesh.set("file", name)
+            files[name] = content
+    if not files:
+        return mujoco.MjModel.from_xml_string(text)
+    return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), files)
+
+
+def _file_of(vertices: str) -> bytes:
+    """The vertices as a file in MuJoCo's MSH format: four counts, then single precision."""
+    numbers = np.array(vertices.split(), dtype=np.float32)
+    return struct.pack("4i", len(numbers) // 3, 0, 0, 0) + numbers.tobytes()
+
+
+@contextmanager
+def laws_acting(model: mujoco.MjModel, tree: Tree, begin: float = 0.0) -> Iterator[None]:
+    """Give the laws of a machine's loads to MuJoCo, which steps it in this thread alone.
+
+    Args:
+        begin: the time [s] at which the engine's clock is 0.
+    """
+    laws = {
+        int(model.actuator(load.name).id): (load.law, origin_of(load, tree))
+        for load in by_program(tree.mechanism)
+        if not moves_nothing(load, tree)
+    }
+    if not laws:
+        yield
+        return
+
+    def bias(_: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> float:
+        law, origin = laws[actuator]
+        value, rate = data.actuator_length[actuator] + origin, data.actuator_velocity[actuator]
+        return float(law.force(np.asarray(value), np.asarray(rate), np.asarray(begin + data.time)))
+
+    before = mujoco.get_mjcb_act_bias()
+    mujoco.set_mjcb_act_bias(bias)
+    try:
+        yield
+    finally:
+        mujoco.set_mjcb_act_bias(before)
+
 
 Edit = Callable[[mujoco.MjModel], None]
 

@@ -1,20 +1,114 @@
-"""MuJoCo steps, and the states that it takes are kept. Nothing is written into it after the start."""
+"""What MuJoCo itself did to a run. Imports no engine.
+
+How MuJoCo's constraint solver ended at a step: how long it took, and what it left.
+
+The solver is to find accelerations a of the constraints and forces f with a = J qacc_smooth + A f, A = J M^-1 J^T, and
+a = aref - R f: where a constraint acts (MuJoCo documentation, Computation, 'Constraint model'). Newton and CG take f
+from qacc by the second, so that a stop leaves the first unsolved; PGS takes qacc from f by the first and leaves the
+second. Both are here eliminated: (A + R) f = aref - J qacc_smooth, a small system, is solved directly, and what the
+solver left is how far the accelerations J qacc, which the engine steps with, are from a. So regularisation, which
+is no error of the solver, does not count, and forces that a hardened model has lost digits of do not either.
+
+MuJoCo steps, and the states that it takes are kept. Nothing is written into it after the start.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 import mujoco
 import numpy as np
 from mujoco import rollout
+from numpy.typing import NDArray
 
-from conrod.engines.mujoco.load_laws import laws_acting
-from conrod.engines.mujoco.model import Build
+from conrod.engines.mujoco.model import Build, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.solver_state import solver_state
-from conrod.motion import Array
-from conrod.trajectory import SolverState
+from conrod.exact.motion import Array
+from conrod.runs.outcome import Verdict
+from conrod.runs.trajectory import Outcome, SolverState
+
+# What MuJoCo warns of where it resets the state, if it may.
+BAD_NUMBERS = {"BADQPOS", "BADQVEL", "BADQACC"}
+
+
+def ended_by_engine(
+    clock: Array, first: int, before: float, warnings: Mapping[str, int], settings: MuJoCoSettings
+) -> Verdict | None:
+    """What MuJoCo did after a warning, told from its clock: its own reset starts it again, a stop lets it stand.
+
+    Args:
+        clock: of the engine at consecutive samples (T,) [s].
+        first: index in the run of the first of them.
+        before: the clock at the sample before that.
+        warnings: of the engine, by name, up to the last sample.
+    """
+    if not np.all(np.isfinite(clock)):
+        return None
+    # The clock sums its steps, so over a long run it is off by many of them: each is judged by itself.
+    steps = np.diff(clock, prepend=before)
+    off = np.abs(steps - settings.timestep) > 0.5 * settings.timestep
+    if not off.any():
+        return None
+    at = int(np.argmax(off))
+    if steps[at] < 0.0:
+        return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at}")
+    if settings.autoreset and not BAD_NUMBERS.isdisjoint(warnings):
+        # In the first step there is nothing yet that a clock could fall back from.
+        return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at - 1}")
+    return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
+
+
+def solver_state(model: mujoco.MjModel, data: mujoco.MjData) -> SolverState | None:
+    """The solver in data that `mj_forward` has made, of which nothing is changed.
+
+    (After a step of RK4 the data is a mixture: its accelerations are the mean of the stages.)
+
+    Returns:
+        None where no constraint is there to solve, or its numbers are not finite.
+    """
+    if data.nefc == 0:
+        return None
+    jacobian, yielding = np.empty((data.nefc, model.nv)), np.empty((data.nefc, model.nv))
+    for k, direction in enumerate(np.eye(model.nv)):
+        column = np.empty(data.nefc)
+        mujoco.mj_mulJacVec(model, data, column, direction)
+        jacobian[:, k] = column
+    mujoco.mj_solveM(model, data, yielding, jacobian)  # J M^-1
+    # Numbers of a run that is about to diverge may be too large to be multiplied.
+    with np.errstate(all="ignore"):
+        free, found = jacobian @ data.qacc_smooth, jacobian @ data.qacc
+        answer = yielding @ jacobian.T
+        system, missing = answer + np.diag(data.efc_R), data.efc_aref - free
+    if not all(np.all(np.isfinite(values)) for values in (system, missing, found)):
+        return None
+    one_way = np.asarray(data.efc_type != mujoco.mjtConstraint.mjCNSTR_EQUALITY, dtype=bool)
+    exact = free + answer @ constraint_forces(system, missing, one_way)
+    iterations = int(data.solver_niter[: max(data.nisland, 1)].max())
+    return SolverState(iterations, float(np.abs(found - exact).max()))
+
+
+def constraint_forces(system: Array, missing: Array, one_way: NDArray[np.bool_]) -> Array:
+    """Forces f (n,) with S f = m where a constraint acts; one that only pushes acts where f > 0, else S f >= m.
+
+    Args:
+        system: S (n, n), symmetric, its diagonal positive.
+    """
+    # The rows of links of very different weight are brought to one size; redundant ones share their force.
+    scale = 1.0 / np.sqrt(np.diag(system))
+    scaled = scale[:, None] * system * scale
+    acting, force = np.ones(len(missing), dtype=bool), np.zeros(len(missing))
+    # Of the sets of contacts that act, of which a machine has few, one is the right one.
+    for _ in range(2 ** int(one_way.sum())):
+        chosen = np.ix_(acting, acting)
+        force = np.zeros(len(missing))
+        force[acting] = scale[acting] * np.linalg.lstsq(scaled[chosen], (scale * missing)[acting], rcond=None)[0]
+        wanted = ~one_way | np.where(acting, force > 0.0, system @ force < missing)
+        if np.array_equal(wanted, acting):
+            break
+        acting = wanted
+    return force
+
 
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
 WARNINGS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}

@@ -20,19 +20,18 @@ from typing import assert_never
 
 import numpy as np
 
-from conrod.dynamics.coordinates import load_forces
 from conrod.engines.engine import Machine, Softness
-from conrod.engines.left_out_rod import DistanceJoint
+from conrod.engines.fixed_point import self_consistent
+from conrod.engines.massless_rod import DistanceJoint
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.sdirk import Balance, integrated
-from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.spring import Spring
+from conrod.engines.mujoco.pass_defect import Balance, integrated
+from conrod.engines.mujoco.settings import MuJoCoSettings, Spring
 from conrod.engines.open_joints import OpenJoints
-from conrod.engines.self_consistent import self_consistent
-from conrod.mechanism import INERTIAS, MASSES, CamContact, Mechanism, Revolute
-from conrod.motion import Array
-from conrod.reactions import inertia_forces
-from conrod.rolling import Mesh, Rack, Rolling
+from conrod.exact.dynamics.coordinates import load_forces
+from conrod.exact.dynamics.inverse import inertia_forces
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import INERTIAS, MASSES, CamContact, Mechanism, Revolute
+from conrod.mechanism.rolling import Mesh, Rack, Rolling
 
 LAW = "constraint model: violation of spring, impedance and regularisation under the forces that the motion takes"
 SAMPLES = 360  # in a turn

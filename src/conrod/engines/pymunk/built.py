@@ -1,15 +1,18 @@
-"""A pymunk `Space` made of a mechanism, with its bodies and joints."""
+"""A pymunk `Space` made of a mechanism, with its bodies and joints.
+
+The driven crank as Chipmunk can turn it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pymunk
 
-from conrod.engines.left_out_rod import ModelForm
-from conrod.mechanism import GROUND, Mechanism, Point, to_world
-from conrod.motion import Array
+from conrod.engines.massless_rod import ModelForm
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point, to_world
 
 Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
 
@@ -75,3 +78,17 @@ class Build:
             return point
         cx, cy = self.mechanism.body(name).centre_of_gravity
         return (point[0] - cx, point[1] - cy)
+
+
+def shaft_centred(form: ModelForm) -> ModelForm:
+    """The form with the crank's centre of gravity on its shaft.
+
+    A kinematic body turns about its centre of gravity, and its mass acts on nothing: so where its real one lies does
+    not matter, but the place about which it turns does.
+    """
+    mechanism = form.mechanism
+    shaft = mechanism.driven_joint.point_b
+    bodies = tuple(
+        replace(body, centre_of_gravity=shaft) if body.name == mechanism.crank else body for body in mechanism.bodies
+    )
+    return replace(form, mechanism=replace(mechanism, bodies=bodies))

@@ -17,13 +17,13 @@ from __future__ import annotations
 import numpy as np
 
 from conrod.engines.engine import Machine, Softness
-from conrod.engines.left_out_rod import model_form
+from conrod.engines.fixed_point import self_consistent
+from conrod.engines.massless_rod import model_form
 from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints
+from conrod.engines.pymunk.built import shaft_centred
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.shaft_centred import shaft_centred
-from conrod.engines.self_consistent import self_consistent
-from conrod.mechanism import Mechanism, Point
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism, Point
 
 LAW = "drift of the joints: bias^h of it is left at each step, and h^2/2 of the joints' curvature comes to it"
 

@@ -9,19 +9,18 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import ModelForm
+from conrod.engines.massless_rod import ModelForm
 from conrod.engines.pymunk.built import Build, Loading
-from conrod.engines.pymunk.instants import Staggered, staggered
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.points import point_tracks
+from conrod.engines.pymunk.points import Staggered, point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
-from conrod.joint_equations import pose_jets
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
-from conrod.outcome import judge
-from conrod.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track, Trajectory
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.outcome import judge
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track, Trajectory
 
 KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
 

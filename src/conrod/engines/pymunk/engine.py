@@ -6,32 +6,28 @@ from collections.abc import Callable, Iterator
 
 import pymunk
 
-from conrod.engines.contact_scope import contact_refusal
+from conrod.engines.cam_polygon import contact_refusal
+from conrod.engines.capabilities import ForceTracks, FreeRun, Ingredient
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
-from conrod.engines.forces import ForceTracks
-from conrod.engines.free import FreeRun
-from conrod.engines.ingredient import Ingredient
-from conrod.engines.left_out_rod import form_refusal
-from conrod.engines.mobility_count import MobilityCount
+from conrod.engines.massless_rod import form_refusal
+from conrod.engines.mobility import MobilityCount
 from conrod.engines.pymunk import drift, dynamics, kinematic, law, linkage_run
-from conrod.engines.pymunk.bare import BareRun, started
 from conrod.engines.pymunk.forces import forces, nothing_told
 from conrod.engines.pymunk.free_run import free_run
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.grid import rules
 from conrod.engines.pymunk.ingredients import ingredients, minimal
 from conrod.engines.pymunk.mobility import space_mobility
-from conrod.engines.pymunk.paste import paste
 from conrod.engines.pymunk.pieces import pieces
-from conrod.engines.pymunk.reference_loop import reference_loop
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
-from conrod.engines.pymunk.variations import PymunkVariations
+from conrod.engines.pymunk.timing import BareRun, reference_loop, started
+from conrod.engines.pymunk.variations import PymunkVariations, paste
 from conrod.engines.rule import Grid, Rule
-from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, linkage_refusal
 from conrod.errors import InvalidInput
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
-from conrod.trajectory import Piece, Trajectory
+from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, linkage_refusal
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.trajectory import Piece, Trajectory
 
 
 class Pymunk(Engine[PymunkSettings]):

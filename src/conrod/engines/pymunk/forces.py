@@ -23,20 +23,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.dynamics.inverse import component_names
+from conrod.engines.capabilities import ForceTracks
 from conrod.engines.engine import Machine
-from conrod.engines.forces import ForceTracks
-from conrod.engines.left_out_rod import BODY
+from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_states, body_tracks, started
-from conrod.engines.pymunk.instants import Staggered, staggered
 from conrod.engines.pymunk.loads import advance_loaded
+from conrod.engines.pymunk.points import Staggered, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.stepping import advance
-from conrod.equivalent_linkage import CONTACT
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
-from conrod.outcome import judge
-from conrod.trajectory import Instants, Outcome
+from conrod.exact.dynamics.inverse import component_names
+from conrod.exact.equivalent_linkage import CONTACT
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.outcome import judge
+from conrod.runs.trajectory import Instants, Outcome
 
 DRIVE = "drive torque"
 FIRST = 3  # sample of the first acceleration that is told

@@ -19,7 +19,7 @@ import time
 
 import numpy as np
 
-from conrod.engines.free import FreeRun, free_energy, free_verdict
+from conrod.engines.capabilities import FreeRun, free_energy, free_verdict
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states
 from conrod.engines.pymunk.gears import gears_refusal
@@ -28,8 +28,8 @@ from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build_free
 from conrod.engines.pymunk.stepping import advance_free, state
 from conrod.errors import InvalidInput
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
 
 PIECE = 4096  # steps whose states are kept together
 

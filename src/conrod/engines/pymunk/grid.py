@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any
 
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import BODY, ROD_FORMS
+from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.pymunk.settings import PRESETS, STOCK_BIAS, PymunkSettings
 from conrod.engines.rule import Grid, Rule, distinct
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
-from conrod.engines.approach import StraightAhead, approached
+from conrod.engines.crank_sweep import StraightAhead, approached
 from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.fixed_point import close_gap
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states, observed_points
 from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
-from conrod.engines.secant import close_gap
-from conrod.mechanism import GROUND, CamContact, Prismatic, pins_of
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pins_of
 
 # With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
 STEP = 1e-6  # [s]

@@ -19,14 +19,14 @@ import math
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import BODY, model_form
-from conrod.engines.pymunk.shaft_centred import shaft_centred
-from conrod.engines.smoothness import SAMPLES
-from conrod.jet import Jet, sine_cosine
-from conrod.joint_equations import PoseJet, pose_jets
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
+from conrod.engines.fixed_point import SAMPLES
+from conrod.engines.massless_rod import BODY, model_form
+from conrod.engines.pymunk.built import shaft_centred
+from conrod.exact.jet import Jet, sine_cosine
+from conrod.exact.joint_equations import PoseJet, pose_jets
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
 
 ORDER = 4  # derivatives by the crank angle that enter
 

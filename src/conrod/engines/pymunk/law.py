@@ -19,14 +19,14 @@ import math
 import numpy as np
 
 from conrod.engines.engine import ExpectedError, Machine
+from conrod.engines.fixed_point import UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.follower import FollowerMotion
-from conrod.engines.left_out_rod import BODY
+from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.drift import predicted_softness
 from conrod.engines.pymunk.lag import largest_lags
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon
-from conrod.engines.smoothness import UNDETERMINED, largest_derivatives, rounding
-from conrod.equivalent_linkage import CONTACT
+from conrod.exact.equivalent_linkage import CONTACT
 
 NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
 CONTACT_LAW = (

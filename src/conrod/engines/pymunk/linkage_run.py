@@ -17,18 +17,17 @@ import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.engines.linkage_legs import ENDLESS, LEAST_STEPS, Leg, legs
-from conrod.engines.pymunk.bare import BareRun
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import Stretch, body_states, stretches, trajectory_of
 from conrod.engines.pymunk.pieces import piece_of
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import state
-from conrod.equivalent_linkage import EquivalentLinkage, equivalent_linkage
-from conrod.joined import joined
-from conrod.motion import Array
-from conrod.outcome import judge
-from conrod.trajectory import Piece, Trajectory
+from conrod.engines.pymunk.timing import BareRun
+from conrod.exact.equivalent_linkage import EquivalentLinkage, equivalent_linkage
+from conrod.exact.motion import Array
+from conrod.runs.outcome import judge
+from conrod.runs.trajectory import Piece, Trajectory, joined
 
 
 def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> Trajectory:

@@ -24,9 +24,9 @@ import pymunk
 
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.loads import Coordinate, Displacement, Distance, Load, Turn
-from conrod.mechanism import GROUND, Point
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.loads import Coordinate, Displacement, Distance, Load, Turn
+from conrod.mechanism.mechanism import GROUND, Point
 
 State = list[float]  # of all bodies, three numbers each: of the centre of gravity, and of the turn
 

@@ -15,13 +15,13 @@ import pymunk
 
 from conrod.engines.engine import Machine
 from conrod.engines.linkage_legs import linkages_at
-from conrod.engines.mobility_count import MobilityCount, Row, count_mobility
+from conrod.engines.mobility import MobilityCount, Row, count_mobility
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
-from conrod.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage
-from conrod.mechanism import GROUND, CamContact, Prismatic
-from conrod.motion import Array
+from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic
 
 Gradient = Mapping[pymunk.Body, tuple[float, float, float]]  # of a row, by the coordinates of the bodies
 

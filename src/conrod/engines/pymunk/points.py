@@ -1,4 +1,7 @@
-"""Motion of the observed points, straight from the centres of gravity: what a run must record costs least this way."""
+"""The instants that pymunk's positions and velocities, and conrod's accelerations, belong to.
+
+Motion of the observed points, straight from the centres of gravity: what a run must record costs least this way.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,72 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.chunks import chunks
-from conrod.engines.pymunk.instants import Staggered
-from conrod.mechanism import Mechanism, ObservedPoint
-from conrod.motion import Array
-from conrod.trajectory import PointTracks, Track
+from conrod.exact.cache_blocks import chunks
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism, ObservedPoint
+from conrod.runs.trajectory import Instants, PointTracks, Track
+
+
+@dataclass(frozen=True)
+class Staggered:
+    """Instants of the T samples of a run.
+
+    A step moves positions first, x_(n+1) = x_n + h v_n, and then makes v_(n+1) fit the joints there. So v_n is the
+    difference of two positions and belongs to the middle of the step that follows it, t_n + h / 2; v_0, given at
+    t = 0, is left out. (A contact is corrected by velocities of its own, apart from v_n, which then fits the instant
+    t_n itself.) Acceleration is the difference of two velocities and belongs to the instant between. It
+    begins at the third step: positions run behind the exact ones by a lag that is complete only after the second step.
+
+    Attributes:
+        position: (T,), of all samples.
+        velocity: (T - 1,), of those from the second on.
+        acceleration: (T - 3,), of those from the fourth on, each with the one before.
+        step: h [s].
+        ahead: from a sample to the instant of its velocity [s].
+        back: from a sample to the instant of the acceleration [s].
+    """
+
+    position: Instants
+    velocity: Instants
+    acceleration: Instants
+    step: float
+    ahead: float
+    back: float
+
+
+def staggered(
+    mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array, substep: float | None = None
+) -> Staggered:
+    """Instants of samples at times (T,) [s] with a step h [s], and where the crank was by the engine's own account.
+
+    Args:
+        centres: centres of gravity with turns (T, 3 n) [m, m, rad].
+        rates: theirs, each at the instant that velocities belong to.
+        substep: length of the engine's own steps [s], where it takes several from sample to sample.
+    """
+    ahead = 0.0 if mechanism.cam_contacts else 0.5 * (substep or h)
+    back = ahead - 0.5 * h
+    driver, crank = mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
+    turn, spin = centres[:, crank].copy(), rates[:, crank].copy()
+
+    def at(times: Array, turn: Array, spin: Array, gain: Array | None = None) -> Instants:
+        rest = np.zeros_like(spin) if gain is None else driver.sense * gain
+        return Instants(times, driver.sense * (turn - driver.start), driver.sense * spin, rest)
+
+    return Staggered(
+        position=at(times, turn, spin),
+        velocity=at(times[1:] + ahead, turn[1:] + ahead * spin[1:], spin[1:]),
+        acceleration=at(
+            times[3:] + back,
+            turn[3:] + back * spin[2:-1],
+            0.5 * (spin[3:] + spin[2:-1]),
+            (spin[3:] - spin[2:-1]) / h,
+        ),
+        step=h,
+        ahead=ahead,
+        back=back,
+    )
+
 
 CHUNK = 4096
 

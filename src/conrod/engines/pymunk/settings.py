@@ -1,20 +1,55 @@
-"""Settings of a pymunk run and the presets: one rule in period and step for all machines. Imports no engine."""
+"""Names of what a pymunk model may carry beside what it needs, or lack of what it needs. Imports no engine.
+
+Settings of a pymunk run and the presets: one rule in period and step for all machines. Imports no engine.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine, step_length
-from conrod.engines.left_out_rod import BODY, ROD_FORMS
-from conrod.engines.plain import plain
-from conrod.engines.pymunk.dressing_names import SUBSTEPS, in_order
-from conrod.equivalent_linkage import CAM_FORMS, CONTACT
+from conrod.engines.massless_rod import BODY, ROD_FORMS
+from conrod.engines.rule import plain
 from conrod.errors import unknown_choice
-from conrod.mass_ratio import mass_ratio
-from conrod.mechanism import Mechanism
-from conrod.ranges import check_count, check_number
+from conrod.exact.dynamics.inverse import mass_ratio
+from conrod.exact.equivalent_linkage import CAM_FORMS, CONTACT
+from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.units import check_count, check_number
+
+OPEN_LOOP = "open-loop"
+REDUNDANT_JOINTS = "redundant-joints"
+SLEEPING = "sleeping"
+DAMPING = "damping"
+# Shapes on the links, of which a model has one kind.
+SHAPES_COLLIDING = "shapes-colliding"
+SHAPES_UNFILTERED = "shapes-unfiltered"
+SHAPES_SENSOR = "shapes-sensor"
+SHAPES_MASKED = "shapes-masked"
+SHAPES_POLYGONS = "shapes-polygons"
+SHAPES_GROUPED = "shapes-grouped"
+SHAPES = (SHAPES_COLLIDING, SHAPES_UNFILTERED, SHAPES_SENSOR, SHAPES_MASKED, SHAPES_POLYGONS, SHAPES_GROUPED)
+# Steps of the space for each one that is recorded.
+SUBSTEPS = {"substeps-2": 2, "substeps-10": 10}
+
+# Each is done in this order, after the model is built; settings hold them in it, so that equal models are equal.
+NAMES = (OPEN_LOOP, REDUNDANT_JOINTS, *SHAPES, SLEEPING, DAMPING, *SUBSTEPS)
+
+
+def in_order(names: Iterable[str]) -> tuple[str, ...]:
+    """The names, each once, in the order of `NAMES`.
+
+    Raises:
+        InvalidInput: a name is none of them.
+    """
+    given = set(names)
+    for name in sorted(given):
+        if name not in NAMES:
+            raise unknown_choice("dressing", name, NAMES)
+    return tuple(name for name in NAMES if name in given)
+
 
 # Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
 STOCK_BIAS = (1.0 - 0.1) ** 60

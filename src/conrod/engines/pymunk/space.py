@@ -9,18 +9,17 @@ from typing import assert_never
 import numpy as np
 import pymunk
 
-from conrod.cam_shape import Profile
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon
 from conrod.engines.engine import Machine
-from conrod.engines.left_out_rod import DistanceJoint, ModelForm, model_form
-from conrod.engines.pymunk.built import Build
-from conrod.engines.pymunk.dressing import dress
+from conrod.engines.massless_rod import DistanceJoint, ModelForm, model_form
+from conrod.engines.pymunk.built import Build, shaft_centred
 from conrod.engines.pymunk.gears import gear_joints
+from conrod.engines.pymunk.model_edits import dress
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.shaft_centred import shaft_centred
-from conrod.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.motion import Array
-from conrod.rolling import Rack, Rolling
+from conrod.exact.motion import Array
+from conrod.mechanism.cam_shape import Profile
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
 
 ROUNDING = 0.9
 WEDGE_FACETS = 240

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pymunk
 
-from conrod.chunks import chunks
 from conrod.engines.pymunk.built import Build, Loading, Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.motion import Array
+from conrod.exact.cache_blocks import chunks
+from conrod.exact.motion import Array
 
 ffi: Any
 lib: Any

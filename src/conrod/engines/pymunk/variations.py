@@ -1,4 +1,7 @@
-"""How pymunk's settings are varied: its biases, slop and iterations. Imports no engine."""
+"""How pymunk's settings are varied: its biases, slop and iterations. Imports no engine.
+
+Settings as the lines that a user puts into a program of their own. Imports no engine.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import math
 from dataclasses import replace
 
 from conrod.engines.engine import Machine, step_length
+from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 from conrod.engines.variations import Variations
 
@@ -87,3 +91,17 @@ class PymunkVariations(Variations[PymunkSettings]):
 
 def _other_bias(bias: float) -> float:
     return 0.0 if bias > 0.0 else STOCK_BIAS
+
+
+def paste(machine: Machine, settings: PymunkSettings) -> str:
+    """Statements on a `pymunk.Space` called space."""
+    lines = [f"space.iterations = {settings.iterations}"]
+    if machine.kinematics.mechanism.cam_contacts:
+        lines += [
+            f"space.collision_bias = {settings.collision_bias!r}",
+            f"space.collision_slop = {settings.collision_slop!r}",
+        ]
+    lines += ["for constraint in space.constraints:", f"    constraint.error_bias = {settings.error_bias!r}"]
+    if settings.rod == DISTANCE_JOINT:
+        lines.append("# the connecting rod is a pymunk.PinJoint of its length, not a body")
+    return "\n".join([*lines, f"space.step({settings.timestep!r})"])

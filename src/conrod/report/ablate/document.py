@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.apart import check_beside
-from conrod.report.own_folder import check_own_folder, document_in, holds_document
-from conrod.report.pages import FIGURES
-from conrod.report.summary import FILE, INDEX, page_file
+from conrod.report.folder import check_beside, check_own_folder, document_in, holds_document
+from conrod.report.validation.pages import FIGURES
+from conrod.report.validation.summary import FILE, INDEX, page_file
 from conrod.studies.ablate.results import AblationStudy
 
 SCHEMA = 1

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.report.canvas import on_grid, on_log_grid
+from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.numbers import ROUNDING
 from conrod.studies.ablate.results import EngineAblation, Evidence, IngredientResult, Verdict
 from conrod.studies.ablate.verdict import COSTS, Effect, Levels

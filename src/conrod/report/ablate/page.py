@@ -6,12 +6,13 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.ablate import prose, words
-from conrod.report.pages import FIGURES
-from conrod.report.styles import engine_title
+from conrod.report.ablate import words
+from conrod.report.ablate import words as prose
+from conrod.report.charts.styles import engine_title
 from conrod.report.tables import paragraphs, table
+from conrod.report.validation.pages import FIGURES
+from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, Gruebler, IngredientResult, VariantResult
-from conrod.studies.ablate.variants import Role
 
 QUANTITIES = ("position", "velocity", "acceleration")
 ROLES = {

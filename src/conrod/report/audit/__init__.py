@@ -1,1 +1,1 @@
-"""The report of an audit: a page for each document, an index, and the numbers."""
+"""The report of an audit."""

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from conrod.audit.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
-from conrod.audit.documents.arc_cam import ArcCam
-from conrod.motion import Array
-from conrod.report.canvas import on_grid
-from conrod.report.styles import COLOURS, OTHER_COLOURS
+from conrod.audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
+from conrod.audits.documents.arc_cam import ArcCam
+from conrod.exact.motion import Array
+from conrod.report.charts.canvas import on_grid
+from conrod.report.charts.styles import COLOURS, OTHER_COLOURS
 
 HUES = (*COLOURS.values(), *OTHER_COLOURS)
 UNITS = {"lift": "mm", "velocity": "mm/s", "acceleration": "mm/s²", "jerk": "mm/s³"}

@@ -4,16 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from conrod.audit import Kind, Verdict
-from conrod.report.audit.words import (
-    counted,
-    is_formula,
-    lines_text,
-    off_text,
-    plain,
-    printed_text,
-    right_text,
-)
+from conrod.own.printed.judging import Kind, Verdict
+from conrod.report.audit.words import counted, is_formula, lines_text, off_text, plain, printed_text, right_text
 from conrod.report.tables import paragraphs, table
 
 IMPORTANCE = (Kind.WRONG_STEP, Kind.MISPRINT)

@@ -6,8 +6,10 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from conrod.audit import Audited, Verdict, count
-from conrod.audit.printed import Number
+from conrod.own.printed.audited import Audited
+from conrod.own.printed.auditing import count
+from conrod.own.printed.judging import Verdict
+from conrod.own.printed.printed import Number
 from conrod.report.audit.words import is_formula
 
 SCHEMA = 1

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.audit import Audited, Kind, count
+from conrod.own.printed.audited import Audited
+from conrod.own.printed.auditing import count
+from conrod.own.printed.judging import Kind
 from conrod.report.audit.corrections import corrections
 from conrod.report.audit.words import MEANINGS, lines_text, plain, printed_text, right_text
 from conrod.report.tables import paragraphs, table

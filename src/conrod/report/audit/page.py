@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.audit import Audited, Kind, Verdict, count
+from conrod.own.printed.audited import Audited
+from conrod.own.printed.auditing import count
+from conrod.own.printed.judging import Kind, Verdict
 from conrod.report.audit.corrections import corrections_section
 from conrod.report.audit.words import (
     code,

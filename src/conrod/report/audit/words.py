@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from conrod.audit import Kind, Verdict
-from conrod.audit.printed import DIGITS, Number
+from conrod.own.printed.judging import Kind, Verdict
+from conrod.own.printed.printed import DIGITS, Number
 from conrod.report.numbers import quantity, rounded
 
 NONE = "-"

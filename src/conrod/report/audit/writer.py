@@ -1,21 +1,52 @@
-"""All files of an audit's report, rendered before any is written."""
+"""The folder of an audit's report.
+
+All files of an audit's report, rendered before any is written.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from conrod.audit import Audited
-from conrod.files import Batch
+from conrod.own.printed.audited import Audited
 from conrod.report.audit.cam_figures import CAM_FIGURES
-from conrod.report.audit.cam_section import cam_section
 from conrod.report.audit.document import document, text
-from conrod.report.audit.folder import FIGURES, INDEX, RESULTS, stale_pages
 from conrod.report.audit.index import index
-from conrod.report.audit.module_section import module_section
 from conrod.report.audit.page import page
-from conrod.report.audit.saw_section import saw_section
-from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.audit.sections import cam_section, module_section, saw_section
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.folder import check_own_folder, document_in, holds_document
+from conrod.studies.frame.files import Batch
+
+INDEX, RESULTS, FIGURES = "README.md", "results.json", "figures"
+# Of an audit's results, by which its report is known.
+KEYS = {"schema", "command", "audit"}
+PAGE = re.compile(r"[a-z0-9][a-z0-9-]*")
+
+
+def check_audit_folder(directory: Path, names: Sequence[str], drawn: Sequence[str]) -> None:
+    """Refuse a folder in which an audit's report would replace what is none.
+
+    Args:
+        names, drawn: of the pages, and of the figures in the folder.
+
+    Raises:
+        InvalidInput: names the file that is in the way.
+    """
+    pages = (INDEX, RESULTS, *(f"{name}.md" for name in names))
+    own = holds_document(directory / RESULTS, KEYS)
+    check_own_folder(directory, pages, drawn, FIGURES, own, "the report of an audit")
+
+
+def stale_pages(directory: Path, names: Sequence[str]) -> tuple[str, ...]:
+    """Pages of the report that is there which the new one does not have."""
+    if not holds_document(directory / RESULTS, KEYS):
+        return ()
+    before = document_in(directory / RESULTS)["audit"]
+    gone = [name for name in before if isinstance(name, str) and PAGE.fullmatch(name) and name not in names]
+    return tuple(f"{name}.md" for name in gone if (directory / f"{name}.md").is_file())
+
 
 # What is said of a document that ships beyond its items.
 SECTIONS: dict[str, Callable[[], str]] = {"001": module_section, "002": saw_section, "004": cam_section}

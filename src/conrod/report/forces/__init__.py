@@ -1,1 +1,1 @@
-"""Report of drive torque, joint reactions and contact force."""
+"""The report on drive torque, joint reactions and contact force."""

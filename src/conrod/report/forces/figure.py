@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from conrod.report.canvas import on_grid, on_log_grid, whole_decades
-from conrod.report.styles import EXACT, engine_title, preset_style
+from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.styles import EXACT, engine_title, preset_style
 from conrod.studies.forces.results import ForceResult, ForceStudy, TorqueCurve
 
 MARKERS = 12

@@ -8,17 +8,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conrod.files import Batch
 from conrod.report import numbers
-from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.forces.figure import torque_figure
-from conrod.report.forces.folder import FILE, INDEX, earlier_scenes, figure_of, page_of
-from conrod.report.forces.page import force_page
+from conrod.report.forces.page import FILE, INDEX, earlier_scenes, figure_of, force_page, page_of
 from conrod.report.forces.words import verdict
 from conrod.report.reproduction import Reproduction
 from conrod.report.tables import paragraphs, table
-from conrod.studies.forces.document import SCHEMA, force_entry, seen_entry
-from conrod.studies.forces.results import ForceStudy
+from conrod.studies.forces.results import SCHEMA, ForceStudy, force_entry, seen_entry
+from conrod.studies.frame.files import Batch
 
 DIGITS, GIVEN_DIGITS = 2, 12
 GIVEN = {"parameters", "settings", "revolutions", "tolerance", "change", "stamps"}

@@ -1,1 +1,1 @@
-"""The report of engines' free motion."""
+"""The report on engines' free motion."""

@@ -11,7 +11,7 @@ from typing import Any
 from conrod.report import numbers
 from conrod.report.free_motion.words import verdict_words
 from conrod.studies.free_motion.results import MotionResult, MotionStudy
-from conrod.studies.serialise import environment
+from conrod.studies.validation.serialise import environment
 
 SCHEMA = 1
 

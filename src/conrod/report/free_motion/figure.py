@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from conrod.motion import Array
-from conrod.report.canvas import on_grid, on_log_grid, whole_decades
-from conrod.report.styles import EXACT, engine_title, preset_style
+from conrod.exact.motion import Array
+from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.styles import EXACT, engine_title, preset_style
 from conrod.studies.free_motion.results import MotionResult, MotionStudy
 
 MARKERS_PER_RUN = 12

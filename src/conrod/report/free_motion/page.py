@@ -1,15 +1,70 @@
-"""The page of a scene's free motion, in Markdown."""
+"""Files of free motion in a report's folder, which may hold other reports' pages too.
+
+The page of a scene's free motion, in Markdown.
+
+All files of scenes' free motion, rendered before any is written.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
 from conrod.report import numbers
-from conrod.report.description import described
-from conrod.report.free_motion.folder import figure_file
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.charts.styles import engine_title
+from conrod.report.folder import check_beside, check_own_folder, holds_document
+from conrod.report.free_motion.document import page_document
+from conrod.report.free_motion.figure import motion_figure
 from conrod.report.free_motion.words import exact_words, loads_words, step_text, verdict_words
-from conrod.report.styles import engine_title
+from conrod.report.reproduction import Reproduction
 from conrod.report.tables import paragraphs, table
+from conrod.report.validation.prose import described
+from conrod.studies.frame.files import Batch
 from conrod.studies.free_motion.plan import CONTACT_STEPS_A_TURN, LENGTH_ERROR, LONGEST_STEP, STEPS_A_TURN
 from conrod.studies.free_motion.results import MotionResult, MotionStudy
+
+FIGURES = "figures"
+# Of the numbers of a page, by which it is known.
+KEYS = {"schema", "motion", "scene", "exact"}
+
+
+def page_file(scene: str) -> str:
+    """A scene's page."""
+    return f"{scene}-motion.md"
+
+
+def numbers_file(scene: str) -> str:
+    """Its numbers for machines."""
+    return f"{scene}-motion.json"
+
+
+def figure_file(scene: str) -> str:
+    """Its figure; another one than that of a driven crank's motion."""
+    return f"{FIGURES}/{scene}-free-motion.svg"
+
+
+def check_motion_folder(directory: Path, scenes: Iterable[str]) -> None:
+    """Refuse a folder in which a page of free motion would replace what is none.
+
+    Raises:
+        InvalidInput: names the file that is in the way.
+    """
+    for scene in scenes:
+        own = holds_document(directory / numbers_file(scene), KEYS)
+        pages = (page_file(scene), numbers_file(scene))
+        check_own_folder(directory, pages, (figure_file(scene),), FIGURES, own, "a page of free motion")
+
+
+def check_motion_apart(document: Path, directory: Path, scenes: Iterable[str]) -> None:
+    """Refuse a file that is one of those that the pages of some scenes consist of.
+
+    Raises:
+        InvalidInput: names the file.
+    """
+    names = [make(scene) for scene in scenes for make in (page_file, numbers_file, figure_file)]
+    check_beside(document, directory, names)
+
 
 READING = (
     "Nothing prescribes the crank: what is compared is the trajectory itself, at the same time. Position errors are "
@@ -110,3 +165,19 @@ def _order(result: MotionResult) -> tuple[str, ...]:
 def _begun(text: str) -> str:
     """With a capital; `capitalize` would make the others small."""
     return text[0].upper() + text[1:]
+
+
+def motion_batch(studies: Sequence[MotionStudy], folder: Path, command: Reproduction) -> Batch:
+    """A figure, the numbers and the page of each scene; a figure that only an earlier page had goes."""
+    files: dict[str, str | bytes] = {}
+    stale = []
+    for study in studies:
+        alone = command.of(study.name)
+        if any(result.curves is not None for result in study.results):
+            with drawing_style():
+                files[figure_file(study.name)] = svg_text(motion_figure(study))
+        elif (folder / figure_file(study.name)).is_file():
+            stale.append(figure_file(study.name))
+        files[numbers_file(study.name)] = page_document(study, alone)
+        files[page_file(study.name)] = motion_page(study, alone)
+    return Batch(folder, files, tuple(stale))

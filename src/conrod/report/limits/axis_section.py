@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from matplotlib.figure import Figure
 
 from conrod.report import numbers
+from conrod.report.charts.styles import engine_title
 from conrod.report.limits import prose
 from conrod.report.limits.boundaries_table import boundaries_table, refusals
 from conrod.report.limits.boundary_chart import boundary_chart, preset_lanes
 from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart
-from conrod.report.styles import engine_title
 from conrod.report.tables import paragraphs
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Scale

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from conrod.motion import Array
-from conrod.report.canvas import on_grid
+from conrod.exact.motion import Array
+from conrod.report.charts.canvas import on_grid
+from conrod.report.charts.styles import engine_title
 from conrod.report.limits.axis_scale import AxisScale, place
 from conrod.report.limits.marks import (
     OUTCOME_MARKS,
@@ -23,7 +24,6 @@ from conrod.report.limits.marks import (
     mark_style,
     outcome_handles,
 )
-from conrod.report.styles import engine_title
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Probe, Walk

@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.motion import Array
-from conrod.report.canvas import on_grid, on_log_grid, whole_decades
+from conrod.exact.motion import Array
+from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.limits.axis_scale import AxisScale, place
 from conrod.report.limits.marks import OUTCOME_MARKS, QUIET_COLOUR, outcome_handles
-from conrod.report.styles import colour, engine_title, preset_style
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Scale
 from conrod.studies.limits.results import Probe, Walk

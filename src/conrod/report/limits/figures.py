@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
-from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.limits.axis_section import axis_figures, by_axis
+from conrod.report.limits.findings import needs_chart
 from conrod.report.limits.float_figure import float_figure
 from conrod.report.limits.long_run_figure import long_run_figure
 from conrod.report.limits.map_figure import map_figure
-from conrod.report.limits.needs import needs_chart
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.study import LimitStudy
 

@@ -1,15 +1,54 @@
-"""What was found on a scene, a sentence for each axis; every figure in it is computed from the walks."""
+"""The mass ratio that holds with a number of iterations that stays: chart and table.
+
+What was found on a scene, a sentence for each axis; every figure in it is computed from the walks.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from matplotlib.figure import Figure
+
+from conrod.report.charts.styles import engine_title
 from conrod.report.limits.axis_scale import place
 from conrod.report.limits.axis_section import by_axis
+from conrod.report.limits.boundary_chart import boundary_chart
 from conrod.report.limits.plain_words import names_of
-from conrod.report.limits.words import boundary_of, span_text, text_at
+from conrod.report.limits.words import BOUNDARIES, beyond, boundary_of, falling, span_text, text_at, up_to
+from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.iteration_need import IterationNeed
 from conrod.studies.limits.results import Walk
+
+WAYS = {False: "heavier", True: "lighter"}
+NOTHING = "-"
+
+
+def needs_chart(needs: Sequence[IterationNeed]) -> Figure | None:
+    """A bar for each number of iterations; None where there is none."""
+    return boundary_chart({f"{engine_title(n.engine)} {n.preset}, {_count(n.iterations)}": n.walks for n in needs})
+
+
+def needs_table(needs: Sequence[IterationNeed]) -> str:
+    """A row for each number of iterations and each way from equal masses."""
+    rows = [
+        [
+            engine_title(need.engine),
+            need.preset,
+            str(need.iterations),
+            WAYS[falling(walk)],
+            *(up_to(walk, criterion) for criterion in BOUNDARIES),
+            beyond(walk) or NOTHING,
+        ]
+        for need in needs
+        for walk in need.walks
+    ]
+    return table(["engine", "preset", "iterations", "slider", *BOUNDARIES.values(), "beyond 10 %"], rows)
+
+
+def _count(iterations: int) -> str:
+    return f"{iterations} iteration" + ("s" if iterations > 1 else "")
+
 
 CRITERION = "rough"  # the boundary that is told: where the error leaves ten per cent
 

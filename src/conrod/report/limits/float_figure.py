@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.motion import Array
-from conrod.report.canvas import on_grid, on_log_grid
-from conrod.report.styles import EXACT, colour, engine_title, preset_style
+from conrod.exact.motion import Array
+from conrod.report.charts.canvas import on_grid, on_log_grid
+from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
 from conrod.studies.limits.float_results import FollowerFloat, GapCurve, OnsetProbe
 
 WIDTH, TALL, LOW = 9.5, 2.9, 2.5  # [inch]

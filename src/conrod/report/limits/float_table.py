@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from conrod.report import numbers
-from conrod.report.styles import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.tables import paragraphs, table
 from conrod.studies.limits.float_results import WITHIN, ComparedFlight, FollowerFloat
 

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.report.canvas import on_log_grid, whole_decades
-from conrod.report.styles import engine_title, preset_style
+from conrod.report.charts.canvas import on_log_grid, whole_decades
+from conrod.report.charts.styles import engine_title, preset_style
 from conrod.studies.limits.extremes import Mark
 from conrod.studies.limits.results import LongRun
 

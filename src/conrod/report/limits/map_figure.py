@@ -15,19 +15,17 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 
-from conrod.motion import Array
+from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.canvas import on_grid
+from conrod.report.charts.canvas import on_grid
+from conrod.report.charts.styles import engine_title
 from conrod.report.limits.axis_scale import AxisScale, place, tick_text
-from conrod.report.limits.error_shades import draw_scale, error_colour
-from conrod.report.limits.map_cells import Node, areas, edges_about, seams
-from conrod.report.limits.map_errors import shaded_errors
-from conrod.report.limits.marks import OUTCOME_COLOURS, QUIET_COLOUR, mark_style
-from conrod.report.styles import engine_title
+from conrod.report.limits.map_cells import Node, areas, edges_about, seams, shaded_errors
+from conrod.report.limits.marks import OUTCOME_COLOURS, QUIET_COLOUR, draw_scale, error_colour, mark_style
+from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
-from conrod.trajectory import Outcome
 
 WIDTH, PANEL_HEIGHT = 9.5, 4.2  # [inch]
 LEFT, RIGHT, BOTTOM, TITLE, LEGEND_ROW = 1.05, 1.15, 0.52, 0.28, 0.21  # [inch]

@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+from conrod.report.charts.styles import engine_title
 from conrod.report.limits import prose
 from conrod.report.limits.axis_section import axis_section, by_axis
 from conrod.report.limits.boundaries_table import refusals
-from conrod.report.limits.determinism_table import determinism_table
 from conrod.report.limits.figures import FLOAT, LONG_RUNS, NEEDS, map_name
+from conrod.report.limits.findings import needs_table
 from conrod.report.limits.float_table import float_table
-from conrod.report.limits.long_run_table import long_run_table
-from conrod.report.limits.maps_table import maps_table
-from conrod.report.limits.needs import needs_table
+from conrod.report.limits.other_tables import determinism_table, long_run_table, maps_table
 from conrod.report.limits.plain_words import sentences
-from conrod.report.limits.quiet_table import quiet_elsewhere, quiet_table
-from conrod.report.pages import FIGURES
-from conrod.report.styles import engine_title
+from conrod.report.limits.undetected_table import quiet_elsewhere, quiet_table
 from conrod.report.tables import paragraphs
+from conrod.report.validation.pages import FIGURES
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import Walk

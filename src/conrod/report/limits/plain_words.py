@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from conrod.report.limits.passages import MOST_TOLD, Passage, falling, passages
-from conrod.report.limits.words import span_text
-from conrod.report.styles import engine_title
+from conrod.report.charts.styles import engine_title
+from conrod.report.limits.words import MOST_TOLD, Passage, falling, passages, span_text
 from conrod.report.sweep.naming import listed
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Probe, Walk

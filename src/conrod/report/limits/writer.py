@@ -1,4 +1,7 @@
-"""The report of limits: all of it made first, so that it can be put in place together."""
+"""The first page of a report of limits: the dangerous runs of all machines first.
+
+The report of limits: all of it made first, so that it can be put in place together.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +12,83 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from conrod.files import Batch
+from conrod.report.charts.styles import engine_title
+from conrod.report.limits import prose
 from conrod.report.limits.document import Entry, document_text, earlier_gallery, earlier_limits, scene_entry
 from conrod.report.limits.figures import limits_figures
-from conrod.report.limits.index import limits_index
+from conrod.report.limits.findings import findings
+from conrod.report.limits.other_tables import determinism_table, gallery_table, long_run_table, steps_table
 from conrod.report.limits.page import limits_page
+from conrod.report.limits.undetected_table import quiet_elsewhere, quiet_summary
 from conrod.report.limits.words import readable
-from conrod.report.pages import FIGURES
-from conrod.report.reproduction import Reproduction
-from conrod.report.summary import FILE, INDEX, figure_file, page_file
+from conrod.report.reproduction import Reproduction, told_origin
+from conrod.report.tables import paragraphs, table
+from conrod.report.validation.pages import FIGURES
+from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
 from conrod.scenes import SCENES
-from conrod.studies.limits.gallery import Exhibit
+from conrod.studies.frame.files import Batch
+from conrod.studies.limits.failure_examples import Exhibit
 from conrod.studies.limits.study import LimitStudy
-from conrod.studies.serialise import environment
+from conrod.studies.validation.serialise import environment
+
+Studies = Mapping[str, LimitStudy]
+
+
+def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequence[Exhibit]) -> str:
+    """The index.
+
+    Args:
+        scenes: entries of the document, by name.
+        studies: what they hold.
+        gallery: a run for each way of ending.
+    """
+    walks = [walk for study in studies.values() for walk in study.walks]
+    dangers = quiet_summary(walks)
+    elsewhere = "\n".join(f"- {name}: {told}" for name, study in studies.items() if (told := quiet_elsewhere(study)))
+    steps = steps_table(walks)
+    same = determinism_table([found for study in studies.values() for found in study.determinism], with_scene=True)
+    long = long_run_table([run for study in studies.values() for run in study.long_runs], with_scene=True)
+    shown = gallery_table(gallery)
+    blocks = [
+        "# Limits",
+        prose.PURPOSE,
+        "\n".join(f"- [{name}]({name}.md): {study.title}" for name, study in studies.items()),
+        "## Wrong, and nothing says so",
+        prose.WORDS,
+        prose.QUIET if dangers or elsewhere else prose.NO_QUIET,
+        dangers,
+        elsewhere,
+        "## What was found",
+        *(block for name, study in studies.items() for block in _findings(name, study)),
+        *(["## Steps per revolution", prose.STEPS, steps] if steps else []),
+        *(["## Every way of ending", prose.GALLERY, shown] if shown else []),
+        *(["## The same again?", prose.DETERMINISM, same] if same else []),
+        *(["## Long runs", prose.LONG_RUNS, long] if long else []),
+        "## Made with",
+        _made_with(scenes, studies),
+        f"{told_origin(scenes)} [results.json](results.json) holds every run.",
+    ]
+    return paragraphs(*blocks) + "\n"
+
+
+def _findings(name: str, study: LimitStudy) -> list[str]:
+    found = findings(study.walks)
+    return [f"### [{name}]({name}.md)", "\n".join(f"- {text}" for text in found)] if found else []
+
+
+def _made_with(scenes: Mapping[str, Entry], studies: Studies) -> str:
+    """All versions that occur: scenes that were looked at earlier stay as they were."""
+    found: dict[str, set[str]] = {"conrod": {scene["conrod"] for scene in scenes.values()}}
+    for study in studies.values():
+        for engine, version in study.engines.items():
+            found.setdefault(engine_title(engine), set()).add(version)
+    shown = {engine for study in studies.values() for engine in study.engines}
+    for scene in scenes.values():
+        for name, version in scene["environment"].items():
+            if name not in shown:
+                found.setdefault(name, set()).add(version)
+    return table(["what", "which"], [[name, "; ".join(sorted(versions))] for name, versions in found.items()])
+
 
 SHOWN_FIGURE = re.compile(rf"\]\(({FIGURES}/[^)/]+\.svg)\)")
 

@@ -1,1 +1,1 @@
-"""A linkage as a course draws it: its instant centres, its velocity polygon, its acceleration polygon."""
+"""A linkage as a course draws it: instant centres, velocity and acceleration polygons."""

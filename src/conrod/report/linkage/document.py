@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from conrod.linkage.centres import InstantCentre, centre_count
-from conrod.linkage.polygon_vectors import Polygon
-from conrod.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
-from conrod.linkage.transmission_angles import Extreme
-from conrod.motion import Array
+from conrod.exact.linkage.centres import InstantCentre, centre_count
+from conrod.exact.linkage.polygon import Polygon
+from conrod.exact.linkage.quantities import Extreme, InstantQuantities, PointQuantities, TurnQuantities
+from conrod.exact.motion import Array
 from conrod.scenes import Scene
 
 SCHEMA = 1

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from conrod.files import Batch
-from conrod.linkage.quantities import InstantQuantities
+from conrod.exact.linkage.quantities import InstantQuantities
+from conrod.studies.frame.files import Batch
 
 CENTRES, VELOCITIES, ACCELERATIONS = FIGURES = ("centres.svg", "velocities.svg", "accelerations.svg")
 

@@ -7,14 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from conrod.linkage.state import LinkageState
-from conrod.mechanism import GROUND, CamContact, Prismatic, Revolute, pins_of
-from conrod.motion import Array
-from conrod.report import machine_parts as parts
-from conrod.report.link_shapes import link_shape
+from conrod.exact.linkage.state import LinkageState
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Revolute, pins_of
+from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.link_shapes import link_shape
+from conrod.report.drawing.slides import slide_of
+from conrod.report.drawing.view import pitch_lines, profile
 from conrod.report.linkage.sheet import Sheet
-from conrod.report.outlines import pitch_lines, profile
-from conrod.report.slides import slide_of
 
 SYMBOL, RAIL = 8.0, 20.0  # of a joint, and half of a slide [pt]
 COARSE = 20  # samples of a curve that labels take for a straight piece

@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from conrod.files import write_whole
-from conrod.linkage.centres import InstantCentre, instant_centres, joint_centre
-from conrod.linkage.construction import Construction, construct
-from conrod.linkage.points import linkage_points
-from conrod.linkage.state import LinkageState, link_numbers
-from conrod.mechanism import GROUND
-from conrod.motion import Array
-from conrod.report import machine_parts as parts
+from conrod.exact.linkage.centres import InstantCentre, instant_centres, joint_centre
+from conrod.exact.linkage.construction import Construction, construct
+from conrod.exact.linkage.points import linkage_points
+from conrod.exact.linkage.state import LinkageState, link_numbers
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND
 from conrod.report import numbers
-from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.view import outline
 from conrod.report.linkage.mechanism_drawing import draw_arm, draw_links, middle
 from conrod.report.linkage.sheet import Sheet, mathematical
-from conrod.report.outlines import outline
+from conrod.studies.frame.files import write_whole
 
 COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}
 # How much of the mechanism's extent is shown on every side of it, for the centres that lie there.

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from conrod.files import write_whole
-from conrod.linkage.polygon_vectors import Kind, Polygon, PolygonVector
-from conrod.motion import Array
-from conrod.report import machine_parts as parts
+from conrod.exact.linkage.polygon import Kind, Polygon, PolygonVector
+from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.drawing import machine_parts as parts
 from conrod.report.linkage.sheet import Sheet, mathematical
+from conrod.studies.frame.files import write_whole
 
 UNITS = {"velocity": "m/s", "acceleration": "m/s²"}
 # Okabe and Ito's colours, told apart by colour-blind readers.

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from conrod.motion import Array
-from conrod.report import machine_parts as parts
+from conrod.exact.motion import Array
+from conrod.report.drawing import machine_parts as parts
 
 MARGIN, COLUMN = 46.0, 224.0  # around the drawing, and for the text beside it [pt]
 LARGEST, LEAST = 400.0, 190.0  # of the drawing's sides [pt]

@@ -11,16 +11,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from conrod.motion import Array
+from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.canvas import on_grid
-from conrod.report.styles import colour, engine_title
+from conrod.report.charts.canvas import on_grid
+from conrod.report.charts.styles import colour, engine_title
 from conrod.report.tables import table
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import SweepStudy
+from conrod.studies.sweep.results import SweepStudy
+from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
-    from conrod.studies.grid_convergence import GridConvergence
+    from conrod.studies.sweep.grid_convergence import GridConvergence
 
 PATHS = ("step alone", "step with softness")
 RATIOS = (1e-4, 1e3)  # of band to error, drawn; what lies beyond is drawn at the edge

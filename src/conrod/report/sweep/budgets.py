@@ -10,16 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.report import numbers
-from conrod.report.canvas import on_log_grid
-from conrod.report.error_figure import NORMS
-from conrod.report.styles import colour, engine_title
+from conrod.report.charts.canvas import on_log_grid
+from conrod.report.charts.errors import NORMS
+from conrod.report.charts.styles import colour, engine_title
 from conrod.report.sweep.naming import setting_value
 from conrod.report.tables import paragraphs, table
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import SweepStudy
+from conrod.studies.sweep.results import SweepStudy
+from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
-    from conrod.studies.error_budget import ErrorBudget, Norm, Part
+    from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
 
 # Of each part: marker, size; the parts that stand in the figure.
 SHOWN = {

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from conrod.report.styles import PRESETS
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
+from conrod.report.charts.styles import PRESETS
+from conrod.studies.sweep.results import SweepStudy, SweptPoint
+from conrod.studies.validation.results import QUANTITIES
 
 
 @dataclass(frozen=True)

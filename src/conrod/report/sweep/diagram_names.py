@@ -9,12 +9,11 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.axes import Axes
 
-from conrod.report.styles import colour, engine_title
+from conrod.report.charts.styles import colour, engine_title
 from conrod.report.sweep.choice import Curve, preset_curves
-from conrod.report.sweep.marks import drawn_costs, drawn_errors
-from conrod.report.sweep.placing import Placed
+from conrod.report.sweep.placing import Placed, drawn_costs, drawn_errors
 from conrod.report.sweep.point_names import Place, placed_names
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
+from conrod.studies.sweep.results import SweepStudy, SweptPoint
 
 NAME_SIZE = 6.5  # [pt]
 ALONG = 3.0  # [pt]

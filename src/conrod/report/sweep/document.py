@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.apart import check_beside
-from conrod.report.own_folder import check_own_folder, document_in, holds_document
-from conrod.report.pages import FIGURES
-from conrod.report.summary import FILE, INDEX, figure_file, page_file
+from conrod.report.folder import check_beside, check_own_folder, document_in, holds_document
 from conrod.report.sweep.findings import found_in
 from conrod.report.sweep.fronts import TOLERANCES, cheapest_rows
-from conrod.studies.sweep_results import SweepStudy
+from conrod.report.validation.pages import FIGURES
+from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
+from conrod.studies.sweep.results import SweepStudy
 
 SCHEMA = 1
 DRAWN = ("work-precision", "orders", "convergence-index", "budget")

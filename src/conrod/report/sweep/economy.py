@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from conrod.report import numbers
-from conrod.report.styles import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.choice import cheapest_within, most_accurate
 from conrod.report.sweep.naming import setting_of, tolerance, with_unit
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
+from conrod.studies.sweep.results import SweepStudy, SweptPoint
 
 QUANTITY, ALLOWED = "position", 1e-6
 # Integrators whose error in a smooth motion is of first order in the state of one instant.

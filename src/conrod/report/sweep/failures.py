@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.report.styles import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.tables import table
-from conrod.studies.sweep_results import COMPLETED, SweepStudy, SweptPoint
+from conrod.studies.sweep.results import COMPLETED, SweepStudy, SweptPoint
 
 
 def failures_table(study: SweepStudy) -> str:

@@ -6,18 +6,18 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from conrod.report import numbers
-from conrod.report.styles import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.bands import Row, preset_rows, rows_of
 from conrod.report.sweep.choice import preset_curve
 from conrod.report.sweep.economy import economies
 from conrod.report.sweep.naming import listed, with_unit
-from conrod.report.sweep.variations import SWITCHED, variation_name
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import COMPLETED, SweepStudy
+from conrod.report.sweep.setting_tables import SWITCHED, variation_name
+from conrod.studies.sweep.results import COMPLETED, SweepStudy
+from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
-    from conrod.studies.observed_orders import ObservedOrders
-    from conrod.studies.sensitivity import Sensitivity, Variation
+    from conrod.studies.sweep.observed_orders import ObservedOrders
+    from conrod.studies.sweep.sensitivity import Sensitivity, Variation
 
 STOCK = "stock"
 BIAS, NO_BIAS = "error_bias", "0"

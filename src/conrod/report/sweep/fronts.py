@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from conrod.report import numbers
-from conrod.report.styles import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.choice import cheapest_within, labelled_points, most_accurate
 from conrod.report.sweep.naming import costs_of, rule_of, tolerance
 from conrod.report.sweep.placing import placed_points
 from conrod.report.tables import table
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
+from conrod.studies.sweep.results import SweepStudy, SweptPoint
+from conrod.studies.validation.results import QUANTITIES
 
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 MORE_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from conrod.report.styles import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.sweep import prose
 from conrod.report.sweep.fronts import COST_HEAD
-from conrod.report.sweep.transfer_table import transfers_sentence, transfers_table
+from conrod.report.sweep.setting_tables import transfers_sentence, transfers_table
 from conrod.report.tables import paragraphs, table
 
 if TYPE_CHECKING:
-    from conrod.studies.transfer import Transfer
+    from conrod.studies.recommend.transfer import Transfer
 
 # A number that the file of a machine has whose input makes one pass.
 PASS = "driver.from"

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.styles import engine_title
-from conrod.studies.sweep_results import SweepStudy, SweptPoint
+from conrod.report.charts.styles import engine_title
+from conrod.studies.sweep.results import SweepStudy, SweptPoint
 
 # What errors are divided by, in words that follow a number.
 UNITS: Mapping[str, str] = {"position": "L", "velocity": "ω L", "acceleration": "ω² L"}

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from conrod.report import numbers
-from conrod.report.pages import FIGURES
 from conrod.report.sweep import prose
 from conrod.report.sweep.bands import shares_table
 from conrod.report.sweep.budgets import budget_tables
 from conrod.report.sweep.failures import failures_table
 from conrod.report.sweep.findings import found_in
 from conrod.report.sweep.fronts import cheapest_table, counted, labelled_table
-from conrod.report.sweep.knobs import knobs_table, size_of_grid
 from conrod.report.sweep.naming import versions_of
+from conrod.report.sweep.predicted_errors import largest_difference, told_table
 from conrod.report.sweep.refinement_orders import orders_table
-from conrod.report.sweep.told_errors import largest_difference, told_table
-from conrod.report.sweep.variations import variations_table
+from conrod.report.sweep.setting_tables import knobs_table, size_of_grid, variations_table
 from conrod.report.tables import paragraphs
-from conrod.studies.sweep_results import SweepStudy
+from conrod.report.validation.pages import FIGURES
+from conrod.studies.sweep.results import SweepStudy
 
 NO_FINDINGS = "Too little of the sweep completed for a statement."
 

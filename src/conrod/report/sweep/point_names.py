@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.motion import Array
+from conrod.exact.motion import Array
 
 Place = tuple[float, float]
 

@@ -11,17 +11,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.report import numbers
-from conrod.report.canvas import on_log_grid, whole_decades
-from conrod.report.error_figure import NORMS
-from conrod.report.styles import colour, engine_title, preset_style
+from conrod.report.charts.canvas import on_log_grid, whole_decades
+from conrod.report.charts.errors import NORMS
+from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.sweep.choice import cheapest_within, preset_curves
 from conrod.report.sweep.fronts import TOLERANCES
 from conrod.report.tables import table
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import SweepStudy
+from conrod.studies.sweep.results import SweepStudy
+from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
-    from conrod.studies.observed_orders import ObservedOrders
+    from conrod.studies.sweep.observed_orders import ObservedOrders
 
 OTHER_LINES: tuple[tuple[Any, str], ...] = (
     ((0, (3, 1, 1, 1)), "v"),

@@ -1,4 +1,7 @@
-"""The work-precision diagram: error against cost, every cell of the grid in it."""
+"""The strip above a work-precision diagram: runs that did not complete, a lane for each way of ending.
+
+The work-precision diagram: error against cost, every cell of the grid in it.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +14,71 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.report import numbers
-from conrod.report.canvas import on_log_grid, whole_decades
-from conrod.report.error_figure import NORMS
-from conrod.report.styles import colour, engine_title, preset_style
+from conrod.report.charts.canvas import on_log_grid, whole_decades
+from conrod.report.charts.errors import NORMS
+from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.sweep.choice import preset_curves
 from conrod.report.sweep.diagram_names import name_curves, name_points
-from conrod.report.sweep.failure_strip import draw_strip, ends_of
-from conrod.report.sweep.marks import FRONT_OF_ALL, dot_style, drawn_costs, drawn_errors, front_style
-from conrod.report.sweep.placing import Placed, placed_points, reference_seconds
-from conrod.studies.results import QUANTITIES
-from conrod.studies.sweep_results import SweepStudy
+from conrod.report.sweep.placing import (
+    FRONT_OF_ALL,
+    Placed,
+    dot_style,
+    drawn_costs,
+    drawn_errors,
+    front_style,
+    placed_points,
+    reference_seconds,
+)
+from conrod.runs.trajectory import Outcome
+from conrod.studies.sweep.results import SweepStudy
+from conrod.studies.validation.results import QUANTITIES
+
+# A marker for each way in which runs end that do not complete; any other end gets the last one.
+MARKERS = {
+    Outcome.DIVERGED.slug: "x",
+    Outcome.EXPLODED.slug: "*",
+    Outcome.OPENED.slug: "v",
+    Outcome.FLIPPED.slug: ">",
+    Outcome.LOCKED.slug: "s",
+    Outcome.RESET.slug: "P",
+    Outcome.TIMED_OUT.slug: "h",
+}
+OTHER = "X"
+APART = (0.0, 0.24, -0.24)  # runs of one cost, in lanes
+
+
+def ends_of(placed: Sequence[Placed]) -> tuple[str, ...]:
+    """The ways in which runs ended that did not complete, in the order of the outcomes."""
+    found = {p.point.measurement.outcome for p in placed if not p.point.completed}
+    known = [outcome.slug for outcome in Outcome if outcome.slug in found]
+    return (*known, *sorted(found.difference(known)))
+
+
+def draw_strip(axes: Axes, placed: Sequence[Placed], ends: Sequence[str]) -> None:
+    """A marker for each run, in the lane of its end."""
+    for lane, end in enumerate(ends):
+        failed = [p for p in placed if p.point.measurement.outcome == end]
+        for k, one in enumerate(failed):
+            axes.plot(
+                on_log_grid(np.array([one.cost])),
+                [lane + APART[k % len(APART)]],
+                linestyle="none",
+                marker=MARKERS.get(end, OTHER),
+                markersize=4.0,
+                color=colour(one.point.engine),
+                alpha=0.7,
+                markeredgewidth=0.6,
+            )
+    axes.set_ylim(len(ends) - 0.4, -0.6)
+    axes.set_yticks(range(len(ends)), ends)
+    axes.yaxis.tick_right()
+    axes.tick_params(axis="y", length=0, labelsize=8.0)
+    axes.tick_params(axis="x", length=0, labelbottom=False)
+    axes.set_ylabel("did not\ncomplete", fontsize=8.0)
+    axes.set_facecolor("#f6f6f6")
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+
 
 WIDTH, PANEL_HEIGHT, LANE_HEIGHT = 10.5, 4.9, 0.26  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 1.2, 1.05, 0.3, 1.5  # margins [inch]

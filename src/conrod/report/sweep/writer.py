@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from conrod.files import Batch
-from conrod.report.canvas import drawing_style, svg_text
+from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.reproduction import Reproduction
-from conrod.report.summary import FILE, INDEX, figure_file, page_file
 from conrod.report.sweep.bands import bands_figure
 from conrod.report.sweep.budgets import budgets_figure
 from conrod.report.sweep.document import DRAWN, document_text, earlier_sweeps, scene_entry
@@ -20,11 +18,13 @@ from conrod.report.sweep.index import sweep_index
 from conrod.report.sweep.page import sweep_page
 from conrod.report.sweep.refinement_orders import orders_figure
 from conrod.report.sweep.work_precision import work_precision_figure
+from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
 from conrod.scenes import SCENES
-from conrod.studies.sweep_results import SweepStudy
+from conrod.studies.frame.files import Batch
+from conrod.studies.sweep.results import SweepStudy
 
 if TYPE_CHECKING:
-    from conrod.studies.transfer import Transfer
+    from conrod.studies.recommend.transfer import Transfer
 
 EXPLANATION = Path("docs/work-precision.md")
 FIGURES: Mapping[str, Callable[[SweepStudy], Figure | None]] = {

@@ -1,1 +1,1 @@
-"""The report of a table that was judged."""
+"""The report on a table that was judged."""

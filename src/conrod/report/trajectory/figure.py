@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from conrod.comparison import ErrorSeries
-from conrod.motion import Array
-from conrod.report.canvas import on_grid, on_log_grid, whole_decades
-from conrod.report.styles import COLOURS, OTHER_COLOURS
-from conrod.tables.study import TableStudy
+from conrod.exact.motion import Array
+from conrod.own.tables.study import TableStudy
+from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.styles import COLOURS, OTHER_COLOURS
+from conrod.runs.comparison import ErrorSeries
 
 HUES = (*COLOURS.values(), *OTHER_COLOURS)
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}

@@ -1,10 +1,22 @@
-"""The page of a judged table, in Markdown."""
+"""The folder of a table's report.
+
+The page of a judged table, in Markdown.
+
+All files of a table's report, rendered before any is written.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from conrod.own.tables.document import table_document, table_text
+from conrod.own.tables.judging import ERRORS
+from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.folder import check_own_folder, holds_document
 from conrod.report.tables import paragraphs, table
-from conrod.report.trajectory.folder import ERROR_FIGURE
+from conrod.report.trajectory.figure import error_figure
 from conrod.report.trajectory.words import (
     estimate_rows,
     figure_line,
@@ -13,8 +25,24 @@ from conrod.report.trajectory.words import (
     summary_line,
     verdict_text,
 )
-from conrod.tables.judging import ERRORS
-from conrod.tables.study import TableStudy
+from conrod.studies.frame.files import Batch
+
+PAGE, RESULTS, FIGURES = "README.md", "results.json", "figures"
+ERROR_FIGURE = f"{FIGURES}/error.svg"
+FILES = (PAGE, RESULTS, ERROR_FIGURE, FIGURES)
+# Of a table's results, by which its report is known.
+KEYS = {"schema", "table", "scene", "causes"}
+
+
+def check_table_folder(directory: Path) -> None:
+    """Refuse a folder in which a table's report would replace what is none.
+
+    Raises:
+        InvalidInput: names the file that is in the way.
+    """
+    own = holds_document(directory / RESULTS, KEYS)
+    check_own_folder(directory, (PAGE, RESULTS), (ERROR_FIGURE,), FIGURES, own, "the report of a table")
+
 
 READING = (
     "`total` is the position against the exact one at the nominal time; `position`, `velocity` and `acceleration` are "
@@ -123,3 +151,15 @@ def _parameters(study: TableStudy) -> str:
 def _begun(text: str) -> str:
     """With a capital; `capitalize` would make the others small."""
     return text[0].upper() + text[1:]
+
+
+def table_report_batch(study: TableStudy, folder: Path, command: str) -> Batch:
+    """The report: a figure where there are errors to draw, the numbers, and the page last."""
+    files: dict[str, str | bytes] = {}
+    if study.errors:
+        with drawing_style():
+            files[ERROR_FIGURE] = svg_text(error_figure(study))
+    files[RESULTS] = table_text(table_document(study))
+    files[PAGE] = table_page(study, command, with_figure=bool(study.errors))
+    stale = ERROR_FIGURE not in files and (folder / ERROR_FIGURE).is_file()
+    return Batch(folder, files, (ERROR_FIGURE,) if stale else ())

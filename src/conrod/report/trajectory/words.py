@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from conrod.own.tables.causes import Cause
+from conrod.own.tables.estimation import Estimation
+from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
-from conrod.tables.causes import Cause
-from conrod.tables.estimation import Estimation
-from conrod.tables.study import TableStudy
 
 SHOWN = {"s": ("ms", 1e3), "rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3)}
 LEAST_DIGITS, MOST_DIGITS = 2, 10

@@ -1,1 +1,1 @@
-"""Report on a user's own model; reads results only."""
+"""The report on a user's own model."""

@@ -7,12 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from conrod.motion import Array
-from conrod.report.canvas import on_grid, on_log_grid, whole_decades
+from conrod.exact.motion import Array
+from conrod.own.models.runs import QUANTITIES, JudgedRun
+from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
+from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.styles import colour, preset_style
 from conrod.report.numbers import ROUNDING
-from conrod.report.styles import colour, preset_style
-from conrod.studies.user_model.runs import QUANTITIES, JudgedRun
-from conrod.studies.user_model.study import EXACT_SOLVER, OWN, ModelStudy
 
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 MOST_SPANS = 360  # of a curve: the largest error in each is drawn

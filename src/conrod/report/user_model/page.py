@@ -1,15 +1,74 @@
-"""The page on a user's model."""
+"""The files of a report on a user's model, and what they must not replace.
+
+The page on a user's model.
+
+The report on a user's model, rendered.
+"""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from urllib.parse import quote
 
+from conrod.own.models.model_files import as_outputs_must_not_be
+from conrod.own.models.serialise import KEYS, model_document
+from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.report import numbers
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.folder import check_own_folder, holds_document
 from conrod.report.tables import paragraphs, table
-from conrod.report.user_model import run_words, words
-from conrod.report.user_model.document import document_file, figure_file
-from conrod.studies.user_model.study import EXACT_SOLVER, OWN, ModelStudy
+from conrod.report.user_model import words
+from conrod.report.user_model import words as run_words
+from conrod.report.user_model.figure import model_figure
+from conrod.report.validation.pages import FIGURES
+from conrod.studies.frame.files import Batch, check_apart, file_to_write, folder_to_write, single
+
+
+def page_file(file: str) -> str:
+    """Name of the page on a model's file."""
+    return f"{Path(file).stem}.md"
+
+
+def figure_file(file: str) -> str:
+    """Name of its figure."""
+    return f"{FIGURES}/{Path(file).stem}-model.svg"
+
+
+def document_file(file: str) -> str:
+    """Name of its results."""
+    return f"{Path(file).stem}.json"
+
+
+def outputs_of(file: str, out: str | None, document: str | None) -> tuple[Path | None, Path | None]:
+    """The report's folder and the JSON file, refused before any work where something would be lost by them.
+
+    Raises:
+        InvalidInput: names what is in the way.
+    """
+    folder = None if out is None else folder_to_write(out, "--out")
+    target = None if document is None else file_to_write(document, "--json")
+    files = as_outputs_must_not_be(Path(file))
+    if target is not None:
+        files["--json"] = target
+    if folder is not None:
+        own = holds_document(folder / document_file(file), KEYS)
+        pages = (page_file(file), document_file(file))
+        check_own_folder(folder, pages, (figure_file(file),), FIGURES, own, "a report of conrod on a model")
+        files |= {f"{name} of the report": folder / name for name in (*pages, figure_file(file))}
+    check_apart(files)
+    return folder, target
+
+
+def results_text(study: ModelStudy) -> str:
+    """The results as JSON."""
+    return json.dumps(model_document(study), indent=1, allow_nan=False) + "\n"
+
+
+def results_file(study: ModelStudy, target: Path) -> Batch:
+    """The results in a file of their own."""
+    return single(target, results_text(study))
+
 
 METHOD = (
     "The file was only read. *Kinematic mode*: the crank is held at 180 angles of a turn, and the model's own closures "
@@ -70,3 +129,15 @@ def _runs(study: ModelStudy) -> str:
         "" if EXACT_SOLVER not in study.runs else f"; the figure has `{OWN}` as it is with the solver tolerance at 0"
     )
     return paragraphs(f"Largest errors over {turns} revolutions{drawn}:", table(run_words.HEAD, run_words.rows(study)))
+
+
+def model_report_batch(study: ModelStudy, folder: Path, command: str) -> Batch:
+    """Page, figure and results; nothing is written yet."""
+    with drawing_style():
+        drawn = svg_text(model_figure(study))
+    files = {
+        figure_file(study.file): drawn,
+        page_file(study.file): model_page(study, command),
+        document_file(study.file): results_text(study),
+    }
+    return Batch(folder, files)

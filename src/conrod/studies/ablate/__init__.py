@@ -1,1 +1,1 @@
-"""What a scene's model needs, and what it merely carries: ingredients added to the minimal model and taken away."""
+"""What a scene's model requires, and what is unnecessary in it."""

@@ -11,19 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.comparison import QUANTITIES as COMPARED
-from conrod.comparison import point_errors
 from conrod.engines import engine_named
-from conrod.engines.left_out_rod import BODY
-from conrod.motion import Array
-from conrod.outcome import Verdict, prevailing
-from conrod.running import check_run
+from conrod.engines.massless_rod import BODY
+from conrod.engines.running import check_run
+from conrod.exact.motion import Array
+from conrod.runs.comparison import QUANTITIES as COMPARED
+from conrod.runs.comparison import point_errors
+from conrod.runs.outcome import Verdict, prevailing
+from conrod.runs.trajectory import Outcome, Piece, Settings
 from conrod.scenes import Scene
-from conrod.studies.limits.exact_torque import ExactTorque
-from conrod.studies.limits.sizes import RunningSize
-from conrod.studies.limits.watch import GONE
-from conrod.studies.results import QUANTITIES
-from conrod.trajectory import Outcome, Piece, Settings
+from conrod.studies.limits.extremes import ExactTorque
+from conrod.studies.limits.run_statistics import RunningSize
+from conrod.studies.limits.stream_run import GONE
+from conrod.studies.validation.results import QUANTITIES
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
-from conrod.studies.paired_clock import PairedTiming
+from conrod.studies.frame.paired_timing import PairedTiming
 
 
 class Verdict(Enum):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from conrod.engines.ingredient import Ingredient
-from conrod.mechanism import Mechanism
+from conrod.engines.capabilities import Ingredient
+from conrod.mechanism.mechanism import Mechanism
 from conrod.studies.ablate.cell import CostCell
-from conrod.studies.ablate.plan import BESIDE_DRESSED, AblationPlan, Measurements
+from conrod.studies.ablate.plan import BESIDE_DRESSED, AblationPlan, Measurements, Role, Variant, full_variants
 from conrod.studies.ablate.results import (
     AblationStudy,
     CompiledCount,
@@ -18,11 +18,10 @@ from conrod.studies.ablate.results import (
     IngredientResult,
     VariantResult,
 )
-from conrod.studies.ablate.variants import Role, Variant, full_variants
 from conrod.studies.ablate.verdict import JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
-from conrod.studies.cell import as_run
-from conrod.studies.clock import fingerprint
-from conrod.studies.paired_clock import PairedTiming
+from conrod.studies.frame.cell import as_run
+from conrod.studies.frame.paired_timing import PairedTiming
+from conrod.studies.frame.timing import fingerprint
 
 Found = Mapping[tuple[Role, str], VariantResult]
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from conrod.runs.trajectory import Outcome
 from conrod.studies.ablate.results import Evidence, VariantResult, Verdict
-from conrod.studies.paired_clock import PairedTiming
-from conrod.trajectory import Outcome
+from conrod.studies.frame.paired_timing import PairedTiming
 
 # A difference of this share of the travel (and of omega L, omega^2 L, the torque's peak) is none: what rounding grows
 # to in a long chain of steps is a hundred times less, and no user of an engine asks for more.

@@ -1,1 +1,1 @@
-"""Drive torque, joint reactions and contact force of engines against the exact ones, at constant crank speed."""
+"""Drive torque, joint reactions and contact force of engines against the exact ones."""

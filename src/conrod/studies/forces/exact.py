@@ -1,14 +1,85 @@
-"""The exact forces of a scene, and what errors of forces are divided by."""
+"""Names of the quantities of a machine's forces, and the groups that a user asks for.
+
+What errors of forces are judged by.
+
+No law of an engine gives a bound on them, as one does for its motion: they are judged by what is required of an
+engine at 1000 steps a revolution. With fewer the bar is as much higher as the order of the engine's scheme makes the
+error; with more it stays.
+
+The exact forces of a scene, and what errors of forces are divided by.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from conrod.dynamics.inverse import InverseDynamics, State
-from conrod.dynamics.sensitivity import SEEN, TORQUE, quantities
-from conrod.kinematics import Kinematics
-from conrod.motion import Array
+from conrod.exact.dynamics.inverse import InverseDynamics, State, component_names
+from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, quantities
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.scenes import Scene
+
+GROUPS = ("torque", "reactions", "contact")
+
+
+def quantities_of(mechanism: Mechanism, group: str) -> tuple[str, ...]:
+    """The quantities of a group: "drive torque", or "joint.component".
+
+    The push between cam and roller is the contact; reactions are what all other joints carry.
+    """
+    if group == "torque":
+        return (TORQUE,)
+    return tuple(
+        f"{joint.name}.{name}"
+        for joint in mechanism.joints
+        if isinstance(joint, CamContact) == (group == "contact")
+        for name in component_names(joint)
+    )
+
+
+def groups_of(mechanism: Mechanism, asked: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of the groups asked for that the machine has."""
+    return tuple(group for group in asked if quantities_of(mechanism, group))
+
+
+STEPS = 1000
+REQUIRED: Mapping[tuple[str, str], Mapping[str, float]] = {
+    ("mujoco", "hardened"): {"torque": 1e-7, "reactions": 1e-6},
+    ("pymunk", "tuned"): {"torque": 1e-3, "reactions": 1e-3},
+}
+ORDERS = {"mujoco": 4, "pymunk": 2}
+CONTACT, JUDGED_CONTACT = 0.02, "tuned"
+AS_ASKED = "as asked for"
+
+
+def tolerance_of(
+    mechanism: Mechanism, engine: str, preset: str, steps: int, groups: Mapping[str, object], asked: Mapping[str, float]
+) -> tuple[dict[str, float], str]:
+    """By group what is allowed, and why; nothing of presets of which nothing is required.
+
+    Args:
+        groups: those that are looked at.
+        asked: what the user allows, by group; then nothing else is judged.
+    """
+    if asked:
+        return {group: value for group, value in asked.items() if group in groups}, AS_ASKED
+    if mechanism.cam_contacts:
+        # Where the acceleration jumps all forces do: their largest errors are one step of the jump.
+        if preset != JUDGED_CONTACT or "contact" not in groups:
+            return {}, ""
+        return {"contact": CONTACT}, "required of the contact force: 2 % rms between the cam's arc joints"
+    bars = REQUIRED.get((engine, preset), {})
+    coarser = max(1.0, STEPS / steps) ** ORDERS.get(engine, 0)
+    allowed = {group: bar * coarser for group, bar in bars.items() if group in groups}
+    told = ", ".join(f"{group} {bars[group]:g}" for group in allowed)
+    reason = f"required at {STEPS} steps a revolution: {told}, of the exact peak" if allowed else ""
+    return allowed, reason + (
+        f"; at {steps} times {coarser:.3g}, by order {ORDERS[engine]}" if coarser > 1.0 and allowed else ""
+    )
+
 
 CHUNK = 4096  # samples of which the exact forces are worked out together
 SAMPLES = 361

@@ -8,10 +8,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from conrod.dynamics.sensitivity import SEEN, Blind, Sensitivity, blind_changes, sensitivities
+from conrod.exact.dynamics.sensitivity import SEEN, Blind, Sensitivity, blind_changes, sensitivities
 from conrod.scenes import Scene
-from conrod.studies.forces.exact import even_state, peaks_of
-from conrod.studies.forces.names import GROUPS, quantities_of
+from conrod.studies.forces.exact import GROUPS, even_state, peaks_of, quantities_of
 
 Peaks: TypeAlias = Mapping[str, tuple[float, bool]]  # as `peaks_of` gives them
 

@@ -1,24 +1,24 @@
-"""Forces in a scene by an engine's account, at constant crank speed, against the exact ones."""
+"""Forces in a scene by an engine's account, at constant crank speed, against the exact ones.
+
+One result that a validation of forces asks for, to be had in any process.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from conrod.convergence import observed_order
-from conrod.engines import Engine
+from conrod.engines import Engine, engine_named
+from conrod.engines.capabilities import ForceTracks
 from conrod.engines.engine import run_of
-from conrod.engines.forces import ForceTracks
+from conrod.runs.convergence import observed_order
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.forces.bars import tolerance_of
-from conrod.studies.forces.exact import peaks_of
-from conrod.studies.forces.measuring import Measured, stamps_of
-from conrod.studies.forces.names import GROUPS, groups_of, quantities_of
+from conrod.studies.forces.exact import GROUPS, groups_of, peaks_of, quantities_of, tolerance_of
+from conrod.studies.forces.measuring import Measured, likenesses, stamps_of
 from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult
-from conrod.studies.forces.wrong_mass import likenesses
-from conrod.studies.validate import Plan, refinement_path
-from conrod.trajectory import Outcome
+from conrod.studies.validation.plan import Plan, refinement_path
 
 NO_CONTACT = "no joint of the machine acts by contact"
 
@@ -143,3 +143,49 @@ def _orders(result: ForceResult, points: tuple[ForcePoint, ...]) -> dict[str, fl
         stable = [(n, max(sizes)) for n, sizes in found if sizes]
         orders[key] = observed_order([n for n, _ in stable], [e for _, e in stable]).claimed if stable else None
     return orders
+
+
+@dataclass(frozen=True)
+class ForceJob:
+    """A scene in an engine with a preset.
+
+    Attributes:
+        name: of the scene, for people.
+    """
+
+    name: str
+    scene: Scene = field(repr=False)
+    engine: str
+    preset: str
+    plan: ForcePlan
+
+    @property
+    def label(self) -> str:
+        """What is under way, for people."""
+        return f"{self.name} {self.engine} {self.preset}"
+
+    @property
+    def steps(self) -> int:
+        """Steps per revolution, which say about how long it takes."""
+        return self.plan.run.steps(self.scene)
+
+    def run(self) -> ForceResult:
+        """The result."""
+        return validate_forces(self.name, self.scene, engine_named(self.engine), self.preset, self.plan)
+
+    def ended(self, outcome: Outcome, reason: str) -> ForceResult:
+        """The result where the process that ran it did not live to give one."""
+        result = started(self.name, self.scene, engine_named(self.engine), self.preset, self.plan)
+        return replace(result, outcome=outcome.slug, reason=reason, passed=False if result.tolerance else None)
+
+
+def force_jobs(
+    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, tuple[str, ...]], plan: ForcePlan
+) -> list[ForceJob]:
+    """All jobs: scene by scene, engine by engine, each preset."""
+    return [
+        ForceJob(name, scene, engine.name, preset, plan)
+        for name, scene in scenes.items()
+        for engine in engines
+        for preset in presets[engine.name]
+    ]

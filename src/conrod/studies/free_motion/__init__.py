@@ -1,1 +1,1 @@
-"""Motion that no drive prescribes: engines against the exact motion in time."""
+"""Motion that no drive prescribes: engines against the exact motion."""

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.dynamics.inverse import InverseDynamics
-from conrod.dynamics.line import Line
 from conrod.errors import InvalidInput
-from conrod.joint_equations import pose_jets
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism
-from conrod.motion import Array
-from conrod.outcome import MEETING
+from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
+from conrod.exact.dynamics.inverse import InverseDynamics
+from conrod.exact.dynamics.line import Line
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.outcome import MEETING
 from conrod.scenes import Scene
 from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
 

@@ -1,23 +1,28 @@
-"""An engine's free motion against the exact one, along a refinement path of the step."""
+"""An engine's free motion against the exact one, along a refinement path of the step.
+
+What a validation of free motion asks for, to be had in any process: first the exact motions, then the engines'.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from conrod.convergence import observed_order
-from conrod.engines import Engine
-from conrod.engines.free import FreeRun
+from conrod.engines import Engine, engine_named
+from conrod.engines.capabilities import FreeRun
 from conrod.errors import InvalidInput
-from conrod.motion import Array
-from conrod.studies.free_motion.exact import ExactCourse, crank_angle, places
-from conrod.studies.free_motion.plan import PATH, MotionPlan
-from conrod.studies.free_motion.results import MotionCurves, MotionResult, StepPoint
-from conrod.studies.result_of import sizes_of
-from conrod.trajectory import Outcome
+from conrod.exact.motion import Array
+from conrod.runs.convergence import observed_order
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
+from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
+from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
+from conrod.studies.free_motion.results import ExactTold, MotionCurves, MotionResult, MotionStudy, StepPoint
+from conrod.studies.validation.results import sizes_of
 
 CURVE_SAMPLES, SPANS = 721, 240
 # A body turned by this much [rad] from the exact branch is on another: soft joints give far less.
@@ -118,3 +123,93 @@ def _curves(times: Array, angle: Array, error: Array, energy: Array) -> MotionCu
     largest = (np.array([values[a:b].max() for a, b in spans]) for values in (error, energy))
     middles = np.array([times[a:b].mean() for a, b in spans])
     return MotionCurves(times[keep], angle[keep], middles, *largest)
+
+
+@dataclass(frozen=True)
+class ExactJob:
+    """The exact motion of a scene."""
+
+    name: str
+    scene: Scene = field(repr=False)
+    plan: MotionPlan
+
+    @property
+    def label(self) -> str:
+        """What is under way, for people."""
+        return f"{self.name} exact"
+
+    @property
+    def steps(self) -> int:
+        """About how long it takes, against others."""
+        return len(self.scene.kinematics.mechanism.bodies)
+
+    def run(self) -> ExactCourse:
+        """The motion; raises InvalidInput as `exact_course`."""
+        return exact_course(self.name, self.scene, self.plan)
+
+    def ended(self, outcome: Outcome, reason: str) -> ExactCourse:
+        """There is nothing to compare with.
+
+        Raises:
+            InvalidInput: always.
+        """
+        raise InvalidInput(f"{self.name}: the exact motion could not be had: {outcome.slug}: {reason}")
+
+
+@dataclass(frozen=True)
+class MotionJob:
+    """A scene in an engine with a preset."""
+
+    name: str
+    course: ExactCourse = field(repr=False)
+    engine: str
+    preset: str
+    plan: MotionPlan
+
+    @property
+    def label(self) -> str:
+        """What is under way, for people."""
+        return f"{self.name} {self.engine} {self.preset}"
+
+    @property
+    def steps(self) -> int:
+        """About how long it takes, against others."""
+        return self.course.grid.steps * len(self.course.mechanism.bodies)
+
+    def run(self) -> MotionResult:
+        """The result."""
+        return run_motion(self.name, self.course, engine_named(self.engine), self.preset, self.plan)
+
+    def ended(self, outcome: Outcome, reason: str) -> MotionResult:
+        """The result where the process that ran it did not live to give one."""
+        engine, grid = engine_named(self.engine), self.course.grid
+        return MotionResult(
+            self.name, self.plan.motion, self.engine, engine.version, self.preset, grid.step,
+            float(self.course.motion.times[-1]), outcome.slug, reason, self.plan.leaving,
+            self.plan.judged_by(self.preset),
+        )  # fmt: skip
+
+
+def motion_jobs(
+    courses: Mapping[str, ExactCourse],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, tuple[str, ...]],
+    plan: MotionPlan,
+) -> list[MotionJob]:
+    """Scene by scene, engine by engine, each preset of those to run, by engine name."""
+    return [
+        MotionJob(name, course, engine.name, preset, plan)
+        for name, course in courses.items()
+        for engine in engines
+        for preset in presets[engine.name]
+    ]
+
+
+def motion_study(
+    name: str, scene: Scene, course: ExactCourse, plan: MotionPlan, results: Sequence[MotionResult]
+) -> MotionStudy:
+    """All that was found of a scene."""
+    mechanism, motion = scene.kinematics.mechanism, course.motion
+    left_out = tuple(load.name for load in mechanism.loads if plan.motion == FREE and drives(load, mechanism))
+    told = ExactTold(motion.drift, motion.continuation, motion.times, crank_angle(mechanism, motion.poses))
+    return MotionStudy(name, scene, plan.motion, left_out, told, tuple(results))

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from conrod.dynamics.forward import FreeMotion
 from conrod.errors import InvalidInput
-from conrod.joint_equations import pose_jets
-from conrod.loads import Load, SpeedLine, Steady, TimePulse, Turn
-from conrod.mechanism import GROUND, Mechanism
+from conrod.exact.dynamics.forward import FreeMotion
+from conrod.exact.joint_equations import pose_jets
+from conrod.mechanism.loads import Load, SpeedLine, Steady, TimePulse, Turn
+from conrod.mechanism.mechanism import GROUND, Mechanism
 
 FREE, TORQUE = "free", "torque"
 MOTIONS = (FREE, TORQUE)

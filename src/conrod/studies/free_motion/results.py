@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from conrod.motion import Array
+from conrod.exact.motion import Array
 from conrod.scenes import Scene
 
 QUANTITIES = ("position", "angle", "energy")

@@ -1,1 +1,1 @@
-"""Where an engine stops being trustworthy, how it fails there, and whether one would notice."""
+"""Where an engine stops being trustworthy, and how it fails there."""

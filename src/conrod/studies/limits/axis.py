@@ -1,13 +1,50 @@
-"""A quantity that is driven from harmless to hopeless."""
+"""Values along an axis: evenly spaced on its scale, and the one half-way between two.
+
+A quantity that is driven from harmless to hopeless.
+"""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from enum import Enum
 from typing import ClassVar
 
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
+
+FINE = 0.02  # a boundary is found to two per cent of what its scale measures
+
+
+def measure_of(scale: Scale, value: float) -> float:
+    """What equal steps along a scale are equal steps of."""
+    return math.log(1.0 - value) if scale is Scale.NEARNESS else math.log(value)
+
+
+def spaced(scale: Scale, first: float, last: float, count: int) -> tuple[float, ...]:
+    """Different values from the first to the last, evenly along the scale; fewer where whole numbers are fewer."""
+    begin, end = measure_of(scale, first), measure_of(scale, last)
+    inner = [_value(scale, begin + (end - begin) * k / (count - 1)) for k in range(1, count - 1)]
+    return tuple(dict.fromkeys([first, *inner, last]))
+
+
+def between(scale: Scale, good: float, bad: float) -> float | None:
+    """The value half-way; None where the two are within two per cent, or no whole number lies between."""
+    begin, end = measure_of(scale, good), measure_of(scale, bad)
+    if abs(end - begin) <= math.log1p(FINE):
+        return None
+    middle = _value(scale, 0.5 * (begin + end))
+    return None if middle in (good, bad) else middle
+
+
+def _value(scale: Scale, measure: float) -> float:
+    match scale:
+        case Scale.COUNT:
+            return float(round(math.exp(measure)))
+        case Scale.NEARNESS:
+            return -math.expm1(measure)
+        case _:
+            return math.exp(measure)
 
 
 class Scale(Enum):

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from conrod.scenes import Scene
-from conrod.studies.cell import Cell
+from conrod.studies.frame.cell import Cell
 from conrod.studies.limits.declaration import Declaration, Redeclared
 
 # Raised when what is watched for comes out otherwise, or means something else, than before.

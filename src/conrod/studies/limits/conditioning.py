@@ -19,9 +19,9 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.equations import Arcs, Equations
-from conrod.joint_equations import pose_jets
-from conrod.motion import Array
+from conrod.exact.equations import Arcs, Equations
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.motion import Array
 from conrod.scenes import Scene
 
 DIGITS = 50

@@ -8,9 +8,9 @@ from functools import cached_property
 
 from numpy.typing import ArrayLike
 
-from conrod.kinematics import Kinematics
-from conrod.mechanism import Mechanism
-from conrod.motion import Motion
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Motion
+from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import Scene
 
 

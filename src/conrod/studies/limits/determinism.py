@@ -7,15 +7,15 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from conrod.engines import engine_named
-from conrod.isolation import Ended, isolated_once
 from conrod.scenes import Saw, Scene, ShearPress
+from conrod.studies.execution.isolation import Ended, isolated_once
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
 from conrod.studies.limits.perform import perform
 from conrod.studies.limits.search import Search
-from conrod.studies.limits.watch import watch
-from conrod.studies.measurement import Measurement
+from conrod.studies.limits.stream_run import watch
 
 # Which runs a cell of this kind is made of, in their order.
 RUNS = ("first", "again", "after another machine", "in another process")

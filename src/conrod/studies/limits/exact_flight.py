@@ -33,9 +33,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from conrod.cam import CamProfile, symmetric_cam
 from conrod.errors import InvalidInput
-from conrod.motion import Array
+from conrod.exact.motion import Array
+from conrod.mechanism.cam import CamProfile, symmetric_cam
 from conrod.scenes.cam_follower import CamFollower
 
 TURN = 2.0 * math.pi

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.motion import Array
+from conrod.exact.motion import Array
 from conrod.studies.limits.extremes import Flight
 
 HELD = 0.1  # of a revolution from the start on, in which the follower is looked at for how deep it sinks

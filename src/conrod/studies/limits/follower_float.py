@@ -16,7 +16,8 @@ from itertools import pairwise
 import numpy as np
 
 from conrod.scenes import CamFollower
-from conrod.studies.limits.axes.follower_float import FollowerFloat as FloatAxis
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.limits.axes.cams import FollowerFloat as FloatAxis
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.exact_flight import ExactFlight, Fall, bisect, exact_flight, float_speed
@@ -25,7 +26,6 @@ from conrod.studies.limits.flights import LEAST_DEPTH, TIMES
 from conrod.studies.limits.float_results import ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
 from conrod.studies.limits.gap_record import GapCell
 from conrod.studies.limits.search import Search
-from conrod.studies.measurement import Measurement
 
 LEAST_STEPS = 20000  # a revolution
 STEPS_PER_FACET = 5

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from conrod.motion import Array
-from conrod.outcome import joint_gaps
-from conrod.running import run
+from conrod.engines.running import run
+from conrod.exact.motion import Array
+from conrod.runs.outcome import joint_gaps
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
 from conrod.studies.limits.perform import perform
-from conrod.studies.limits.watch import watch
-from conrod.studies.measurement import Measurement
+from conrod.studies.limits.stream_run import watch
 
 SPANS = 360  # of a run, of each of which the least and the largest gap are kept
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from conrod.runs.trajectory import Outcome
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.extremes import Extremes
-from conrod.studies.measurement import Measurement
-from conrod.trajectory import Outcome
 
 SAFE_ERROR, ROUGH_ERROR = 0.01, 0.1  # of the travel, largest position error
 

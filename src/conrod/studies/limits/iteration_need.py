@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axes.mass_ratio import MassRatio
+from conrod.studies.limits.axes.machine import MassRatio
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.results import Walk

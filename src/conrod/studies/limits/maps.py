@@ -7,15 +7,14 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, nearest_runs, refine, told
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axis import Axis, spaced
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.grade import Level, grade_of
 from conrod.studies.limits.search import Search
-from conrod.studies.limits.spacing import spaced
-from conrod.studies.measurement import Measurement
 
 STEPS = AXES["steps"]
 # From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.

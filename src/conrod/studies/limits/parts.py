@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axes.follower_float import FollowerFloat
-from conrod.studies.limits.axes.mass_ratio import MassRatio
+from conrod.studies.limits.axes.cams import FollowerFloat
+from conrod.studies.limits.axes.machine import MassRatio
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search, most_float_runs

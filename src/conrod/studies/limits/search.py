@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import TypeVar
 
+from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.cell import LimitCell
-from conrod.studies.measurement import Measurement
 
 Found = TypeVar("Found")
 Answers = Mapping[str, Measurement]  # key of a cell -> what it showed

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
-from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.limits.axis import Axis, Scale, between, spaced
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
@@ -13,9 +14,7 @@ from conrod.studies.limits.grade import Level, grade_of
 from conrod.studies.limits.results import Boundary, Probe, Walk
 from conrod.studies.limits.search import Answers, Search
 from conrod.studies.limits.solver_notes import solver_note
-from conrod.studies.limits.spacing import between, spaced
-from conrod.studies.measurement import Measurement
-from conrod.studies.results import QUANTITIES
+from conrod.studies.validation.results import QUANTITIES
 
 # Three looks in each of four decades: what fails and holds again between two of them is missed.
 SCANNED = 13

@@ -3,21 +3,10 @@
 from __future__ import annotations
 
 from conrod.errors import unknown_choice
-from conrod.studies.limits.axes.crank_speed import CrankSpeed
-from conrod.studies.limits.axes.declaration_order import DeclarationOrder
-from conrod.studies.limits.axes.flank_radius import FlankRadius
-from conrod.studies.limits.axes.follower_float import FollowerFloat
-from conrod.studies.limits.axes.iterations import Iterations
-from conrod.studies.limits.axes.length_unit import LengthUnit
-from conrod.studies.limits.axes.mass_ratio import MassRatio
-from conrod.studies.limits.axes.nearness import Nearness
-from conrod.studies.limits.axes.nose_radius import NoseRadius
-from conrod.studies.limits.axes.regularisation import Regularisation
-from conrod.studies.limits.axes.rounding import Rounding
-from conrod.studies.limits.axes.run_length import RunLength
-from conrod.studies.limits.axes.stabilisation import Stabilisation
-from conrod.studies.limits.axes.start_pose import StartPose
-from conrod.studies.limits.axes.steps import Steps
+from conrod.studies.limits.axes.assembly import DeclarationOrder, Nearness, StartPose
+from conrod.studies.limits.axes.cams import FlankRadius, FollowerFloat, NoseRadius
+from conrod.studies.limits.axes.machine import CrankSpeed, LengthUnit, MassRatio, RunLength
+from conrod.studies.limits.axes.solver import Iterations, Regularisation, Rounding, Stabilisation, Steps
 from conrod.studies.limits.axis import Axis
 
 AXES: dict[str, Axis] = {

@@ -1,0 +1,1 @@
+"""The four documents' printed values and formulas against the exact motion."""

@@ -1,0 +1,204 @@
+"""What the command line prints, and its progress."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.padding import Padding
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from conrod.engines import ENGINES, Engine
+from conrod.errors import unknown_choice
+from conrod.report.numbers import SHOWN_UNITS
+from conrod.report.pack.export import as_csv, as_npz, exact_columns
+from conrod.report.validation.prose import described
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.catalogue import catalogue_heading, catalogue_names
+from conrod.scenes.dynamics import dynamics_heading, dynamics_names
+from conrod.studies.execution.validation import run_jobs
+from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
+from conrod.studies.validation.job import jobs_of
+from conrod.studies.validation.plan import Plan
+from conrod.studies.validation.results import Result, SceneStudy
+
+# Without a terminal there is no width to fit; tables then keep their columns whole.
+PLAIN_WIDTH = 140
+WIDE = 400  # for lines that tell of a source
+CSV_SAMPLES = 360
+
+
+def console(plain_width: int = PLAIN_WIDTH) -> Console:
+    """Standard output, as wide as the terminal, or wide enough where there is none."""
+    # A user's file or body may be called ":key:".
+    out = Console(highlight=False, emoji=False)
+    return out if out.is_terminal else Console(highlight=False, emoji=False, width=plain_width)
+
+
+# -- progress --------------------------------------------------------------------------------------------------------
+
+
+def run_with_progress(
+    scenes: Mapping[str, Scene],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, tuple[str, ...]],
+    plan: Plan,
+    executor: Executor,
+) -> list[SceneStudy]:
+    """Run everything, with a bar on standard error where that is a terminal."""
+    jobs = jobs_of(scenes, engines, presets, plan)
+    err = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+        bar = progress.add_task("", total=len(jobs))
+        found = run_jobs(jobs, executor, lambda job: progress.update(bar, advance=1, description=job.label))
+    return [SceneStudy(name, scenes[name], tuple(r for r in found if r.scene == name)) for name in scenes]
+
+
+# -- verdicts --------------------------------------------------------------------------------------------------------
+
+
+def print_verdicts(studies: Sequence[SceneStudy]) -> None:
+    """A line for each result: largest errors over the observed points, observed order, verdict."""
+    table = Table(title="largest error over the run, normalised by L, omega L, omega^2 L", title_justify="left")
+    for heading in ("scene", "engine", "preset", "steps/rev"):
+        table.add_column(heading, justify="right" if heading == "steps/rev" else "left", no_wrap=True)
+    for heading in ("position", "velocity", "acceleration", "order x, v, a"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("verdict", overflow="fold")
+    for study in studies:
+        for result in study.results:
+            table.add_row(*_row(result))
+    out = console()
+    out.print(table)
+    for scene, reason in dict.fromkeys(
+        (result.scene, result.tolerance.reason)
+        for study in studies
+        for result in study.results
+        if result.passed is None and result.tolerance.reason
+    ):
+        out.print(f"{escape(scene)}: tolerances: {escape(reason)}", highlight=False)
+
+
+def _row(result: Result) -> list[str]:
+    errors = [_error(result.largest(q)) for q in ("position", "velocity", "acceleration")]
+    order = "" if result.order is None else ", ".join(_order(result.order[q]) for q in result.order)
+    preset = result.preset or "(kinematic)"
+    steps = "" if result.steps_per_revolution is None else str(result.steps_per_revolution)
+    return [result.scene, result.engine, preset, steps, *errors, order, _verdict(result)]
+
+
+def _error(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}"
+
+
+def _order(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
+
+
+def _verdict(result: Result) -> str:
+    if result.outcome != "completed":
+        return f"[yellow]{result.outcome}[/]: {escape(result.reason)}"
+    if result.passed is None:
+        return "measured, not judged"
+    return "[green]within tolerance[/]" if result.passed else f"[red]OUT OF TOLERANCE[/]: {_missed(result)}"
+
+
+def _missed(result: Result) -> str:
+    parts = [f"{name} {_error(found)} > {allowed:.1e}" for name, (found, allowed) in result.exceeded().items()]
+    if result.printed is not None and result.printed.engine_agrees < result.printed.exact_agrees:
+        parts.append(f"{result.printed.exact_agrees - result.printed.engine_agrees} cells of the printed table missed")
+    return ", ".join(parts)
+
+
+# -- show ------------------------------------------------------------------------------------------------------------
+
+
+def show_catalogue() -> None:
+    """One line for each scene, each machine of the catalogue, and each engine."""
+    out = console(WIDE)
+    scenes = [(name, scene.title, scene.source) for name, scene in SCENES.items()]
+    _listed(out, "scenes with a closed form", ("name", "title", "source"), scenes)
+    machines = []
+    for name in catalogue_names():
+        heading = catalogue_heading(name)
+        links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
+        machines.append((name, heading.title, links, heading.source))
+    _listed(out, "catalogue (machines from files)", ("name", "title", "moving links", "source"), machines)
+    loaded = []
+    for name in dynamics_names():
+        told = dynamics_heading(name)
+        loaded.append((name, told.title, str(told.links), told.source))
+    _listed(out, "dynamics (under loads, or in free motion)", ("name", "title", "moving links", "source"), loaded)
+    out.print(f"engines: {', '.join(ENGINES)}")
+
+
+def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for heading in headings:
+        table.add_column(heading, no_wrap=True, overflow="ellipsis")
+    for row in rows:
+        table.add_row(*map(escape, row))
+    out.print(table)
+    out.print()
+
+
+def show_scene(name: str, scene: Scene) -> None:
+    """All about one scene."""
+    out = console()
+    mechanism = scene.kinematics.mechanism
+    for text in (f"{name}: {scene.title}", f"source: {scene.source}", f"frame: {scene.frame}"):
+        out.print(text, markup=False)
+    if described(scene) != f"{scene.title}.":  # what a file without a description has
+        out.print(f"\n{described(scene)}", markup=False)
+    if scene.assumptions:
+        out.print("\nassumed:")
+    for assumption in scene.assumptions:
+        out.print(Padding(Text(f"- {assumption}"), (0, 0, 0, 2), expand=False))
+    out.print()
+    table = Table(box=None, pad_edge=False)
+    for heading in ("parameter", "value", "unit", "meaning"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    for parameter in scene.parameter_facts().values():
+        unit, scale = SHOWN_UNITS.get(parameter.unit, (parameter.unit, 1.0))
+        value = f"{scene.parameters[parameter.name] * scale:.6g}"
+        table.add_row(parameter.name, value, unit, parameter.meaning)
+    out.print(table)
+    bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m²" for b in mechanism.bodies)
+    out.print(f"\nbodies: {bodies}")
+    higher = len(mechanism.cam_contacts) + len(mechanism.meshes)
+    out.print(
+        f"mobility: {mechanism.mobility} (Gruebler: {len(mechanism.bodies)} moving links, "
+        f"{len(mechanism.joints) - higher} lower and {higher} higher pairs)"
+    )
+    out.print(f"stroke of {scene.output}: {1e3 * stroke(scene):.6g} mm")
+    for centre in dead_centres(scene):
+        x, y = (1e3 * v for v in centre.place)
+        out.print(f"dead centre of {scene.output}: {math.degrees(centre.angle):.4f} deg, at ({x:.6g}, {y:.6g}) mm")
+    for angle, what in jumps(scene):
+        out.print(f"{what} jumps at: {math.degrees(angle):.4f} deg")
+    points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
+    out.print(f"observed points: {points}")
+    generic = "generic Newton solver on the joint equations"
+    out.print(f"references: {f'closed form from the parameters; {generic}' if scene.closed_form else generic}")
+
+
+# -- export ----------------------------------------------------------------------------------------------------------
+
+
+def exported(name: str, scene: Scene, kind: str, steps_per_revolution: int | None, revolutions: int) -> str | bytes:
+    """Content of an exported file."""
+    if kind == "mjcf":
+        from conrod.engines.mujoco.standalone import standalone_mjcf
+
+        return standalone_mjcf(name, scene, steps_per_revolution)
+    if kind not in ("csv", "npz"):
+        raise unknown_choice("format", kind, ("mjcf", "csv", "npz", "pack"))
+    columns = exact_columns(scene, steps_per_revolution or CSV_SAMPLES, revolutions)
+    return as_csv(columns) if kind == "csv" else as_npz(columns)

@@ -1,0 +1,49 @@
+"""`conrod results`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from conrod.cli import options
+from conrod.errors import InvalidInput
+
+
+@click.command()
+@options.ledger
+@click.option(
+    "--where", multiple=True, metavar="SQL", help="Rows to keep, e.g. \"engine = 'mujoco'\"; may be repeated."
+)
+@click.option("--csv", "csv_file", metavar="FILE", help="Write comma-separated values.")
+@click.option("--json", "json_file", metavar="FILE", help="Write JSON, a list of objects.")
+@click.option("--parquet", "parquet_file", metavar="FILE", help="Write Apache Parquet; needs conrod[parquet].")
+def results(
+    ledger: str | None,
+    where: tuple[str, ...],
+    csv_file: str | None,
+    json_file: str | None,
+    parquet_file: str | None,
+) -> None:
+    """The ledger as a tidy table: a row for each run and machine that timed it; for pandas, polars or DuckDB.
+
+    Without a file the table goes to standard output as comma-separated values.
+    """
+    from conrod.studies.frame.files import check_apart, file_to_write, naming, single, write_together
+    from conrod.studies.frame.ledger import Ledger, default_path
+    from conrod.studies.frame.results_table import results_table
+
+    named = {"csv": csv_file, "json": json_file, "parquet": parquet_file}
+    files = {kind: file_to_write(text, f"--{kind}") for kind, text in named.items() if text is not None}
+    path = default_path() if ledger is None else Path(ledger)
+    check_apart({"the ledger": path, **{f"--{kind}": file for kind, file in files.items()}})
+    if not path.exists() or (path.is_file() and path.stat().st_size == 0):
+        raise InvalidInput(f"there is no ledger {path}: `conrod sweep` makes one; --ledger names another")
+    with Ledger.open(path) as opened:
+        table = results_table(opened.rows(), where)
+    write_together([single(file, table.content(kind)) for kind, file in files.items()])
+    if files:
+        click.echo(f"{len(table.rows)} rows: {', '.join(str(file) for file in files.values())}")
+    else:
+        with naming("standard output"):
+            click.echo(table.as_csv(), nl=False)

@@ -1,0 +1,143 @@
+"""The ledger and the executor that a command's options ask for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import click
+
+from conrod.errors import InvalidInput
+from conrod.mechanism.units import parse_quantity
+from conrod.studies.execution.costs import time_cells
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.progress import CostBar, ProgressBar, RoundsBar
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger, default_path
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.timing import Timing
+
+CELL_TIMEOUT = 600.0  # [s]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How runs are made; None where nothing was asked for."""
+
+    ledger: str | None
+    fresh: bool
+    jobs: int | None
+    cluster: str | None
+    cell_timeout: float | None
+    cell_memory: str | None
+    retime: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse options that exclude each other.
+
+        Raises:
+            InvalidInput: says which.
+        """
+        if self.cluster is not None and self.jobs is not None:
+            raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
+
+    @property
+    def timeout(self) -> float:
+        """Longest time of a cell [s]."""
+        return CELL_TIMEOUT if self.cell_timeout is None else self.cell_timeout
+
+    @property
+    def memory(self) -> int | None:
+        """Most memory of a cell [bytes]."""
+        return None if self.cell_memory is None else round(parse_quantity("--cell-memory", self.cell_memory, "byte"))
+
+    @property
+    def ledger_file(self) -> Path:
+        """The ledger that was named, or the user's own."""
+        return default_path() if self.ledger is None else Path(self.ledger)
+
+    def executor(self) -> Executor:
+        """Where runs go."""
+        if self.cluster is not None:
+            from conrod.studies.execution.cluster import DaskCluster
+
+            return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
+        jobs = available_cores() if self.jobs is None else self.jobs
+        return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory)
+
+
+def available_cores() -> int:
+    """Cores that this process may use, as far as the system tells."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Runner:
+    """Runs cells and times them, with progress, each kept in the ledger as it finishes."""
+
+    ledger: Ledger
+    options: Options
+
+    @classmethod
+    @contextmanager
+    def of(cls, options: Options) -> Iterator[Self]:
+        """A runner on the ledger that the options name; an interrupt says how to go on."""
+        path = options.ledger_file
+        with Ledger.open(path) as ledger:
+            try:
+                yield cls(ledger, options)
+            except KeyboardInterrupt:
+                click.echo(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
+                raise
+
+    def run(
+        self, cells: Sequence[Cell], description: str = "runs", task: Callable[[Any], Measurement] = measure
+    ) -> dict[str, Measurement]:
+        """Measurements of all cells; those that the ledger lacks are run, each by the task."""
+        with self.options.executor() as executor, ProgressBar(description) as bar:
+            return run_cells(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar, task=task)
+
+    @contextmanager
+    def answering(
+        self, task: Callable[[Any], Measurement], description: str = "runs"
+    ) -> Iterator[Callable[[Sequence[Cell]], dict[str, Measurement]]]:
+        """A function that gives the measurements of cells, batch after batch: one set of processes, one bar."""
+        answered: dict[str, Measurement] = {}
+        with self.options.executor() as executor, RoundsBar(description) as bar:
+
+            def answer(cells: Sequence[Cell]) -> dict[str, Measurement]:
+                # What is asked for twice runs once, with --fresh too.
+                new = [cell for cell in cells if cell.key not in answered]
+                fresh = self.options.fresh
+                answered.update(run_cells(new, self.ledger, executor, fresh=fresh, watcher=bar, task=task))
+                return {cell.key: answered[cell.key] for cell in cells}
+
+            yield answer
+
+    def run_alone(
+        self, cells: Sequence[Cell], description: str, task: Callable[[Any], Measurement]
+    ) -> dict[str, Measurement]:
+        """As `run`, one cell at a time on this machine, for tasks that tell how long something takes."""
+        asked = self.options
+        alone = LocalProcesses(1, cell_timeout=asked.timeout, cell_memory=asked.memory)
+        with alone as executor, ProgressBar(description) as bar:
+            return run_cells(cells, self.ledger, executor, fresh=asked.fresh or asked.retime, watcher=bar, task=task)
+
+    def time(self, cells: list[Cell], description: str = "costs") -> dict[str, Timing]:
+        """Timings of all cells that can be timed, one at a time on this machine."""
+        with CostBar(description) as bar:
+            return time_cells(
+                cells,
+                self.ledger,
+                cell_timeout=self.options.timeout,
+                fresh=self.options.fresh or self.options.retime,
+                watcher=bar,
+            )

@@ -1,0 +1,225 @@
+"""`conrod validate`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from conrod.cli import options
+from conrod.cli import options as exit_status
+from conrod.cli.model_options import ModelOptions, of_a_model
+from conrod.cli.options import MotionOptions, TableOptions, check_unused, of_a_motion, of_a_table
+from conrod.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from conrod.scenes import Scene
+    from conrod.studies.frame.files import Batch
+    from conrod.studies.validation.results import SceneStudy
+
+DEFAULT_REVOLUTIONS = 2
+# On the pages of so many machines: where it is, and how far off.
+FEW_FIGURES = "mechanism,error"
+FIGURES_HELP = f"Of the report: mechanism, motion, error, order [all; of the catalogue {FEW_FIGURES}]."
+MECHANISMS = ".toml"
+MODELS = (".xml", ".mjcf", ".mjb")
+TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
+
+
+@click.command()
+@click.argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
+@click.option("--scene", metavar="SCENE", help="What a FILE is to be: the machine it is judged against.")
+@click.option("--engine", metavar="ENGINE", help="One engine only: mujoco or pymunk.")
+@click.option("--preset", metavar="PRESET", help="One preset only: stock, tuned or hardened.")
+@click.option("--steps-per-rev", type=int, metavar="N", help="Time steps a revolution [1000; for contact 62832].")
+@click.option("--revolutions", type=int, metavar="K", help=f"Turns of the crank [{DEFAULT_REVOLUTIONS}].")
+@options.assignments
+@options.jobs
+@click.option("--tolerance", metavar="Q=T,...", help="Judge every preset by these, e.g. position=1e-4,velocity=1e-3.")
+@of_a_motion
+@of_a_model
+@of_a_table
+@click.option("--out", metavar="DIR", help="Write the report there.")
+@click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
+@click.option("--figures", metavar="NAME,...", help=FIGURES_HELP)
+@click.option("--quantity", metavar="NAME,...", help="Forces in place of motion: torque, reactions, contact.")
+def validate(
+    subjects: tuple[str, ...],
+    scene: str | None,
+    motion: MotionOptions,
+    model: ModelOptions,
+    table: TableOptions,
+    quantity: str | None,
+    **asked: Any,
+) -> None:
+    """Compare engines with the exact motion: the SCENEs named, or all that have a closed form, in both engines.
+
+    A SCENE is one that `conrod show` lists, or a mechanism file of one's own (.toml); the word `catalogue` stands for
+    all machines of the catalogue. A FILE is judged instead, against the machine
+    that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of any tool as a table (.csv, .parquet, .npz).
+
+    Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
+    """
+    files = [name for name in subjects if name.lower().endswith(MODELS + TABLES)]
+    if not files:
+        _check_endings(subjects, scene)
+        for bundle in (model, table):
+            check_unused(bundle, "a scene: it is for a file")
+        if scene is not None:
+            raise InvalidInput(f"--scene {scene} is for a file; a scene is named as it is: conrod validate {scene}")
+        _validate_machines(subjects, quantity, motion, asked)
+        return
+    if len(subjects) > 1:
+        others = [name for name in subjects if name != files[0]]
+        said = f"without {others[0]}" if others else "but it is named twice"
+        raise InvalidInput(f"{files[0]}: a file is judged on its own, {said}")
+    if scene is None:
+        raise InvalidInput(f"{files[0]}: say with --scene what machine it is; `conrod show` lists them")
+    if quantity is not None:
+        raise InvalidInput("--quantity does not go with a file: it is for scenes")
+    check_unused(motion, "a file: it is for scenes")
+    for option in ("jobs", "figures"):
+        if asked.pop(option, None) is not None:
+            raise InvalidInput(f"--{option} does not go with a file: it is for scenes")
+    if files[0].lower().endswith(MODELS):
+        from conrod.cli.validate_model import validate_model
+
+        check_unused(table, "a model: it is for a table")
+        validate_model(files[0], scene, model, **asked)
+    else:
+        from conrod.cli.validate_table import validate_table
+
+        check_unused(model, "a table: it is for a model")
+        validate_table(files[0], scene, table, **asked)
+
+
+def _check_endings(subjects: Sequence[str], scene: str | None) -> None:
+    """Refuse a file of no kind that can be judged, which is no scene either."""
+    for name in subjects:
+        if name.lower().endswith(MECHANISMS):
+            continue
+        if Path(name).is_file() or (scene is not None and Path(name).suffix):
+            raise InvalidInput(
+                f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"
+            )
+
+
+def _validate_machines(
+    scenes: tuple[str, ...], quantity: str | None, motion: MotionOptions, asked: Mapping[str, Any]
+) -> None:
+    """Scenes: their motion at constant crank speed, the forces in it, or their motion without a drive."""
+    if quantity is not None and motion.motion is not None:
+        raise InvalidInput(f"--quantity {quantity} does not go with --motion: forces are told at constant crank speed")
+    if motion.motion is not None:
+        from conrod.cli.validate_motion import validate_motion
+
+        validate_motion(scenes, motion, **asked)
+        return
+    check_unused(motion, "a crank at constant speed: it is for --motion free and --motion torque")
+    if quantity is not None:
+        from conrod.cli.validate_forces import validate_forces
+
+        validate_forces(scenes, quantity, **asked)
+        return
+    validate_scenes(scenes, **asked)
+
+
+def validate_scenes(
+    scenes: tuple[str, ...],
+    engine: str | None,
+    preset: str | None,
+    steps_per_rev: int | None,
+    revolutions: int | None,
+    assignments: tuple[str, ...],
+    jobs: int | None,
+    tolerance: str | None,
+    out: str | None,
+    document: str | None,
+    figures: str | None,
+) -> None:
+    """Scenes in engines."""
+    from conrod.cli.console import print_verdicts, run_with_progress
+    from conrod.cli.runner import available_cores
+    from conrod.report.charts.styles import figures_of
+    from conrod.scenes.catalogue import CATALOGUE
+    from conrod.studies.execution.local import LocalProcesses
+    from conrod.studies.frame.files import naming, write_together
+    from conrod.studies.frame.resolve_arguments import make_plan, select_engines, select_presets, select_scenes
+
+    chosen = select_scenes(scenes, assignments)
+    engines = select_engines(engine)
+    presets = select_presets(engines, preset)
+    turns = DEFAULT_REVOLUTIONS if revolutions is None else revolutions
+    plan = make_plan(chosen, steps_per_rev, turns, tolerance)
+    folder, file = _checked_outputs(out, document, chosen)
+    figures_of(figures)
+    asked = {
+        "--engine": engine,
+        "--preset": preset,
+        "--steps-per-rev": steps_per_rev,
+        "--revolutions": None if turns == DEFAULT_REVOLUTIONS else turns,
+        "--tolerance": tolerance,
+        "--figures": FEW_FIGURES if figures is None and CATALOGUE in scenes else figures,
+    }
+    with LocalProcesses(available_cores() if jobs is None else jobs) as executor:
+        studies = run_with_progress(chosen, engines, presets, plan, executor)
+        with naming("standard output"):
+            print_verdicts(studies)
+        # All is rendered before anything is written, and then written together: an interrupt leaves all or nothing.
+        batches = [_results_file(studies, file)] if file else []
+        if folder:
+            batches.append(_report(studies, folder, scenes, asked, assignments, executor))
+    write_together(batches)
+    if folder:
+        click.echo(f"report: {folder / 'README.md'}")
+    if not all(study.passed for study in studies):
+        sys.exit(exit_status.FAILED)
+
+
+def _report(
+    studies: Sequence[SceneStudy],
+    folder: Path,
+    scenes: Sequence[str],
+    asked: Mapping[str, Any],
+    assignments: Sequence[str],
+    executor: Executor,
+) -> Batch:
+    from conrod.cli.reproduction import reproduction
+    from conrod.report.charts.styles import figures_of
+    from conrod.report.validation.writer import report_batch
+
+    command = reproduction("validate", scenes, asked, assignments, folder)
+    # One page is drawn here and now; several by all processes.
+    draw = executor.map if len(studies) > 1 else map
+    return report_batch(studies, folder, command, figures_of(asked["--figures"]), draw)
+
+
+def _checked_outputs(
+    out: str | None, document: str | None, scenes: Mapping[str, Scene]
+) -> tuple[Path | None, Path | None]:
+    """The report's folder and the JSON file, refused before any work where something would be lost by them."""
+    from conrod.report.validation.summary import check_apart, check_report_folder
+    from conrod.scenes import SCENES
+    from conrod.studies.frame.files import file_to_write, folder_to_write
+
+    folder = None if out is None else folder_to_write(out, "--out")
+    file = None if document is None else file_to_write(document, "--json")
+    if folder:
+        check_report_folder(folder, scenes)
+        if file:
+            check_apart(file, folder, {*SCENES, *scenes})
+    return folder, file
+
+
+def _results_file(studies: Sequence[SceneStudy], file: Path) -> Batch:
+    import json
+
+    from conrod.studies.frame.files import single
+    from conrod.studies.validation.serialise import results_document
+
+    return single(file, json.dumps(results_document(studies), indent=1, allow_nan=False) + "\n")

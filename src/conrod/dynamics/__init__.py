@@ -1,1 +1,0 @@
-"""Exact dynamics of a mechanism of one degree of freedom: forces that a motion takes, motion that forces make."""

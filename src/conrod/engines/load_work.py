@@ -1,0 +1,51 @@
+"""What acts on the bodies of a machine from outside, but for their weight: constant forces and loads, by their laws."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from conrod.exact.dynamics.coordinates import coordinate_jet, gradient
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
+
+SAMPLES = 720  # of a turn, for the work of loads: an estimate of its size
+
+
+def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:
+    """Force and moment on each body (T, n, 3) [N, N, N m], in the document's frame, about its centre of gravity.
+
+    Args:
+        poses, rates: of all bodies (T, 3 n).
+        times: (T,) [s].
+    """
+    result = np.zeros((len(poses), len(mechanism.bodies), 3))
+    bodies = pose_jets(mechanism, [poses, rates])
+    for load in mechanism.loads:
+        value, rate = coordinate_jet(load.along, bodies).coefficients
+        force = np.asarray(load.law.force(np.asarray(value), np.asarray(rate), times))
+        result += (force[:, None] * gradient(load.along, mechanism, bodies, len(poses))).reshape(result.shape)
+    for i, body in enumerate(mechanism.bodies):
+        # The gradient by a pose is about the origin of the body's frame.
+        (cx, cy), phi = body.centre_of_gravity, poses[:, 3 * i + 2]
+        x, y = np.cos(phi) * cx - np.sin(phi) * cy, np.sin(phi) * cx + np.cos(phi) * cy
+        result[:, i, 2] -= x * result[:, i, 1] - y * result[:, i, 0]
+    for constant in mechanism.forces:
+        result[:, mechanism.body_index[constant.body], :2] += constant.force
+    return result
+
+
+def load_work(kinematics: Kinematics, speed: float) -> float:
+    """What loads give and take in a turn, or over the driver's span, at a crank speed [rad/s]: added up [J]."""
+    mechanism = kinematics.mechanism
+    if not mechanism.loads:
+        return 0.0
+    angles, (first, last) = kinematics.angles(SAMPLES), kinematics.span
+    poses, slopes = kinematics.derivatives(angles, 1)
+    bodies, work = pose_jets(mechanism, [poses, slopes]), 0.0
+    for load in mechanism.loads:
+        value, slope = (np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients)
+        power = load.law.force(value, slope * speed, angles / speed) * slope
+        work += (last - first) * float(np.mean(np.abs(power)))
+    return work

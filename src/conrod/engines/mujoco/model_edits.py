@@ -1,0 +1,294 @@
+"""What an edit of a model is, and how its elements are found.
+
+Closures of loops, taken away or doubled.
+
+Flags and options of the engine.
+
+Shapes on the links: to be seen only, or such that may collide.
+
+Sensors, passive joints, and the contact of a cam.
+
+Links as free bodies in space, their pins three connects each, where hinges in a tree would do.
+
+What a model carries beside what its motion needs, by name: edits of the MJCF element tree. Imports no engine.
+"""
+
+from __future__ import annotations
+
+import copy
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
+from conrod.engines.massless_rod import BODY
+from conrod.engines.mujoco.closures import add, number, numbers
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.mujoco.visual_geometry import add_link_geoms, link_width
+from conrod.engines.tree import Branch, Tree
+from conrod.errors import unknown_choice
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Revolute
+
+Edit: TypeAlias = Callable[[ET.Element, Tree, MuJoCoSettings], None]
+
+
+def section(root: ET.Element, tag: str) -> ET.Element:
+    """A section of the model, made where it is missing."""
+    found = root.find(tag)
+    return add(root, tag) if found is None else found
+
+
+def body_element(root: ET.Element, name: str) -> ET.Element:
+    """The element of a body, or of the ground."""
+    found = root.find("worldbody") if name == GROUND else root.find(f".//body[@name='{name}']")
+    if found is None:
+        raise ValueError(f"the model has no body {name!r}")
+    return found
+
+
+def open_loops(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """Without what closes the loops; pins that carry free bodies stay."""
+    equality = section(root, "equality")
+    closures = [joint.name for joint in tree.cuts] + [distance.link for distance in tree.distances]
+    closures += [mesh.name for mesh in tree.mechanism.meshes]
+    for element in list(equality):
+        if element.get("name", "").split("/")[0] in closures:
+            equality.remove(element)
+
+
+def redundant_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """Every closure once more, of the same sites."""
+    equality = section(root, "equality")
+    for element in list(equality):
+        again = copy.deepcopy(element)
+        again.set("name", f"{element.get('name')}/again")
+        equality.append(again)
+
+
+def flag(name: str, *, on: bool) -> Edit:
+    """A flag set, whatever the engine's default is."""
+
+    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+        section(section(root, "option"), "flag").set(name, "enable" if on else "disable")
+
+    return edit
+
+
+def option(name: str, value: str) -> Edit:
+    """An option set."""
+
+    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+        section(root, "option").set(name, value)
+
+    return edit
+
+
+# Of the layers that links lie in, in widths of a link: more than the pins' length of 3.2.
+LAYER = 4.0
+
+
+def visual_geoms(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """Bars, pins and blocks as the exported files have them; they cannot collide."""
+    for link in tree.mechanism.bodies:
+        add_link_geoms(body_element(root, link.name), link.name, tree)
+
+
+def geoms_that_touch(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """The same shapes, all in the plane of motion: links overlap where pins join them."""
+    _colliding(root, tree, 0.0)
+
+
+def geoms_apart(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """The same shapes, each link in a layer of its own, as in a real machine: they pass close, and never touch."""
+    _colliding(root, tree, LAYER * link_width(tree))
+
+
+def _colliding(root: ET.Element, tree: Tree, layer: float) -> None:
+    # Linkages are run with collisions off.
+    section(section(root, "option"), "flag").attrib.pop("contact", None)
+    for i, link in enumerate(tree.mechanism.bodies):
+        shapes = ET.Element("body")
+        add_link_geoms(shapes, link.name, tree)
+        element = body_element(root, link.name)
+        for shape in list(shapes):
+            shape.attrib |= {"contype": "1", "conaffinity": "1"}
+            _lift(shape, i * layer)
+            element.append(shape)
+
+
+def _lift(shape: ET.Element, height: float) -> None:
+    """Raise a shape out of the plane of motion by so much [m]."""
+    for attribute in ("pos", "fromto"):
+        if attribute in shape.attrib or (attribute == "pos" and "fromto" not in shape.attrib):
+            values = [float(text) for text in shape.get(attribute, "0 0 0").split()]
+            shape.set(attribute, numbers([v + height * (i % 3 == 2) for i, v in enumerate(values)]))
+
+
+# In turn, at every observed point in turn.
+SENSORS = ("framepos", "framelinvel", "framelinacc", "framequat", "frameangvel", "frameangacc", "accelerometer", "gyro")
+
+
+def sensors(count: int) -> Edit:
+    """So many sensors that nobody reads, of all kinds that tell a site's motion."""
+
+    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+        points = tree.mechanism.observed
+        for i in range(count):
+            kind, point = SENSORS[i % len(SENSORS)], points[i // len(SENSORS) % len(points)]
+            # The two kinds of real sensors are bolted to a site, the others are told of any object.
+            of = {"objtype": "site", "objname": point.name} if kind.startswith("frame") else {"site": point.name}
+            add(section(root, "sensor"), kind, name=f"unread-{i + 1}", **of)
+
+    return edit
+
+
+def passive(attribute: str, value: float) -> Edit:
+    """An attribute of all joints but the driven one."""
+
+    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+        # A tendon that ties wheels has elements of the same name.
+        for joint in root.iterfind(".//body/joint"):
+            if joint.get("name") != "crank":
+                joint.set(attribute, number(value))
+
+    return edit
+
+
+def contact_dimension(dimension: int) -> Edit:
+    """Friction along, about and across the normal of the cam's contact, as far as the dimension says."""
+
+    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+        for pair in root.iter("pair"):
+            pair.set("condim", str(dimension))
+
+    return edit
+
+
+def no_contact(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """Cam and roller pass through each other."""
+    contacts = section(root, "contact")
+    for pair in list(contacts.iter("pair")):
+        contacts.remove(pair)
+
+
+# Where a pin is held, along its axis in widths of a link.
+PLACES = {"": 0.0, "/above": 1.5, "/below": -1.5}
+
+
+def hung_on_pins(tree: Tree) -> tuple[Branch, ...]:
+    """Branches that are pins, the driven one apart: it stays a hinge, because a flywheel needs a joint."""
+    driven = tree.mechanism.driver.joint
+    return tuple(b for b in tree.branches if isinstance(b.joint, Revolute) and b.joint.name != driven)
+
+
+def free_bodies(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """Free every link that hangs on a pin, and hold all pins but the driven one by three connects along the axis.
+
+    Slides stay joints: MuJoCo has no equality that is one.
+    """
+    parents = {child: parent for parent in root.iter() for child in parent}
+    world, pins = section(root, "worldbody"), list(tree.cuts)
+    for branch in hung_on_pins(tree):
+        assert isinstance(branch.joint, Revolute)
+        element = body_element(root, branch.child)
+        parents[element].remove(element)
+        world.append(element)
+        _set_free(element, tree, branch.child)
+        pins.append(branch.joint)
+    for pin in pins:
+        _hold(root, pin, settings, PLACES, link_width(tree))
+
+
+def _set_free(element: ET.Element, tree: Tree, body: str) -> None:
+    """The body, now a child of the world, in its start pose there."""
+    x, y, turn = (float(value) for value in tree.start_pose(body))
+    element.attrib |= {"pos": numbers([x, y, 0.0]), "euler": numbers([0.0, 0.0, turn])}
+    joint = element.find("joint")
+    assert joint is not None
+    element.remove(joint)
+    element.insert(0, ET.Element("freejoint", name=joint.get("name", "")))
+
+
+def _hold(root: ET.Element, pin: Revolute, settings: MuJoCoSettings, places: dict[str, float], width: float) -> None:
+    """Connects of a pin, the one in the plane as well where it is not there yet."""
+    stiffness = {"solref": numbers(settings.solref), "solimp": numbers(settings.solimp)}
+    equality = section(root, "equality")
+    for suffix, height in places.items():
+        ends = [_site(root, pin, body, point, suffix, height * width) for body, point in _ends(pin)]
+        if equality.find(f"connect[@name='{pin.name}{suffix}']") is None:
+            add(equality, "connect", name=pin.name + suffix, site1=ends[0], site2=ends[1], **stiffness)
+
+
+def _ends(pin: Revolute) -> tuple[tuple[str, Point], tuple[str, Point]]:
+    return (pin.a, pin.point_a), (pin.b, pin.point_b)
+
+
+def _site(root: ET.Element, pin: Revolute, body: str, point: Point, suffix: str, height: float) -> str:
+    """Name of the pin's site on a body, made where it is missing."""
+    name = f"{pin.name}.{body}{suffix}"
+    if root.find(f".//site[@name='{name}']") is None:
+        add(body_element(root, body), "site", name=name, pos=numbers([*point, height]))
+    return name
+
+
+PASSIVE_DAMPING, PASSIVE_ARMATURE = 0.1, 0.01
+NOSLIP_ITERATIONS = 5
+# Evaluations; two are exact along a direction of Newton's method, as long as the set of acting constraints stays.
+LINE_SEARCH = 5
+
+# Applied from the first to the last: what moves a body, or takes a closure away, comes before what adds to it.
+EDITS: Mapping[str, Edit] = {
+    "free-bodies": free_bodies,
+    "open-loops": open_loops,
+    "redundant-closures": redundant_closures,
+    "no-contact": no_contact,
+    "visual-geoms": visual_geoms,
+    "touching-geoms": geoms_that_touch,
+    "colliding-geoms": geoms_apart,
+    "sensors-1": sensors(1),
+    "sensors-8": sensors(8),
+    "sensors-64": sensors(64),
+    "energy": flag("energy", on=True),
+    "fwdinv": flag("fwdinv", on=True),
+    "sparse-jacobian": option("jacobian", "sparse"),
+    # MuJoCo has these two on by itself (4.0), so that it is their absence that must be said.
+    "no-islands": flag("island", on=False),
+    "no-multiccd": flag("multiccd", on=False),
+    "short-line-search": option("ls_iterations", str(LINE_SEARCH)),
+    "noslip": option("noslip_iterations", str(NOSLIP_ITERATIONS)),
+    "condim-3": contact_dimension(3),
+    "condim-4": contact_dimension(4),
+    "condim-6": contact_dimension(6),
+    "passive-damping": passive("damping", PASSIVE_DAMPING),
+    "passive-armature": passive("armature", PASSIVE_ARMATURE),
+}
+# MuJoCo lets a body through its parent: of the links in one plane only those overlap for it that a closure joins.
+OF_LOOPS = ("free-bodies", "open-loops", "redundant-closures", "touching-geoms")
+OF_CONTACT = ("no-contact", "condim-3", "condim-4", "condim-6")
+
+
+def dress_up(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """Edit a complete model as its settings say.
+
+    Raises:
+        InvalidInput: a name is none of `EDITS`, or does not apply to the machine, see `dressing_refusal`.
+    """
+    for name in settings.dressing:
+        if name not in EDITS:
+            raise unknown_choice("dressing", name, EDITS)
+    for name, edit in EDITS.items():
+        if name in settings.dressing:
+            edit(root, tree, settings)
+
+
+def dressing_refusal(mechanism: Mechanism, settings: MuJoCoSettings) -> str | None:
+    """None, or the reason why a model of a mechanism cannot be dressed like this."""
+    for name in settings.dressing:
+        if name in OF_CONTACT and not mechanism.cam_contacts:
+            return f"{name} is of a cam's contact, and there is none"
+        if name in OF_LOOPS and mechanism.cam_contacts:
+            return f"{name} is of loops that joints close, and there are none"
+        if name == "free-bodies" and settings.rod != BODY:
+            return "a link that is left out cannot be a free body"
+        if name == "free-bodies" and mechanism.meshes:
+            return "a rolling pair ties the joints of its wheels, which free bodies do not have"
+    return None

@@ -1,1 +1,0 @@
-"""MuJoCo models that were not made by conrod."""

@@ -1,0 +1,146 @@
+"""What a space carries beside what its motion needs: one edit of the built space for each name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pymunk
+
+from conrod.engines.pymunk import settings as names
+from conrod.engines.pymunk.built import Build
+from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.mechanism.mechanism import Body, Mechanism, Point, pins_of
+
+THICKNESS = 0.05  # of a link's shape, against the mechanism's size
+FEW_VERTICES, MANY_VERTICES = 4, 200  # Chipmunk's cached vertex numbers have eight bits
+SLEEP_AFTER = 0.5  # [s], what the pymunk manual's examples use
+KEPT_SPEED = 0.9  # share of a velocity that is left after a second
+GROUP = 1
+
+
+def dress(made: Build, settings: PymunkSettings) -> None:
+    """Do what the settings' dressing says to a built space, in place; sub-steps are taken by who steps it."""
+    for name in settings.dressing:
+        if name in EDITS:
+            EDITS[name](made)
+
+
+def _open_loop(made: Build) -> None:
+    """Without what closes the loop: the rod as a distance joint, else the last pin; of a cam its contact."""
+    last_first = sorted(made.names, key=lambda c: isinstance(c, pymunk.PinJoint))[::-1]
+    pins = [c for c in last_first if isinstance(c, (pymunk.PinJoint, pymunk.PivotJoint))]
+    if pins:
+        made.space.remove(pins[0])
+        del made.names[pins[0]]
+    else:
+        made.space.remove(*made.space.shapes)
+
+
+def _redundant_joints(made: Build) -> None:
+    """Every joint a second time."""
+    for constraint, name in list(made.names.items()):
+        again = _again(constraint)
+        again.error_bias, again.collide_bodies = constraint.error_bias, constraint.collide_bodies
+        made.hold(f"{name} again", again)
+
+
+def _again(constraint: pymunk.Constraint) -> pymunk.Constraint:
+    match constraint:
+        case pymunk.PivotJoint():
+            return pymunk.PivotJoint(constraint.a, constraint.b, constraint.anchor_a, constraint.anchor_b)
+        case pymunk.PinJoint():
+            rod = pymunk.PinJoint(constraint.a, constraint.b, constraint.anchor_a, constraint.anchor_b)
+            rod.distance = constraint.distance
+            return rod
+        case pymunk.GrooveJoint():
+            ends = constraint.groove_a, constraint.groove_b
+            return pymunk.GrooveJoint(constraint.a, constraint.b, *ends, constraint.anchor_b)
+        case pymunk.GearJoint():
+            return pymunk.GearJoint(constraint.a, constraint.b, constraint.phase, constraint.ratio)
+    raise TypeError(f"no model of a mechanism has a {type(constraint).__name__}")
+
+
+# -- shapes on the links ---------------------------------------------------------------------------------------------
+
+
+def _colliding(made: Build) -> None:
+    """As pymunk has it unless it is told: shapes of links that a joint holds together collide."""
+    _add_shapes(made, FEW_VERTICES)
+    for constraint in made.names:
+        constraint.collide_bodies = True
+
+
+def _unfiltered(made: Build) -> None:
+    _add_shapes(made, FEW_VERTICES)
+
+
+def _sensor(made: Build) -> None:
+    for shape in _add_shapes(made, FEW_VERTICES):
+        shape.sensor = True
+
+
+def _masked(made: Build) -> None:
+    for shape in _add_shapes(made, FEW_VERTICES):
+        shape.filter = pymunk.ShapeFilter(mask=0)
+
+
+def _polygons(made: Build) -> None:
+    for shape in _add_shapes(made, MANY_VERTICES):
+        shape.filter = pymunk.ShapeFilter(group=GROUP)
+
+
+def _grouped(made: Build) -> None:
+    for shape in _add_shapes(made, FEW_VERTICES):
+        shape.filter = pymunk.ShapeFilter(group=GROUP)
+
+
+def _add_shapes(made: Build, vertices: int) -> list[pymunk.Shape]:
+    """A polygon on every link."""
+    width = THICKNESS * max(max(abs(x), abs(y)) for x, y, _ in made.mechanism.poses.values())
+    shapes = []
+    for link in made.mechanism.bodies:
+        corners = [made.local(link.name, point) for point in outline(made.mechanism, link, width, vertices)]
+        shapes.append(pymunk.Poly(made.link(link.name), corners))
+    made.space.add(*shapes)
+    return list[pymunk.Shape](shapes)
+
+
+def outline(mechanism: Mechanism, link: Body, width: float, vertices: int) -> list[Point]:
+    """An oval around the pins of a link, or around its only one, in its own frame; of so many vertices."""
+    pins = pins_of(mechanism, link.name) or [link.centre_of_gravity]
+    first, last = min(pins), max(pins)
+    middle = 0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1])
+    half, turn = 0.5 * math.dist(first, last) + width, math.atan2(last[1] - first[1], last[0] - first[0])
+    corners = []
+    for direction in 2.0 * math.pi * (np.arange(vertices) + 0.5) / vertices:
+        along, across = half * math.cos(direction), width * math.sin(direction)
+        x = middle[0] + along * math.cos(turn) - across * math.sin(turn)
+        corners.append((x, middle[1] + along * math.sin(turn) + across * math.cos(turn)))
+    return corners
+
+
+# -- the space -------------------------------------------------------------------------------------------------------
+
+
+def _sleeping(made: Build) -> None:
+    made.space.sleep_time_threshold = SLEEP_AFTER
+
+
+def _damping(made: Build) -> None:
+    made.space.damping = KEPT_SPEED
+
+
+EDITS: Mapping[str, Callable[[Build], None]] = {
+    names.OPEN_LOOP: _open_loop,
+    names.REDUNDANT_JOINTS: _redundant_joints,
+    names.SHAPES_COLLIDING: _colliding,
+    names.SHAPES_UNFILTERED: _unfiltered,
+    names.SHAPES_SENSOR: _sensor,
+    names.SHAPES_MASKED: _masked,
+    names.SHAPES_POLYGONS: _polygons,
+    names.SHAPES_GROUPED: _grouped,
+    names.SLEEPING: _sleeping,
+    names.DAMPING: _damping,
+}

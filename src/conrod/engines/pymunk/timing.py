@@ -1,0 +1,103 @@
+"""The slider-crank that pymunk's timings are told against.
+
+NEVER CHANGE IT: ratios of any date and machine relate to this very space. Ten iterations, pymunk's defaults, a driven
+crank of 0.1 m, a rod of 0.3 m and a slider in a groove; no gravity, no shapes.
+
+Steps with nothing recorded: what pymunk itself costs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pymunk
+
+from conrod.engines.engine import Machine, run_of
+from conrod.engines.pymunk.built import Pushed
+from conrod.engines.pymunk.loads import pushes_of
+from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.space import build
+from conrod.engines.pymunk.stepping import repeat
+
+
+def reference_loop() -> BareRun:
+    """The slider-crank at its start: in line, the crank at one turn a second, 1000 steps a turn."""
+    space = pymunk.Space()
+    space.iterations = 10
+    speed = 6.283185307179586
+    crank = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    crank.angular_velocity = speed
+    rod = pymunk.Body(1.5, 0.01125)
+    rod.position, rod.velocity, rod.angular_velocity = (0.25, 0.0), (0.0, 0.05 * speed), -speed / 3.0
+    slider = pymunk.Body(6.0, math.inf)
+    slider.position = (0.4, 0.0)
+    space.add(crank, rod, slider)
+    space.add(
+        pymunk.PivotJoint(crank, rod, (0.1, 0.0), (-0.15, 0.0)),
+        pymunk.PivotJoint(rod, slider, (0.15, 0.0), (0.0, 0.0)),
+        pymunk.GrooveJoint(space.static_body, slider, (-10.0, 0.0), (10.0, 0.0), (0.0, 0.0)),
+    )
+    return BareRun(space, crank, (), timestep=0.001, turn=0.0, spin=speed)
+
+
+class BareRun:
+    """A space with a driven crank; calling it advances it by so many steps.
+
+    Attributes:
+        turn: of the crank body at the start [rad].
+        spin: its speed [rad/s].
+        steps: taken so far; the crank's turn is counted from it, as in a recorded run.
+        substeps: steps of the space, each of `timestep`, for one that is asked for.
+
+    Args:
+        give: gives all bodies their forces for the step that begins so long [s] after the start; None without loads.
+    """
+
+    def __init__(
+        self,
+        space: pymunk.Space,
+        crank: pymunk.Body,
+        pushed: Pushed,
+        *,
+        timestep: float,
+        turn: float,
+        spin: float,
+        substeps: int = 1,
+        give: Callable[[float], None] | None = None,
+    ) -> None:
+        self.space, self.crank, self.pushed = space, crank, pushed
+        self.timestep, self.turn, self.spin, self.substeps = timestep, turn, spin, substeps
+        self.steps, self._give = 0, give
+
+    def __call__(self, steps: int) -> None:
+        times = self.timestep * np.arange(self.substeps * self.steps, self.substeps * (self.steps + steps))
+        turns = (self.turn + self.spin * times).tolist()
+        if self._give is None:
+            repeat(self.space, self.crank, self.pushed, self.timestep, turns)
+        else:
+            for turn, time in zip(turns, times.tolist(), strict=True):
+                self.crank.angle = turn
+                self._give(time)
+                self.space.step(self.timestep)
+        self.steps += steps
+
+
+def started(machine: Machine, settings: PymunkSettings) -> BareRun:
+    """A machine in the exact state of its start."""
+    made, (angle, _) = build(machine, settings), run_of(machine, 1, 1.0)
+    poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
+    made.place(poses[0], slopes[0] * machine.speed)
+    driver, begun = made.mechanism.driver, angle / machine.speed
+    pushes = pushes_of(made, settings)
+    return BareRun(
+        made.space,
+        made.crank,
+        made.pushed,
+        timestep=settings.substep,
+        turn=made.mechanism.crank_turn(angle),
+        spin=driver.sense * machine.speed,
+        substeps=settings.substeps,
+        give=(lambda since: pushes.give(begun + since)) if pushes else None,
+    )

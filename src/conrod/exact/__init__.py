@@ -1,0 +1,1 @@
+"""The exact motion and forces of a mechanism, from its description alone."""

@@ -1,0 +1,200 @@
+"""Steps along the smooth course of a mechanism, through change points and up to dead centres.
+
+The change points that a walk has come through, and what is known near them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.errors import InvalidInput
+from conrod.exact.change_points import ChangePoint, crossing
+from conrod.exact.equations import Equations
+from conrod.exact.motion import Array
+
+STEPS_PER_TURN, LEAST_STEP = 64, 1e-9  # of the walk around the turn; the least one [rad]
+SAME_STEP = 1e-9
+ATTEMPTS = 10  # of Newton iteration, which needs fewer from a guess that is good enough
+# A step of the walk is halved until its straight prediction is this good (lengths against the size), and keeps the
+# branch.
+WALK_MISS = 0.02
+# Nor may the slope change by more than this part of itself: where branches cross, a small step to the other one is no
+# further than that, but turns a corner.
+WALK_BEND = 0.5
+# Where a step fails, or takes the determinant below this part of what it was, a change point is looked for so many
+# steps ahead, unless steps are this small already [rad].
+NEARING, LOOK_AHEAD, LEAST_LOOK = 0.5, 3.0, 1e-6
+# Places of a look are closest where it begins, and resolve (1/16)^2 of its way: a second one from the same place, not
+# much shorter, sees no more.
+LOOK_AGAIN = 1.0 / 64.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a walk is: crank angle [rad], poses there (1, 3 n), their slope by the angle (1, 3 n), the determinant."""
+
+    angle: float
+    poses: Array
+    slope: Array
+    determinant: float
+
+
+class SmoothCourse:
+    """The course of one mechanism.
+
+    Attributes:
+        equations: the mechanism's.
+        changes: the change points that steps have come through so far.
+    """
+
+    def __init__(self, equations: Equations) -> None:
+        self.equations = equations
+        self.changes = KnownChanges()
+
+    def place(self, angle: float, poses: Array) -> Place:
+        """Where a walk is that has come to poses (1, 3 n) at a crank angle [rad]."""
+        factors = self.equations.elimination(poses)
+        return Place(angle, poses, self.equations.slope(poses, factors=factors), float(factors.determinant()[0]))
+
+    def solved(self, guess: Array, angle: Array) -> Array:
+        """Poses (T, 3 n) of the turn or stretch, by Newton iteration; near a change point by its series."""
+        near = self.changes.near(angle)
+        if not near.any():
+            return self.equations.newton(guess, angle)
+        poses = guess.copy()
+        if not near.all():
+            poses[~near] = self.equations.newton(guess[~near], angle[~near])
+        self.changes.fill(angle, [poses])
+        return poses
+
+    def slope(self, poses: Array, angle: Array) -> Array:
+        """Slope (T, 3 n) of poses, near a change point by its series."""
+        near = self.changes.near(angle)
+        if not near.any():
+            return self.equations.slope(poses)
+        slope = np.empty_like(poses)
+        if not near.all():
+            slope[~near] = self.equations.slope(poses[~near])
+        self.changes.fill(angle, [poses.copy(), slope])
+        return slope
+
+    def steps(self, here: Place, goal: float, last: float | None = None) -> Iterator[Place]:
+        """Places on the way to a goal, or where a change point is next to it, on the way to the last goal beyond it.
+
+        Raises:
+            InvalidInput: the linkage goes no further.
+        """
+        way = goal - here.angle
+        step = math.copysign(min(abs(way), 2.0 * math.pi / STEPS_PER_TURN), way)
+        looked = math.inf  # the step [rad] at which a change point was looked for last from here
+        while math.copysign(1.0, way) * (goal - here.angle) > 0.0:
+            # A step that ends short of the goal by rounding alone ends there.
+            near = abs(goal - here.angle) <= (1.0 + SAME_STEP) * abs(step)
+            following = goal if near else here.angle + step
+            reached = self._try_step(here, following)
+            nearing = reached is None or abs(reached.determinant) < NEARING * abs(here.determinant)
+            if nearing and abs(step) <= LOOK_AGAIN * looked:
+                looked = abs(step)
+                reached = self._cross(here, step, goal if last is None else last) or reached
+            if reached is not None:
+                here, step, looked = reached, 2.0 * step, math.inf
+                yield here
+            elif abs(step) > LEAST_STEP:
+                step *= 0.5
+            else:
+                raise InvalidInput(self.equations.cannot_turn(np.array([following])))
+
+    def _try_step(self, here: Place, following: float) -> Place | None:
+        """The place after a step along the tangent; None if it strayed from it, turned a corner or changed branch."""
+        guess = here.poses + here.slope * (following - here.angle)
+        try:
+            poses = self.equations.newton(guess, np.array([following]), ATTEMPTS, falling=True)
+        except InvalidInput:
+            return None
+        if self.equations.distance(poses, guess)[0] > WALK_MISS:
+            return None
+        # The factors that tell the branch give the slope as well, for the step after this one.
+        reached = self.place(following, poses)
+        if reached.determinant * here.determinant <= 0.0 or self._bend(here, reached) > WALK_BEND:
+            return None
+        return reached
+
+    def _bend(self, here: Place, there: Place) -> float:
+        """How much the slope changes between two places, of the larger one."""
+        none = np.zeros_like(here.slope)
+        largest = max(float(self.equations.distance(place.slope, none)[0]) for place in (here, there))
+        return float(self.equations.distance(there.slope, here.slope)[0]) / largest
+
+    def _cross(self, here: Place, step: float, goal: float) -> Place | None:
+        """The place beyond a change point that is next on the way, or the goal itself; None if none is near."""
+        if abs(step) < LEAST_LOOK:
+            return None
+        crossed = crossing(self.equations, here.angle, here.poses, LOOK_AHEAD * step)
+        if crossed is None:
+            return None
+        beyond = self.place(crossed.angle, crossed.poses)
+        if np.sign(beyond.determinant) != np.sign(here.determinant) * (-1.0) ** crossed.change.freedoms:
+            return None
+        self.changes.add(crossed.change)
+        if abs(goal - here.angle) >= abs(crossed.angle - here.angle):
+            return beyond
+        ending = np.array([goal])
+        poses = self.solved(crossed.change.series(ending, 0)[0], ending)
+        return Place(goal, poses, self.slope(poses, ending), math.nan)
+
+
+SAME = 1e-6  # [rad], between two findings of one change point
+
+
+class KnownChanges:
+    """Change points by their angle, those that a walk passes on its way to and fro found once."""
+
+    def __init__(self) -> None:
+        self._changes: list[ChangePoint] = []
+
+    def add(self, change: ChangePoint) -> None:
+        """Take in a change point."""
+        if not any(abs(change.angle - known.angle) < SAME for known in self._changes):
+            self._changes.append(change)
+            self._changes.sort(key=lambda known: known.angle)
+
+    def repeat(self, turn: float, gain: Array) -> None:
+        """Take in those of the turns before and after one that repeats, with what it adds to the poses (3 n,)."""
+        for change in list(self._changes):
+            for turns in (-1.0, 1.0):
+                shifted = change.coefficients.copy()
+                shifted[0] += turns * gain
+                self.add(replace(change, angle=change.angle + turns * turn, coefficients=shifted))
+
+    @property
+    def angles(self) -> Array:
+        """Their crank angles [rad], growing."""
+        return np.array([change.angle for change in self._changes])
+
+    def near(self, angle: Array, distance: float | None = None) -> NDArray[np.bool_]:
+        """Which angles (T,) [rad] are less than a distance from one, or so near that its series is to be used."""
+        result = np.zeros(len(angle), dtype=bool)
+        for change in self._changes:
+            result |= change.near(angle) if distance is None else np.abs(angle - change.angle) < distance
+        return result
+
+    def fill(self, angle: Array, coefficients: list[Array]) -> None:
+        """Put Taylor coefficients of the poses, as many orders of (T, 3 n) as are given, where angles are near."""
+        for change in self._changes:
+            near = change.near(angle)
+            if near.any():
+                for filled, values in zip(coefficients, change.series(angle[near], len(coefficients) - 1), strict=True):
+                    filled[near] = values
+
+    def sign(self, angle: Array) -> Array:
+        """Sign of the determinant (T,) on the smooth course at angles (T,) [rad], against that at crank angle 0."""
+        result = np.ones(len(angle))
+        for change in self._changes:
+            if change.freedoms % 2:
+                result[(angle > change.angle) != (change.angle < 0.0)] *= -1.0
+        return result

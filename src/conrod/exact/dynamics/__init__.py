@@ -1,0 +1,1 @@
+"""Exact dynamics of a mechanism of one degree of freedom, in closed coordinates."""

@@ -1,0 +1,158 @@
+"""What the joints alone, without a driver, leave of a mechanism's configurations: a curve."""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from conrod.exact.dynamics.coordinates import Factors
+from conrod.exact.equations import Arcs, Equations
+from conrod.exact.joint_equations import active_arcs, joint_residual, pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic
+
+NEWTON_STEPS, NEWTON_DONE = 12, 1e-9  # after a step this small its square is left
+
+
+@dataclass(frozen=True)
+class Frame:
+    """How the curve goes on at points of it.
+
+    Attributes:
+        tangent: of unit length; curvature: its derivative by the arc length; each (T, 3 n).
+        nearness: about the smallest singular value (T,) of the joints' Jacobian but for the tangent's: 0 where a
+            freedom more is gained.
+    """
+
+    tangent: Array
+    curvature: Array
+    nearness: Array
+
+
+class JointCurve:
+    """Points of the curve are poses with lengths in units of the mechanism's size, (T, 3 n), so that all are angles.
+
+    Attributes:
+        mechanism: of mobility one.
+        scale: (3 n,) [m, m, 1], of the coordinates.
+        unit: arc length that n bodies add together when each turns by one radian.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._equations = Equations(mechanism)
+        size = _link_size(mechanism) or self._equations.size
+        self.scale = np.tile([size, size, 1.0], len(mechanism.bodies))
+        self.unit = math.sqrt(len(mechanism.bodies))
+        self._lengths = self._row_lengths(size)
+        self._held: dict[str, int] = {}
+
+    def on(self, arcs: dict[str, int]) -> Self:
+        """The curve that it would be if the rollers stayed on given arcs of their cams, smooth beyond their joints."""
+        held = copy.copy(self)
+        held._held = dict(arcs)
+        return held
+
+    def arcs(self, point: Array) -> dict[str, int]:
+        """The arcs of cams that their rollers are on, at one point (1, 3 n)."""
+        contacts = self.mechanism.cam_contacts
+        bodies = pose_jets(self.mechanism, [point * self.scale]) if contacts else {}
+        return {joint.name: int(np.ravel(active_arcs(joint, bodies))[0]) for joint in contacts}
+
+    def _arcs(self, samples: int) -> Arcs:
+        return {name: np.full(samples, arc, dtype=np.intp) for name, arc in self._held.items()}
+
+    def _row_lengths(self, size: float) -> Array:
+        """What each equation is divided by: the size, but for the angle that a slide keeps."""
+        lengths = []
+        for joint in self.mechanism.joints:
+            rows = Equations.count(joint)
+            lengths += [size, 1.0] if isinstance(joint, Prismatic) else [size] * rows
+        return np.array(lengths)
+
+    def jacobian(self, points: Array) -> Array:
+        """Derivative of the joints' equations by the coordinates (T, 3 n - 1, 3 n), without units."""
+        full = self._equations.jacobian(points * self.scale, self._arcs(len(points)))[:, :-1, :]
+        return np.asarray(full * self.scale / self._lengths[:, None])
+
+    def coefficient(self, coefficients: list[Array]) -> Array:
+        """Taylor coefficient (T, 3 n - 1) of the joints' equations along Taylor coefficients of points."""
+        order = len(coefficients) - 1
+        bodies = pose_jets(self.mechanism, [c * self.scale for c in coefficients])
+        samples = len(coefficients[0])
+        arcs = self._arcs(samples)
+        rows = [
+            np.broadcast_to(equation.coefficients[order], samples)
+            for joint in self.mechanism.joints
+            for equation in joint_residual(joint, bodies, arcs.get(joint.name))
+        ]
+        return np.stack(rows, axis=1) / self._lengths
+
+    def bordered(self, points: Array, row: Array) -> Array:
+        """The Jacobian with one row below it; (T, 3 n, 3 n)."""
+        below = np.broadcast_to(row, points.shape)[:, None, :]
+        return np.concatenate([self.jacobian(points), below], axis=1)
+
+    def corrected(self, guess: Array, row: Array) -> Array | None:
+        """Points of the curve in planes through guesses (T, 3 n) at right angles to rows; None without convergence."""
+        points, rows = guess.copy(), np.broadcast_to(row, guess.shape)
+        for _ in range(NEWTON_STEPS):
+            within = np.sum(rows * (points - guess), axis=1)[:, None]
+            left = np.concatenate([self.coefficient([points]), within], axis=1)
+            try:
+                step = np.linalg.solve(self.bordered(points, rows), left[:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                return None
+            points = points - step
+            if not np.isfinite(step).all():
+                return None
+            if np.abs(step).max() <= NEWTON_DONE:
+                return np.asarray(points)
+        return None
+
+    def frame(self, points: Array, along: Array) -> Frame:
+        """Tangents in the sense of given rows, which no tangent is at right angles to, and what goes with them."""
+        # One factorisation tells all of them, at a small part of what a singular value decomposition costs.
+        factors = Factors(self.bordered(points, along))
+        last = np.zeros_like(points)
+        last[:, -1] = 1.0
+        normal = factors.solve(last)
+        tangent = normal / np.linalg.norm(normal, axis=1)[:, None]
+        bend = 2.0 * self.coefficient([points, tangent, np.zeros_like(points)])
+        curvature = -factors.across(bend, tangent)
+        return Frame(tangent, curvature, factors.nearness(tangent))
+
+    def start(self) -> Array:
+        """The exact point (1, 3 n) near the mechanism's start poses, the crank held."""
+        equations = self._equations
+        driven = np.zeros_like(self.scale)
+        driven[3 * equations.crank + 2] = 1.0
+        approximate = equations.approximate / self.scale
+        found = self.corrected(approximate, driven)
+        return equations.newton(equations.approximate, np.zeros(1)) / self.scale if found is None else found
+
+
+def _link_size(mechanism: Mechanism) -> float:
+    """Largest distance [m] of a body's joints, or of its centre of gravity, from its origin.
+
+    Not the size of the whole: in a long chain the motion of one link would count for little.
+    """
+    far = [math.hypot(*body.centre_of_gravity) for body in mechanism.bodies]
+    for joint in mechanism.joints:
+        for name in (joint.a, joint.b):
+            if name != GROUND:
+                point = joint.roller_centre if isinstance(joint, CamContact) and name == joint.b else None
+                point = getattr(joint, "point_a" if name == joint.a else "point_b", None) if point is None else point
+                far.append(math.hypot(*point) if point is not None else 0.0)
+    return max(far)
+
+
+def turned_alike(mechanism: Mechanism, difference: Array) -> Array:
+    """A difference of points with whole turns of bodies taken out."""
+    rest = difference.copy()
+    rest[..., 2::3] = np.remainder(rest[..., 2::3] + math.pi, 2.0 * math.pi) - math.pi
+    return np.asarray(rest)

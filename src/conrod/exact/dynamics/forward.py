@@ -1,0 +1,236 @@
+"""Free and torque-driven motion of a mechanism, exactly: an ordinary differential equation in one coordinate.
+
+The coordinate is the arc length of the curve of configurations (`conrod.exact.dynamics.configurations`), in which
+nothing is singular at a crank's dead centres. Integrated by the Runge-Kutta method of order 8 of Dormand and Prince in
+SciPy. The energy that loads take or give is integrated beside the motion, so that the balance audits both.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.exact.dynamics.coordinates import coordinate_jet
+from conrod.exact.dynamics.integration import Course, breaks, kinks
+from conrod.exact.dynamics.line import At, Line
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism.loads import TimePulse
+from conrod.mechanism.mechanism import Mechanism
+
+STANDS = 1e-9  # of a body's turn by the arc length, or a load's coordinate: below it, it does not move
+# Of what weight and loads would push with together if none held against another: below it, they are in balance.
+BALANCED = 1e-12
+# Of a radian that every body turns, in one step of the integrator. Drift of energy with it, and without: a cam of law
+# 3-4-5 in 10 s 1e-13, 1.4e-11; a saw at 500 rpm in 3 s 2e-13, 5e-12; in about the same time.
+FARTHEST = 0.02
+FITS = 1e-6  # of the largest rate, what given rates of several bodies may leave
+
+
+@dataclass(frozen=True)
+class FreeMotion:
+    """An exact motion at given times.
+
+    Attributes:
+        times: (T,) [s].
+        poses, rates, accelerations: of all bodies, (T, 3 n).
+        energy: kinetic and potential (T,) [J].
+        work: of the loads that are no potential (T,) [J].
+        along: arc length (T,), without unit.
+        crossings: times [s] at which configurations were passed where branches cross, on the smooth continuation.
+        scale: largest energy that took part [J].
+    """
+
+    times: Array
+    poses: Array
+    rates: Array
+    accelerations: Array
+    energy: Array
+    work: Array
+    along: Array
+    crossings: tuple[float, ...]
+    scale: float
+
+    @property
+    def drift(self) -> float:
+        """Largest error of the balance of energy, against the largest kinetic energy or change of the potential one."""
+        balance = self.energy - self.work
+        return float(np.abs(balance - balance[0]).max()) / self.scale
+
+    @property
+    def continuation(self) -> str:
+        """In words, that the motion went on smoothly where it had a choice; empty where it had none."""
+        if not self.crossings:
+            return ""
+        shown = ", ".join(f"{time:.6g}" for time in self.crossings[:4]) + (", ..." if self.crossings[4:] else "")
+        return (
+            f"branches of the motion cross where the linkage is at t = {shown} s; the motion is the smooth continuation"
+        )
+
+
+class ForwardDynamics:
+    """One mechanism under its weight, its constant forces and its loads.
+
+    Raises:
+        InvalidInput: branches of its motion cross at the start poses.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.loads = mechanism, mechanism.loads
+        self.line = Line(mechanism)
+        self._driven = [load.law for load in self.loads if not load.conservative]
+
+    def motion(
+        self, times: Array, crank_rate: float | None = None, rates: Mapping[str, float] | None = None
+    ) -> FreeMotion:
+        """The motion from the start poses.
+
+        Args:
+            times: (T,) [s], growing from 0.
+            crank_rate: rate of the crank angle at time 0 [rad/s].
+            rates: instead of it, turn rates of bodies at time 0 [rad/s], counter-clockwise; one tells all.
+
+        Raises:
+            InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a
+                force is not finite, or what moves has no inertia.
+        """
+        mechanism = self.mechanism
+        times = np.asarray(times, dtype=float)
+        if not (len(times) and np.isfinite(times).all() and times[0] >= 0.0 and (np.diff(times) > 0.0).all()):
+            raise InvalidInput(f"{mechanism.name}: times must be finite and grow from 0 on")
+        given = dict(rates or {})
+        if crank_rate is not None:
+            given[mechanism.crank] = mechanism.driver.sense * crank_rate
+        start = np.array([0.0, self.start_rate(given), 0.0])
+        if start[1] == 0.0:
+            self._check_rest()
+        course = Course(
+            self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads), breaks(self.loads),
+            FARTHEST * self.line.configurations.curve.unit,
+        )  # fmt: skip
+        states = course.run(times, start, self._passing)
+        return self._told(times, states, tuple(sorted(course.passed)))
+
+    def start_rate(self, given: Mapping[str, float]) -> float:
+        """Rate of the arc length at the start [1/s], of given turn rates of bodies [rad/s]; 0 where none is given.
+
+        Raises:
+            InvalidInput: a body is unknown, cannot turn at the start, or the joints give it another rate.
+        """
+        tangent = self.line.configurations.start.tangent[0]
+        slopes = {}
+        for body, rate in given.items():
+            if body not in self.mechanism.body_index:
+                raise unknown_choice("body with a rate at the start", body, self.mechanism.body_index)
+            if not math.isfinite(rate):
+                raise InvalidInput(f"rate of {body} at the start = {rate!r} is not a finite number")
+            slopes[body] = float(tangent[3 * self.mechanism.body_index[body] + 2])
+            if abs(slopes[body]) < STANDS and rate != 0.0:
+                stands = "stands at a dead centre and cannot turn" if body == self.mechanism.crank else "does not turn"
+                raise InvalidInput(f"rate of {body} at the start = {rate:g} rad/s: there it {stands}")
+        if not slopes:
+            return 0.0
+        teller = max(slopes, key=lambda body: abs(slopes[body]))
+        along = given[teller] / slopes[teller] if given[teller] else 0.0
+        for body, rate in given.items():
+            fitting = along * slopes[body]
+            if abs(rate - fitting) > FITS * max(abs(along), abs(rate)):
+                raise InvalidInput(
+                    f"rate of {body} at the start = {rate:g} rad/s contradicts the joints: with {teller} at "
+                    f"{given[teller]:g} rad/s it is {fitting:g} rad/s"
+                )
+        return along
+
+    # -- the differential equation -----------------------------------------------------------------------------------
+
+    def _rates(self, time: float, state: Array) -> Array:
+        rate = float(state[1])
+        at = self.line.at(float(state[0]))
+        force = self._force(at, rate, time)
+        return np.array([rate, (at.descent + force - 0.5 * at.slope * rate * rate) / at.inertia, force * rate])
+
+    def _force(self, at: At, rate: float, time: float) -> float:
+        """The force along the arc length of loads that are no potential."""
+        total = 0.0
+        for law, value, slope in zip(self._driven, at.values, at.rates, strict=True):
+            total += float(law.force(np.asarray(value), np.asarray(slope * rate), np.asarray(time))) * float(slope)
+        if not math.isfinite(total):
+            raise InvalidInput(f"{self.mechanism.name}: a force is not finite at t = {time:g} s")
+        return total
+
+    def _check_rest(self) -> None:
+        """Refuse a rest that only an exact balance keeps: under loads that move nothing, or that hold each other."""
+        if any(isinstance(load.law, TimePulse) for load in self.loads):
+            return
+        at = self.line.at(0.0)
+        forces = self._idle_forces()
+        push = at.descent + self._force(at, 0.0, 0.0)
+        largest = max((abs(force) for force, _, _ in forces.values()), default=0.0)
+        for name, (force, slope, unit) in forces.items():
+            if force != 0.0 and abs(slope) < STANDS and abs(push) < STANDS * largest:
+                raise InvalidInput(
+                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} {unit}) moves nothing; "
+                    "start beside it, or in motion"
+                )
+        # Rounding would decide which way it goes, and how soon.
+        together = self._weight_at_start() + sum(abs(force * slope) for force, slope, _ in forces.values())
+        if abs(push) < BALANCED * together:
+            raise InvalidInput(
+                f"{self.mechanism.name}: at rest where its weight and loads are in balance, which nothing ends; start "
+                "beside it, or in motion"
+            )
+
+    def _weight_at_start(self) -> float:
+        """Weights and constant forces at the start, times how far their bodies go by the arc length."""
+        point, tangent, _ = self.line.point(0.0)
+        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
+        constant = {force.body: math.hypot(*force.force) for force in self.mechanism.forces}
+        total = 0.0
+        for body in self.mechanism.bodies:
+            x, y = (float(np.ravel(j.coefficients[1])[0]) for j in bodies[body.name].point(body.centre_of_gravity))
+            force = body.mass * math.hypot(*self.mechanism.gravity) + constant.get(body.name, 0.0)
+            total += force * math.hypot(x, y)
+        return total
+
+    def _idle_forces(self) -> dict[str, tuple[float, float, str]]:
+        """Force of each load at rest at the start, how its coordinate grows with the arc length there, the unit."""
+        point, tangent, _ = self.line.point(0.0)
+        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
+        size = float(self.line.configurations.curve.scale[0])
+        found = {}
+        for load in self.loads:
+            value, slope = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
+            force = load.law.force(value, 0.0 * slope, np.zeros(1))
+            turn = load.unit == "rad"
+            found[load.name] = (float(force[0]), float(slope[0]) / (1.0 if turn else size), "N m" if turn else "N")
+        return found
+
+    def _measures(self, rate: float, time: float) -> Array:
+        """What arc length, its rate and work are measured by where they are 0."""
+        at, ahead = self.line.at(0.0), self.line.configurations.ahead[0].stop
+        push = abs(at.descent) + abs(self._force(at, rate, 0.0))
+        energy = max(at.inertia * rate * rate, push * min(ahead, push * time * time / at.inertia), 1e-20)
+        return np.array([self.line.configurations.curve.unit, math.sqrt(energy / at.inertia), energy])
+
+    def _passing(self, before: Array, after: Array) -> list[float]:
+        return self.line.crossings(*sorted((float(before[0]), float(after[0]))))
+
+    # -- what is told of it ------------------------------------------------------------------------------------------
+
+    def _told(self, times: Array, states: Array, crossings: tuple[float, ...]) -> FreeMotion:
+        along, rate, work = states.T
+        shape = (len(times), 3 * len(self.mechanism.bodies))
+        poses, rates, accelerations = (np.empty(shape) for _ in range(3))
+        kinetic, potential = np.empty(len(times)), np.empty(len(times))
+        for k, (s, v, t) in enumerate(zip(along, rate, times, strict=True)):
+            at = self.line.at(float(s))
+            kinetic[k], potential[k] = 0.5 * at.inertia * v * v, at.potential
+            acceleration = self._rates(float(t), np.array([s, v, 0.0]))[1]
+            poses[k], tangent, curvature = self.line.point(float(s))
+            rates[k], accelerations[k] = tangent * v, tangent * acceleration + curvature * v * v
+        scale = float(max(kinetic.max(), np.ptp(potential))) or 1.0
+        return FreeMotion(times, poses, rates, accelerations, kinetic + potential, work, along, crossings, scale)

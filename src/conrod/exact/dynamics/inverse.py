@@ -1,0 +1,203 @@
+"""Forces that a given motion takes: every joint's reaction and the drive's torque, exactly.
+
+With M q'' = Q + J^T lambda the multipliers of the joints' equations are their reactions, and that of the driver's
+equation is the drive's torque. The torque is derived a second time, from energy alone, without the joints' equations or
+their multipliers.
+
+Forces that the joints carry in the exact motion: what a soft constraint gives way to.
+
+With M q'' = Q + J^T lambda, the multipliers of the joint equations are the joint reactions, by the direction of each
+equation, and that of the driver's equation is the drive torque.
+
+The ratio of masses that decides how fast an iteration from link to link converges.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+
+from conrod.exact.dynamics.coordinates import coordinate_jet, load_forces
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
+
+
+@dataclass(frozen=True)
+class State:
+    """A motion in time: the crank's angle, rate and angular acceleration, and the time, each (T,)."""
+
+    angle: Array
+    rate: Array
+    acceleration: Array
+    time: Array
+
+
+@dataclass(frozen=True)
+class JointForces:
+    """What the joints carry and the drive gives.
+
+    Attributes:
+        components: by joint name, then by component, (T,): of a pin "x" and "y", the force on its second body in the
+            document's frame [N]; of a slide "normal" [N], on the second body along the line's normal, and "moment"
+            [N m]; of a cam "contact", the push between cam and roller [N]; of what rolls "tangential", at the
+            pitch point [N].
+        drive_torque: (T,) on the crank, in the sense of the crank angle [N m].
+    """
+
+    components: dict[str, dict[str, Array]]
+    drive_torque: Array
+
+
+class InverseDynamics:
+    """One mechanism under its weight, its constant forces and its loads."""
+
+    def __init__(self, kinematics: Kinematics) -> None:
+        self._kinematics, self._loads = kinematics, kinematics.mechanism.loads
+
+    def forces(self, state: State) -> JointForces:
+        """Joint forces and drive torque in a motion; see `JointForces`.
+
+        Raises:
+            InvalidInput: the linkage does not reach an angle.
+        """
+        return self.forces_in(*self.motion(state), state.time)
+
+    def forces_in(self, poses: Array, rates: Array, accelerations: Array, time: Array) -> JointForces:
+        """The same in a motion of all bodies (T, 3 n) at times (T,), which the joints allow; no dead centre in it."""
+        mechanism = self._kinematics.mechanism
+        right = inertia_forces(mechanism, poses, rates, accelerations) - load_forces(mechanism, poses, rates, time)
+        transposed = np.swapaxes(self._kinematics.jacobian(poses), 1, 2)
+        multipliers = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
+        return self.forces_of(np.asarray(multipliers, dtype=float))
+
+    def forces_of(self, multipliers: Array) -> JointForces:
+        """Multipliers (T, 3 n) of all equations by joint and component."""
+        mechanism = self._kinematics.mechanism
+        components, row = {}, 0
+        for joint in mechanism.joints:
+            count = self._kinematics.equations_of(joint)
+            told = (multipliers[:, row + k] for k in range(count))
+            components[joint.name] = dict(zip(component_names(joint), told, strict=True))
+            row += count
+        return JointForces(components, mechanism.driver.sense * multipliers[:, row])
+
+    def torque_from_energy(self, state: State) -> Array:
+        """The drive's torque (T,) [N m] in the sense of the crank angle, by the balance of power over the crank's rate.
+
+        T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken:
+        virtual work at rate 1 with the accelerations as they are.
+        """
+        poses, first, second = self._kinematics.derivatives(state.angle, 2)
+        mechanism = self._kinematics.mechanism
+        rate, acceleration = state.rate, state.acceleration
+        along = pose_jets(mechanism, [poses, first, 0.5 * second])
+        constant = {force.body: force.force for force in mechanism.forces}
+        torque = np.zeros(len(poses))
+        for body in mechanism.bodies:
+            pose, push = along[body.name], constant.get(body.name, (0.0, 0.0))
+            x, y = (jet.coefficients for jet in pose.point(body.centre_of_gravity))
+            turn = pose.phi.coefficients
+            fx, fy = body.mass * mechanism.gravity[0] + push[0], body.mass * mechanism.gravity[1] + push[1]
+            # Kinetic energy inertia(theta) theta'^2 / 2 has the rate (inertia theta'' + inertia' theta'^2 / 2) theta'.
+            inertia = body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * turn[1] ** 2
+            half_slope = 2.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
+            torque += inertia * acceleration + half_slope * rate**2 - fx * x[1] - fy * y[1]
+        for load in self._loads:
+            value, slope = coordinate_jet(load.along, along).coefficients[:2]
+            torque -= load.law.force(np.asarray(value), np.asarray(slope * rate), state.time) * slope
+        return torque
+
+    def motion(self, state: State) -> tuple[Array, Array, Array]:
+        """Poses, rates and accelerations of all bodies, each (T, 3 n)."""
+        poses, first, second = self._kinematics.derivatives(state.angle, 2)
+        rate, acceleration = state.rate[:, None], state.acceleration[:, None]
+        return poses, first * rate, first * acceleration + second * rate**2
+
+
+def component_names(joint: Joint) -> tuple[str, ...]:
+    """Of a joint's reaction, in the order of its equations."""
+    match joint:
+        case Revolute():
+            return "x", "y"
+        case Prismatic():
+            return "normal", "moment"
+        case CamContact():
+            return ("contact",)
+        case Rolling() | Rack():
+            return ("tangential",)
+        case _:
+            assert_never(joint)
+
+
+@dataclass(frozen=True)
+class Reactions:
+    """Multipliers of the joint equations over the motion.
+
+    Attributes:
+        joints: by joint name (T, k): the force [N] along each of its equations (a slide's second one is a torque).
+        drive_torque: (T,) [N m], on the crank body, counter-clockwise.
+    """
+
+    joints: dict[str, Array]
+    drive_torque: Array
+
+
+def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
+    """Reactions in the exact motion at constant crank speed, at crank angles (T,) [rad]; loads are among the forces."""
+    poses, first, second = kinematics.derivatives(angle, 2)
+    mechanism, rates = kinematics.mechanism, first * speed
+    right = inertia_forces(mechanism, poses, rates, second * speed**2)
+    right -= load_forces(mechanism, poses, rates, angle / speed)
+    multipliers = kinematics.solve_transposed(poses, right)
+    joints, row = {}, 0
+    for joint in mechanism.joints:
+        rows = kinematics.equations_of(joint)
+        joints[joint.name] = multipliers[:, row : row + rows]
+        row += rows
+    return Reactions(joints, multipliers[:, row])
+
+
+def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:
+    """M q'' - Q of every body, about the origin of its frame, of a state in time; (T, 3 n)."""
+    pushes = {force.body: force.force for force in mechanism.forces}
+    result = np.zeros_like(poses)
+    for i, body in enumerate(mechanism.bodies):
+        (cx, cy), phi = body.centre_of_gravity, poses[:, 3 * i + 2]
+        rx, ry = np.cos(phi) * cx - np.sin(phi) * cy, np.sin(phi) * cx + np.cos(phi) * cy
+        spin, turn = rates[:, 3 * i + 2], accelerations[:, 3 * i + 2]
+        push = pushes.get(body.name, (0.0, 0.0))
+        ax = accelerations[:, 3 * i] - turn * ry - spin**2 * rx
+        ay = accelerations[:, 3 * i + 1] + turn * rx - spin**2 * ry
+        fx = body.mass * (ax - mechanism.gravity[0]) - push[0]
+        fy = body.mass * (ay - mechanism.gravity[1]) - push[1]
+        result[:, 3 * i], result[:, 3 * i + 1] = fx, fy
+        result[:, 3 * i + 2] = body.inertia * turn + rx * fy - ry * fx
+    return result
+
+
+def mass_ratio(mechanism: Mechanism) -> float:
+    """Heaviest link over the lightest that a joint feels, the driven link apart; 1 where that is alone."""
+    masses = [body.mass for body in mechanism.bodies if body.name != mechanism.crank]
+    felt = [
+        _felt_mass(mechanism, body, point)
+        for joint in mechanism.joints
+        if isinstance(joint, Revolute)
+        for body, point in ((joint.a, joint.point_a), (joint.b, joint.point_b))
+        if body not in (GROUND, mechanism.crank)
+    ]
+    return max(masses) / min([*masses, *felt]) if masses else 1.0
+
+
+def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:
+    """Mass [kg] of a link as felt at a point: 1 / (1/m + d^2/I), d from its centre of gravity."""
+    body = mechanism.body(name)
+    if any(isinstance(j, Prismatic) and name in (j.a, j.b) for j in mechanism.joints):
+        return body.mass  # cannot turn
+    distance = math.hypot(point[0] - body.centre_of_gravity[0], point[1] - body.centre_of_gravity[1])
+    return 1.0 / (1.0 / body.mass + distance**2 / body.inertia)

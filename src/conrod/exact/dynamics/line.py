@@ -1,0 +1,150 @@
+"""A mechanism's motion as that of one mass on a line: what its inertia, weight and loads are by the arc length."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from conrod.errors import InvalidInput
+from conrod.exact.dynamics.configurations import Configurations
+from conrod.exact.dynamics.pieces import DEGREE, Samples
+from conrod.exact.dynamics.reduced import reduced
+from conrod.exact.motion import Array
+from conrod.mechanism.loads import CONSERVATIVE, Coordinate, Turn
+from conrod.mechanism.mechanism import GROUND, Mechanism
+
+ORDERS = np.arange(DEGREE + 1)
+# Of the inertia against its largest on a piece: below it, the series that tells it has lost too many digits.
+LEAST_INERTIA = 1e-6
+
+
+@dataclass(frozen=True)
+class At:
+    """The reduced mechanism at one arc length; see `Reduced`. Values and rates of loads that are no potential, (L,)."""
+
+    inertia: float
+    slope: float
+    potential: float
+    descent: float
+    values: Array
+    rates: Array
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A piece's series, all in one matrix (DEGREE + 1, columns)."""
+
+    samples: Samples
+    matrix: Array
+
+
+class Line:
+    """The reduced mechanism along its curve of configurations.
+
+    Raises:
+        InvalidInput: branches of its motion cross at the start poses.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.configurations = Configurations(mechanism)
+        self._ahead: list[_Row] = []
+        self._behind: list[_Row] = []
+        # Loads whose coordinates are told by the series, in their order; of them potentials, and what are none.
+        loads = [x for x in mechanism.loads if not x.conservative or isinstance(x.along, Turn)]
+        self._along = [load.along for load in loads]
+        self._wound = [(k, load.law) for k, load in enumerate(loads) if isinstance(load.law, CONSERVATIVE)]
+        self._driven = [k for k, load in enumerate(loads) if not load.conservative]
+
+    def at(self, along: float) -> At:
+        """The reduced mechanism at an arc length.
+
+        Raises:
+            InvalidInput: the curve ends before, or hardly any inertia is left.
+        """
+        row, local, turns = self._row(along)
+        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
+        values, rates = told[4:].reshape(2, -1)
+        inertia, slope, potential, descent = (float(some) for some in told[:4])
+        if turns:
+            values = values + turns * np.array([self._gain(coordinate) for coordinate in self._along])
+        for k, law in self._wound:
+            potential += float(law.energy(values[k]))
+            descent += float(law.force(values[k], rates[k], np.zeros(1))) * float(rates[k])
+        return At(inertia, slope, potential, descent, values[self._driven], rates[self._driven])
+
+    def _gain(self, along: Coordinate) -> float:
+        """What a coordinate gains whenever the loop is gone round: a turn, whole turns."""
+        loop = self.configurations.loop
+        if loop is None or not isinstance(along, Turn):
+            return 0.0
+        gains = {body.name: float(loop.gain[3 * k + 2]) for k, body in enumerate(self.mechanism.bodies)}
+        gains[GROUND] = 0.0
+        return gains[along.b] - gains[along.a]
+
+    def point(self, along: float) -> tuple[Array, Array, Array]:
+        """Poses and their first and second derivatives by the arc length, each (3 n,)."""
+        row, local, turns = self._row(along)
+        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local))))
+        piece, scale = row.samples, self.configurations.curve.scale
+        point, tangent, curvature = (told @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
+        loop = self.configurations.loop
+        return (point if loop is None else point + turns * loop.gain) * scale, tangent * scale, curvature * scale
+
+    def crossings(self, lowest: float, highest: float) -> list[float]:
+        """Arc lengths between two known ones where branches cross, growing."""
+        pieces = chain(self.configurations.behind, self.configurations.ahead)
+        found = [piece.crossing for piece in pieces if piece.crossing is not None]
+        loop = self.configurations.loop
+        if loop is not None:
+            turns = np.arange(np.floor(lowest / loop.length), np.floor(highest / loop.length) + 1.0)
+            found = [crossing + turn * loop.length for turn in turns for crossing in found]
+        return sorted(crossing for crossing in found if lowest < crossing < highest)
+
+    def _row(self, along: float) -> tuple[_Row, float, float]:
+        """The piece of an arc length, where on it from -1 to 1, and how many times the loop was gone round."""
+        known, turns = self.configurations, 0.0
+        known.reach(along)
+        if known.loop is not None:
+            turns = float(np.floor(along / known.loop.length))
+            along = max(0.0, along - turns * known.loop.length)  # rounding may leave it just before the start
+        pieces, rows = (known.ahead, self._ahead) if along >= 0.0 else (known.behind, self._behind)
+        if rows and rows[0].samples is not pieces[0]:
+            rows.clear()  # the loop was closed from the other side
+        rows += [self._series(piece) for piece in pieces[len(rows) :]]
+        if along >= 0.0:
+            k = bisect_right(rows, along, key=lambda row: row.samples.start) - 1
+        else:
+            k = bisect_right(rows, -along, key=lambda row: -row.samples.stop) - 1
+        row = rows[max(0, min(k, len(rows) - 1))]
+        piece = row.samples
+        return row, 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0, turns
+
+    def _series(self, piece: Samples) -> _Row:
+        with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
+            at = reduced(self.configurations, piece, self.mechanism.loads)
+        least = _least(piece.series(at.inertia)) / at.inertia.max()
+        if not least > LEAST_INERTIA:
+            raise InvalidInput(
+                f"{self.mechanism.name}: where hardly anything that has mass moves, its inertia falls to "
+                f"{max(least, 0.0):.1g} of what it is nearby: give the crank an inertia"
+            )
+        columns = np.column_stack([at.inertia, at.slope, at.potential, at.descent, at.value, at.rate])
+        if not np.isfinite(columns).all():
+            raise InvalidInput(f"{self.mechanism.name}: a force is not finite: the two points of a load meet")
+        return _Row(piece, piece.series(columns))
+
+
+def _least(series: Array) -> float:
+    """The least value of a Chebyshev series: on a grid, and at the vertex of the parabola there."""
+    grid = np.linspace(-1.0, 1.0, 129)
+    values = chebyshev.chebval(grid, series)
+    k = min(max(int(np.argmin(values)), 1), len(grid) - 2)
+    before, least, after = values[k - 1 : k + 2]
+    bend, slope = before - 2.0 * least + after, 0.5 * (after - before)
+    vertex = least - 0.5 * slope**2 / bend if bend > abs(slope) else values.min()
+    return float(min(vertex, values.min()))

@@ -1,0 +1,224 @@
+"""Linear systems of one sparse structure at many samples: an entry is a number, or an array over the samples.
+
+Most entries of joint equations are the numbers +-1 with which a pin or a slide ties the places of two bodies
+together. Elimination along them costs next to nothing, and leaves what closes the mechanism's loops: one unknown in a
+slider-crank, two in a four-bar linkage. Loops that follow each other are solved in that order, those that cannot be
+told apart together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from conrod.exact.block_structure import Block, triangular_blocks
+from conrod.exact.motion import Array
+
+Entry = float | Array
+Pivots = tuple[tuple[int, int], ...]
+# A number smaller than this may be a rounding error, or small beside other entries: it is no pivot.
+LEAST_PIVOT = 0.5
+
+
+@dataclass(frozen=True)
+class _Step:
+    """One unknown eliminated: the pivot, the others in its row, and what was subtracted times its row from which."""
+
+    row: int
+    column: int
+    pivot: float
+    others: Mapping[int, Entry]
+    factors: tuple[tuple[int, Entry], ...]
+
+
+@dataclass(frozen=True)
+class Order:
+    """How a matrix is taken apart: row and column of each number that is eliminated along, then blocks of the rest."""
+
+    pivots: Pivots
+    blocks: tuple[Block, ...]
+
+
+class Elimination:
+    """The factors of a batch of square matrices.
+
+    Args:
+        rows: of the matrix, each its entries by column.
+        samples: length of the entries that are arrays.
+        order: of matrices whose numbers are the same and stand at the same places; None looks for one, which takes
+            longer than to eliminate.
+    """
+
+    def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int, order: Order | None = None) -> None:
+        self._samples, self._size = samples, len(rows)
+        left = {i: {c: v for c, v in row.items() if not _is_zero(v)} for i, row in enumerate(rows)}
+        self._steps: list[_Step] = [_eliminate(left, *place) for place in (order.pivots if order else ())]
+        while order is None and (place := _constant_pivot(left)) is not None:
+            self._steps.append(_eliminate(left, *place))
+        self.order = order or Order(
+            tuple((step.row, step.column) for step in self._steps),
+            self._square(triangular_blocks({i: tuple(sorted(row)) for i, row in left.items()})),
+        )
+        self._blocks = [_Block(block, left, samples) for block in self.order.blocks]
+
+    def _square(self, blocks: tuple[Block, ...]) -> tuple[Block, ...]:
+        """Blocks as they are; that of a singular matrix with the columns in which there is nothing at all."""
+        if all(len(rows) == len(columns) for rows, columns in blocks):
+            return blocks
+        gone = {step.column for step in self._steps}
+        return tuple((rows, tuple(c for c in range(self._size) if c not in gone)) for rows, _ in blocks)
+
+    def solve(self, right: Sequence[Entry]) -> Array:
+        """Solutions (T, n) for one right-hand side, given row by row; not finite where the matrix is singular."""
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            known = list(right)
+            for step in self._steps:
+                for row, factor in step.factors:
+                    known[row] = known[row] - factor * known[step.row]
+            unknown: list[Entry] = [0.0] * self._size
+            for block in self._blocks:
+                block.solve(known, unknown)
+            for step in reversed(self._steps):
+                total = known[step.row]
+                for column, value in step.others.items():
+                    total = total - value * unknown[column]
+                unknown[step.column] = total if step.pivot == 1.0 else total / step.pivot
+        return self._stacked(unknown)
+
+    def solve_transposed(self, right: Sequence[Entry]) -> Array:
+        """Solutions (T, n) of the transposed matrices, for one right-hand side given column by column of the matrix."""
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            known = list(right)
+            unknown: list[Entry] = [0.0] * self._size
+            for step in self._steps:
+                unknown[step.row] = found = known[step.column] / step.pivot
+                for column, value in step.others.items():
+                    known[column] = known[column] - value * found
+            for block in reversed(self._blocks):
+                block.solve_transposed(known, unknown)
+            for step in reversed(self._steps):
+                for row, factor in step.factors:
+                    unknown[step.row] = unknown[step.row] - factor * unknown[row]
+        return self._stacked(unknown)
+
+    def _stacked(self, unknown: Sequence[Entry]) -> Array:
+        solution = np.empty((self._samples, self._size))
+        for column, value in enumerate(unknown):
+            solution[:, column] = value
+        return solution
+
+    def determinant(self) -> Array:
+        """The determinant (T,)."""
+        order = dict(self.order.pivots)
+        for rows, columns in self.order.blocks:
+            order |= zip(rows, columns, strict=True)
+        constant = math.prod([_permutation_sign(order), *(step.pivot for step in self._steps)])
+        return np.asarray(constant * self.block_determinants().prod(axis=1))
+
+    def block_determinants(self) -> Array:
+        """The determinants of what is solved together (T, k): where one of them vanishes the matrix is singular."""
+        determinants = [np.linalg.det(block.matrix) for block in self._blocks]
+        return np.stack(determinants, axis=1) if determinants else np.empty((self._samples, 0))
+
+    def determinant_sign(self) -> Array:
+        """Sign of the determinant (T,); 0 where the matrix is singular."""
+        return np.asarray(np.sign(self.determinant()))
+
+
+class _Block:
+    """Equations that are solved together, once the unknowns of those before are known."""
+
+    def __init__(self, block: Block, left: Mapping[int, Mapping[int, Entry]], samples: int) -> None:
+        self._rows, self._columns = block
+        self._samples = samples
+        self.matrix = np.zeros((samples, len(self._rows), len(self._columns)))
+        self._before: list[tuple[int, int, Entry]] = []
+        for i, row in enumerate(self._rows):
+            for column, value in left[row].items():
+                if column in self._columns:
+                    self.matrix[:, i, self._columns.index(column)] = value
+                else:
+                    self._before.append((row, column, value))
+
+    def solve(self, known: list[Entry], unknown: list[Entry]) -> None:
+        """Fill in the block's unknowns; what is known of its equations is changed by those before."""
+        for row, column, value in self._before:
+            known[row] = known[row] - value * unknown[column]
+        right = [known[row] for row in self._rows]
+        if len(right) == 1:
+            unknown[self._columns[0]] = right[0] / self.matrix[:, 0, 0]
+            return
+        for column, found in zip(self._columns, self._times(self._inverse, right), strict=True):
+            unknown[column] = found
+
+    def solve_transposed(self, known: list[Entry], unknown: list[Entry]) -> None:
+        """Fill in the unknowns of the block's equations; what is known by columns before is changed by them."""
+        transposed = np.swapaxes(self._inverse, 1, 2)
+        found = self._times(transposed, [known[column] for column in self._columns])
+        for row, values in zip(self._rows, found, strict=True):
+            unknown[row] = values
+        for row, column, value in self._before:
+            known[column] = known[column] - value * unknown[row]
+
+    def _times(self, inverse: Array, right: list[Entry]) -> Array:
+        """Products (k, T) of matrices (T, k, k) and right-hand sides."""
+        stacked = np.stack([np.broadcast_to(value, self._samples) for value in right], axis=1)
+        return np.asarray((inverse @ stacked[:, :, None])[:, :, 0].T)
+
+    @cached_property
+    def _inverse(self) -> Array:
+        try:
+            return np.asarray(np.linalg.inv(self.matrix))
+        except np.linalg.LinAlgError:
+            return np.full_like(self.matrix, np.nan)
+
+
+def _permutation_sign(order: Mapping[int, int]) -> float:
+    """+1 for an even permutation, -1 for an odd one: each cycle of even length changes it."""
+    sign, seen = 1.0, set[int]()
+    for start in order:
+        place, length = start, 0
+        while place not in seen:
+            seen.add(place)
+            place, length = order[place], length + 1
+        sign = -sign if length and length % 2 == 0 else sign
+    return sign
+
+
+def _is_zero(entry: Entry) -> bool:
+    return isinstance(entry, float | int) and entry == 0.0
+
+
+def _constant_pivot(left: dict[int, dict[int, Entry]]) -> tuple[int, int] | None:
+    """Row and column of the number whose elimination touches fewest entries; None if no number is left to take."""
+    uses: dict[int, int] = {}
+    for row in left.values():
+        for column in row:
+            uses[column] = uses.get(column, 0) + 1
+    places = [
+        ((len(row) - 1) * (uses[column] - 1), i, column)
+        for i, row in left.items()
+        for column, value in row.items()
+        if isinstance(value, float | int) and abs(value) >= LEAST_PIVOT
+    ]
+    return min(places)[1:] if places else None
+
+
+def _eliminate(left: dict[int, dict[int, Entry]], row: int, column: int) -> _Step:
+    """Take a row out, and its pivot's unknown out of the others."""
+    others = left.pop(row)
+    pivot = float(others.pop(column))
+    factors = []
+    for i, entries in left.items():
+        if column in entries:
+            factor = entries.pop(column) / pivot
+            factors.append((i, factor))
+            for c, value in others.items():
+                entries[c] = entries.get(c, 0.0) - factor * value
+                if _is_zero(entries[c]):
+                    del entries[c]
+    return _Step(row, column, pivot, others, tuple(factors))

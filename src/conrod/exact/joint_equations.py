@@ -1,0 +1,246 @@
+"""The equations that a mechanism's joints impose on the poses of its bodies, as jets in time or in crank angle.
+
+One expression for each joint kind gives the gap that the joint leaves open, its rate and its second derivative.
+
+The joint equation of a roller on a cam that is made from a motion law, as jets.
+
+With H the way along the follower's line that belongs to the roller's distance from the shaft, and u the law's angle
+that belongs to its direction, the roller's centre is on the pitch curve where H = H0 + s(u). That is a length along the
+follower's line; times the cosine of the pressure angle it is the distance along the common normal, exact where it is
+0, with its gradient of unit length there, and off by a part of (distance / radius of curvature) elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.exact.jet import Array, Jet, direction, reciprocal, sine_cosine, square_root
+from conrod.mechanism.cam_law import LawProfile
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
+
+
+@dataclass(frozen=True)
+class PoseJet:
+    """Pose of one body as jets, with the sine and cosine of its turn."""
+
+    x: Jet
+    y: Jet
+    phi: Jet
+    sine: Jet
+    cosine: Jet
+
+    def point(self, local: Point) -> tuple[Jet, Jet]:
+        """A point of the body in the document's frame."""
+        px, py = local
+        if py == 0.0:  # so are most pins: on the line from the origin of their body
+            return (self.x + self.cosine * px, self.y + self.sine * px) if px != 0.0 else (self.x, self.y)
+        return self.x + self.cosine * px - self.sine * py, self.y + self.sine * px + self.cosine * py
+
+
+def pose_jets(mechanism: Mechanism, coefficients: Sequence[Array]) -> dict[str, PoseJet]:
+    """Pose jets of all bodies, the ground included.
+
+    Args:
+        coefficients: Taylor coefficients of the stacked poses, each (T, 3 n) [m, m, rad].
+    """
+    poses = {}
+    for name, i in mechanism.body_index.items():
+        x, y, phi = (Jet([c[:, 3 * i + k] for c in coefficients]) for k in range(3))
+        poses[name] = PoseJet(x, y, phi, *sine_cosine(phi))
+    zero = Jet([0.0] * len(coefficients))
+    poses[GROUND] = PoseJet(zero, zero, zero, zero, zero + 1.0)
+    return poses
+
+
+def active_arcs(joint: CamContact, poses: dict[str, PoseJet]) -> NDArray[np.intp]:
+    """Index of the cam's arc, or of its law's segment, that the roller touches in each pose; (T,)."""
+    cam = poses[joint.a]
+    x, y = _from_cam(joint, poses)
+    c, s = cam.cosine.coefficients[0], cam.sine.coefficients[0]
+    x0, y0 = x.coefficients[0], y.coefficients[0]
+    return joint.profile.active_arc(np.asarray(c * x0 + s * y0), np.asarray(c * y0 - s * x0))
+
+
+def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.intp] | None = None) -> list[Jet]:
+    """What is left of a joint's equations: lengths [m], but for a slide's second entry, an angle [rad].
+
+    Args:
+        arcs: for a cam contact the arc (or segment) in force at each sample, where it is not to be told from the poses.
+    """
+    a, b = poses[joint.a], poses[joint.b]
+    match joint:
+        case Revolute():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            return [bx - ax, by - ay]
+        case Prismatic():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            nx, ny = -np.sin(joint.direction), np.cos(joint.direction)
+            normal_x = a.cosine * nx - a.sine * ny
+            normal_y = a.sine * nx + a.cosine * ny
+            return [(bx - ax) * normal_x + (by - ay) * normal_y, b.phi - a.phi - joint.angle]
+        case CamContact():
+            x, y = _from_cam(joint, poses)
+            active = active_arcs(joint, poses) if arcs is None else arcs
+            if isinstance(joint.profile, LawProfile):
+                return [law_gap(joint.profile, x, y, a.phi, active)]
+            cx, cy, radius = joint.profile.arc_geometry(active)
+            dx = x - (a.cosine * cx - a.sine * cy)
+            dy = y - (a.sine * cx + a.cosine * cy)
+            return [square_root(dx * dx + dy * dy) - (radius + joint.roller_radius)]
+        case Rolling():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            line = direction(bx - ax, by - ay)
+            rolled = (a.phi - line) * joint.radius_a + (b.phi - line) * joint.radius_b - joint.offset
+            return [_nearest_turn(rolled, 2.0 * np.pi * joint.distance)]
+        case Rack():
+            ax, ay = a.point(joint.point_a)
+            bx, by = b.point(joint.point_b)
+            ux, uy = np.cos(joint.direction), np.sin(joint.direction)
+            way = (ax - bx) * (b.cosine * ux - b.sine * uy) + (ay - by) * (b.sine * ux + b.cosine * uy)
+            return [way + (a.phi - b.phi) * joint.radius - joint.offset]
+        case _:
+            assert_never(joint)
+
+
+def _nearest_turn(rolled: Jet, turn: float) -> Jet:
+    """What is left of a rolling pair's equation where the line of centres is known up to whole turns."""
+    first = rolled.coefficients[0]
+    return rolled - turn * np.rint(first / turn)
+
+
+def _from_cam(joint: CamContact, poses: dict[str, PoseJet]) -> tuple[Jet, Jet]:
+    """The roller's centre relative to the cam's origin, in the document's directions."""
+    x, y = poses[joint.b].point(joint.roller_centre)
+    return x - poses[joint.a].x, y - poses[joint.a].y
+
+
+def joint_jacobian(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.intp] | None = None) -> list[Rows]:
+    """Derivatives of `joint_residual` by the poses of body `a` and of body `b`, one entry for each equation."""
+    a, b = _Frame(poses[joint.a]), _Frame(poses[joint.b])
+    match joint:
+        case Revolute():
+            (ax, ay), (bx, by) = a.arm(joint.point_a), b.arm(joint.point_b)
+            return [((-1.0, 0.0, ay), (1.0, 0.0, -by)), ((0.0, -1.0, -ax), (0.0, 1.0, bx))]
+        case Prismatic():
+            bx, by = b.arm(joint.point_b)
+            nx, ny = a.arm((-np.sin(joint.direction), np.cos(joint.direction)))
+            px, py = b.x + bx - a.x, b.y + by - a.y
+            # The line turns about the origin of `a` with its anchor, so the arm is the whole way to point_b.
+            offset = ((-nx, -ny, nx * py - ny * px), (nx, ny, ny * bx - nx * by))
+            return [offset, ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))]
+        case CamContact():
+            bx, by = b.arm(joint.roller_centre)
+            active = active_arcs(joint, poses) if arcs is None else arcs
+            if isinstance(joint.profile, LawProfile):
+                ax, ay = b.x + bx - a.x, b.y + by - a.y  # the whole way to the roller, along with which the cam turns
+                ux, uy = a.arm(law_normal(joint.profile, *a.own(ax, ay), active))
+            else:
+                cx, cy, _ = joint.profile.arc_geometry(active)
+                ax, ay = a.arm((cx, cy))
+                dx, dy = b.x + bx - a.x - ax, b.y + by - a.y - ay
+                distance = np.hypot(dx, dy)
+                ux, uy = dx / distance, dy / distance
+            return [((-ux, -uy, ux * ay - uy * ax), (ux, uy, uy * bx - ux * by))]
+        case Rolling():
+            (ax, ay), (bx, by) = a.arm(joint.point_a), b.arm(joint.point_b)
+            dx, dy = b.x + bx - a.x - ax, b.y + by - a.y - ay
+            # The line of centres turns by (ux, uy) of the way of its end; both turns count against it.
+            over = (joint.radius_a + joint.radius_b) / (dx * dx + dy * dy)
+            ux, uy = over * dy, -over * dx
+            return [((-ux, -uy, joint.radius_a + ux * ay - uy * ax), (ux, uy, joint.radius_b + uy * bx - ux * by))]
+        case Rack():
+            (ax, ay), (bx, by) = a.arm(joint.point_a), b.arm(joint.point_b)
+            ux, uy = b.arm((np.cos(joint.direction), np.sin(joint.direction)))
+            # The line turns about the origin of `b`, so the arm is the whole way to the wheel's centre.
+            px, py = a.x + ax - b.x, a.y + ay - b.y
+            return [((ux, uy, uy * ax - ux * ay + joint.radius), (-ux, -uy, ux * py - uy * px - joint.radius))]
+        case _:
+            assert_never(joint)
+
+
+Entry = float | Array
+Rows = tuple[tuple[Entry, Entry, Entry], tuple[Entry, Entry, Entry]]
+
+
+class _Frame:
+    """Position and directions of a body at the samples, the leading coefficients of its pose jet."""
+
+    def __init__(self, pose: PoseJet) -> None:
+        self.x, self.y = pose.x.coefficients[0], pose.y.coefficients[0]
+        self._cosine, self._sine = pose.cosine.coefficients[0], pose.sine.coefficients[0]
+
+    def arm(self, local: tuple[Entry, Entry]) -> tuple[Entry, Entry]:
+        """A local vector in the document's directions."""
+        px, py = local
+        if isinstance(px, float) and isinstance(py, float) and px == py == 0.0:
+            return 0.0, 0.0
+        return self._cosine * px - self._sine * py, self._sine * px + self._cosine * py
+
+    def own(self, x: Entry, y: Entry) -> tuple[Array, Array]:
+        """A vector of the document's directions in the body's own."""
+        return np.asarray(self._cosine * x + self._sine * y), np.asarray(self._cosine * y - self._sine * x)
+
+
+def law_gap(profile: LawProfile, x: Jet, y: Jet, turn: Jet, segment: NDArray[np.intp]) -> Jet:
+    """Distance [m] of roller and profile, positive outside.
+
+    Args:
+        x, y: the roller's centre from the cam's origin [m], in the document's directions.
+        turn: of the cam [rad].
+        segment: the one in force at each sample.
+    """
+    e, sense = profile.offset, profile.sense
+    height = square_root(x * x + y * y - e * e)
+    polar = direction(x, y) - turn
+    if e != 0.0:
+        polar = polar - direction(height, height * 0.0 + e)
+    lift, slope = _law_jets(profile, (profile.begin - polar) * sense, segment)
+    on_curve = lift + profile.least_height
+    across = slope + sense * e
+    cosine = on_curve * reciprocal(square_root(across * across + on_curve * on_curve))
+    return (height - on_curve) * cosine
+
+
+def law_normal(profile: LawProfile, x: Array, y: Array, segment: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Gradient of the distance by the roller's centre (x, y) [m], all in the cam's frame."""
+    e, sense = profile.offset, profile.sense
+    square = x * x + y * y
+    reach, height = np.sqrt(square), np.sqrt(square - e * e)
+    lift, slope, bend = profile.lift(profile.law_angle(x, y), 2, segment)
+    on_curve, across = profile.least_height + lift, slope + sense * e
+    rate = np.hypot(across, on_curve)
+    cosine = on_curve / rate
+    cosine_slope = slope / rate - on_curve * (across * bend + on_curve * slope) / rate**3
+    # By the way outwards and by the way round (counter-clockwise): of H, and of the law's angle.
+    height_out = reach / height
+    angle_out, angle_round = -sense * e / (reach * height), -sense / reach
+    by_angle = (height - on_curve) * cosine_slope - cosine * slope
+    out, around = cosine * height_out + by_angle * angle_out, by_angle * angle_round
+    return (x * out - y * around) / reach, (y * out + x * around) / reach
+
+
+def _law_jets(profile: LawProfile, angle: Jet, segment: NDArray[np.intp]) -> tuple[Jet, Jet]:
+    """Lift and its slope at a law angle."""
+    order = len(angle.coefficients) - 1
+    derivatives = profile.lift(np.asarray(angle.coefficients[0]), order + 1, segment)
+    return _composed(derivatives[:-1], angle), _composed(derivatives[1:], angle)
+
+
+def _composed(derivatives: list[Array], angle: Jet) -> Jet:
+    """A function with these derivatives, at a jet."""
+    departure = Jet((0.0, *angle.coefficients[1:]))
+    terms = [derivative / math.factorial(k) for k, derivative in enumerate(derivatives)]
+    total = Jet([terms[-1], *(0.0 for _ in terms[1:])])
+    for term in reversed(terms[:-1]):
+        total = total * departure + term
+    return total

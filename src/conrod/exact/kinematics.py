@@ -1,0 +1,239 @@
+"""Exact motion of any `Mechanism`, by Newton iteration on its joint equations.
+
+The generic reference: it knows nothing of a scene's closed form. Poses come from Newton iteration; derivatives by
+the crank angle then follow, order by order, from linear systems with one and the same Jacobian, because the
+k-th Taylor coefficient of the joint equations is J q_k + (a term in q_0 .. q_(k-1)).
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.errors import InvalidInput
+from conrod.exact.branch_walk import BranchWalk
+from conrod.exact.equations import Arcs, Equations
+from conrod.exact.jet import Jet
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
+from conrod.mechanism.mechanism import Joint, Mechanism
+
+MOTION_ORDER = 3  # position to jerk
+GEOMETRIES_KEPT = 128
+CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
+
+DIFFERENT_TURNS = 2  # that are looked at where one is not like the next
+
+
+class Kinematics:
+    """Solver for one mechanism.
+
+    Raises:
+        InvalidInput: the mechanism cannot be assembled, has not mobility one, or cannot turn fully.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        if mechanism.mobility != 1:
+            raise InvalidInput(f"{mechanism.name} has mobility {mechanism.mobility}; a driven crank needs exactly 1")
+        self.mechanism = mechanism
+        self._walk = _walk_of(_Geometry(mechanism))
+        self._equations = self._walk.equations
+
+    @property
+    def size(self) -> float:
+        """Largest coordinate [m] in the mechanism's start poses."""
+        return self._equations.size
+
+    # -- poses -------------------------------------------------------------------------------------------------
+
+    def poses(self, angle: Array) -> Array:
+        """Stacked poses (T, 3 n) [m, m, rad] at crank angles (T,) [rad]; all on the branch of the start poses.
+
+        Raises:
+            InvalidInput: the linkage does not reach an angle.
+        """
+        return self._walk.poses(angle)
+
+    def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
+        """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
+        coefficients = self._walk.series(angle, order, side)
+        return [math.factorial(k) * c for k, c in enumerate(coefficients)]
+
+    def branch(self, poses: Array) -> Array:
+        """Sign of the determinant of the joint equations' Jacobian (T,); it tells assembly branches apart."""
+        return self._walk.branch_of(poses)
+
+    @property
+    def assembled_branch(self) -> float:
+        """The branch that the start poses picked, +1 or -1."""
+        return self._walk.branch
+
+    def branch_at(self, angle: Array) -> Array:
+        """The branch (T,) that exact poses at crank angles (T,) [rad] have; it changes at the change points."""
+        return self._walk.sign(angle)
+
+    @property
+    def change_angles(self) -> Array:
+        """Crank angles [rad] of change points of the turn or the span, where the motion goes on smoothly."""
+        return self._walk.change_angles
+
+    def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
+        """Which crank angles (T,) [rad] are less than a distance [rad] from a change point."""
+        return self._walk.near_change(angle, distance)
+
+    def conditioning(self, poses: Array) -> Array:
+        """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom.
+
+        Zero also where the Jacobian does not exist: a roller on the axis of its cam.
+        """
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            jacobian = self._equations.scaled_jacobian(poses)
+        exists = np.isfinite(jacobian).all(axis=(1, 2))
+        least = np.zeros(len(poses))
+        least[exists] = np.linalg.svd(jacobian[exists], compute_uv=False)[:, -1]
+        return least
+
+    def reach(self, goal: float) -> float:
+        """The crank angle [rad] where the way from angle 0 to a goal ends; the goal, if nothing ends it before."""
+        return self._walk.reach(goal)
+
+    @property
+    def start(self) -> Array:
+        """Exact poses at crank angle 0; (1, 3 n)."""
+        return self._walk.start
+
+    @cached_property
+    def lengths(self) -> dict[str, float]:
+        """Largest distance [m] between two exact positions of each observed point, over the sampled poses of a turn.
+
+        The size of the mechanism stands in where the linkage cannot turn.
+        """
+        table = self._walk.table
+        if table is None:
+            return {observed.name: self.size for observed in self.mechanism.observed}
+        return {name: diameter(p[0]) for name, p in self.point_derivatives([table.poses]).items()}
+
+    @property
+    def turns_fully(self) -> bool:
+        """Whether the crank turns all the way round on the assembly branch."""
+        return self.mechanism.driver.span is None and self._walk.table is not None
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the crank turns fully, and each turn is like the last; after one, gears may stand elsewhere."""
+        table = self._walk.table
+        return self.mechanism.driver.span is None and table is not None and table.gain is not None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The crank angles [rad] between which the machine is looked at: one turn, or the driver's span."""
+        return self.mechanism.driver.span or (0.0, 2.0 * math.pi)
+
+    def angles(self, count: int) -> Array:
+        """So many crank angles [rad], evenly over the turn without its end, or over the driver's span with both ends.
+
+        Over two turns where they differ, as behind gears: what a run of usual length passes.
+
+        Raises:
+            InvalidInput: names a span that the linkage does not reach.
+        """
+        if self.turns_fully and not self.repeats:
+            return np.linspace(0.0, DIFFERENT_TURNS * 2.0 * math.pi, count, endpoint=False)
+        return np.linspace(*self.span, count, endpoint=self.mechanism.driver.span is not None)
+
+    @property
+    def travel(self) -> float:
+        """The largest distance [m] that an observed point moves in a turn; the size of a linkage that cannot turn."""
+        return max(self.lengths.values())
+
+    # -- observed points ---------------------------------------------------------------------------------------
+
+    def motion(
+        self, angle: Array, speed: Array | float, acceleration: Array | float = 0.0, side: Side = "right"
+    ) -> Motion:
+        """Exact motion of the observed points; arguments as in `Scene.motion`."""
+        angle = np.atleast_1d(np.asarray(angle, dtype=float))
+        return motion_in_time(
+            lambda some: self._points(self.derivatives(some, MOTION_ORDER, side)), angle, speed, acceleration, CHUNK
+        )
+
+    def point_derivatives(self, derivatives: list[Array]) -> dict[str, list[Array]]:
+        """Observed points and their derivatives, each (T, 2), from those of the poses."""
+        return {
+            name: [np.column_stack([x, y]) for x, y in zip(*planar, strict=True)]
+            for name, planar in self._points(derivatives).items()
+        }
+
+    def _points(self, derivatives: list[Array]) -> dict[str, PointDerivatives]:
+        """x and y of the observed points with their derivatives, each (T,), from those of the poses."""
+        bodies = pose_jets(self.mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
+        points = {}
+        for observed in self.mechanism.observed:
+            x, y = bodies[observed.body].point(observed.point)
+            points[observed.name] = (_derivatives(x), _derivatives(y))
+        return points
+
+    # -- equations ---------------------------------------------------------------------------------------------
+
+    def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
+        """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
+        return self._equations.jacobian(poses, arcs)
+
+    def solve(self, poses: Array, right: Array) -> Array:
+        """What changes of the poses (T, 3 n) make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
+        return self._equations.elimination(poses).solve(list(right.T))
+
+    def solve_transposed(self, poses: Array, right: Array) -> Array:
+        """What multipliers (T, 3 n) of all equations make forces (T, 3 n) along the poses: J^-T right."""
+        return self._equations.elimination(poses).solve_transposed(list(right.T))
+
+    @staticmethod
+    def equations_of(joint: Joint) -> int:
+        """Number of equations of a joint: two for a lower pair, one for a higher one."""
+        return Equations.count(joint)
+
+    def residual(self, derivatives: list[Array], crank: Array) -> Array:
+        """What a measured state leaves of all equations, (T, 3 n): of their highest derivative in time given.
+
+        Args:
+            derivatives: stacked poses, their rates, their accelerations (T, 3 n), as many as are wanted.
+            crank: the crank's angle, rate or angular acceleration (T,), the one of the highest derivative.
+        """
+        order = len(derivatives) - 1
+        coefficients = [d / math.factorial(k) for k, d in enumerate(derivatives)]
+        # Any angle does for the joints: the driver's row, the last, is made here.
+        residual = self._equations.residual(coefficients, np.zeros(len(crank)))
+        result = math.factorial(order) * np.stack([np.broadcast_to(r, crank.shape) for r in residual], axis=1)
+        driver = self.mechanism.driver
+        turn = derivatives[order][:, 3 * self._equations.crank + 2]
+        result[:, -1] = turn - driver.sense * crank - (driver.start if order == 0 else 0.0)
+        return result
+
+
+class _Geometry:
+    """A mechanism, equal to all others that move alike: masses, forces, loads and observed points move nothing."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        names = tuple(body.name for body in mechanism.bodies)
+        poses = tuple(mechanism.poses[name] for name in names)
+        self._moves = (mechanism.name, names, mechanism.joints, mechanism.driver, poses)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Geometry) and self._moves == other._moves
+
+    def __hash__(self) -> int:
+        return hash(self._moves)
+
+
+@lru_cache(GEOMETRIES_KEPT)
+def _walk_of(geometry: _Geometry) -> BranchWalk:
+    """The walk around the turn, whose table takes longer than many runs: once for machines that differ in masses."""
+    return BranchWalk(Equations(geometry.mechanism))
+
+
+def _derivatives(jet: Jet) -> Derivatives:
+    return [math.factorial(k) * c for k, c in enumerate(jet.coefficients)]

@@ -1,0 +1,1 @@
+"""The classic quantities of a planar linkage, from its exact motion."""

@@ -1,0 +1,206 @@
+"""Normal, tangential and Coriolis parts of accelerations: of a point, of two points of a link, of coincident points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import assert_never
+
+import numpy as np
+
+from conrod.exact.linkage.centres import joint_centre
+from conrod.exact.linkage.state import LinkageState, left_of
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.rolling import Mesh, Rack, Rolling
+
+# A point slower than this share of the linkage's own speed stands still, and its path has no direction.
+AT_REST = 1e-12
+
+
+@dataclass(frozen=True)
+class PathParts:
+    """Parts of a point's acceleration by its path.
+
+    Attributes:
+        normal: towards the path's centre of curvature, V^2 / rho; (2,) [m/s^2].
+        tangential: along the path; (2,) [m/s^2].
+        radius: of the path's curvature [m]; infinite where the path is straight, None where the point stands still.
+    """
+
+    normal: Array
+    tangential: Array
+    radius: float | None
+
+
+@dataclass(frozen=True)
+class LinkParts:
+    """Parts of the acceleration of a point of a link relative to another point of it.
+
+    Attributes:
+        normal: -omega^2 r, from the point to the other one; (2,) [m/s^2].
+        tangential: alpha x r, at right angles to the line between them; (2,) [m/s^2].
+    """
+
+    normal: Array
+    tangential: Array
+
+    @property
+    def total(self) -> Array:
+        """Both together; (2,) [m/s^2]."""
+        return np.asarray(self.normal + self.tangential)
+
+
+@dataclass(frozen=True)
+class CoincidentParts:
+    """How a point of one link moves against the point of another link that it coincides with.
+
+    A = A_guide + 2 omega x V_rel + A_rel, with omega the guide's.
+
+    Attributes:
+        guide: the link in whose frame the point's path is a slot or an arc.
+        moving: the link of the point.
+        place: of both points; (2,) [m].
+        guide_acceleration: of the guide's point; (2,) [m/s^2].
+        relative_velocity: of the point in the guide; (2,) [m/s].
+        coriolis: 2 omega x V_rel; (2,) [m/s^2].
+        normal: part of A_rel across the path in the guide, zero for a straight slide; (2,) [m/s^2].
+        tangential: part of A_rel along it; (2,) [m/s^2].
+        acceleration: of the moving link's point, from that link's own motion; (2,) [m/s^2].
+    """
+
+    guide: str
+    moving: str
+    place: Array
+    guide_acceleration: Array
+    relative_velocity: Array
+    coriolis: Array
+    normal: Array
+    tangential: Array
+    acceleration: Array
+
+    @property
+    def relative(self) -> Array:
+        """A_rel, both parts together; (2,) [m/s^2]."""
+        return np.asarray(self.normal + self.tangential)
+
+    @property
+    def gap(self) -> Array:
+        """What the four parts leave of the acceleration; (2,) [m/s^2], rounding in an exact motion."""
+        return np.asarray(self.guide_acceleration + self.coriolis + self.relative - self.acceleration)
+
+
+def path_parts(state: LinkageState, link: str, point: Point) -> PathParts:
+    """Normal and tangential part of the acceleration of a point of a link."""
+    velocity, acceleration = state.links[link].velocity_at(point), state.links[link].acceleration_at(point)
+    speed = float(np.linalg.norm(velocity))
+    if speed <= AT_REST * abs(state.speed) * state.size:
+        return PathParts(np.zeros(2), acceleration, None)
+    along = velocity / speed
+    tangential = (acceleration @ along) * along
+    normal = acceleration - tangential
+    across = float(np.linalg.norm(normal))
+    # A normal part that is rounding belongs to a straight path.
+    straight = across <= AT_REST * max(float(np.linalg.norm(acceleration)), state.speed**2 * state.size)
+    return PathParts(normal, tangential, np.inf if straight else speed**2 / across)
+
+
+def link_parts(state: LinkageState, link: str, point: Point, origin: Point) -> LinkParts:
+    """Parts of the acceleration of a point of a link relative to an origin on the same link."""
+    here = state.links[link]
+    arm = here.place(point) - here.place(origin)
+    return LinkParts(-(here.angular_velocity**2) * arm, here.angular_acceleration * left_of(arm))
+
+
+def coincident_parts(state: LinkageState, guide: str, moving: str, point: Point) -> CoincidentParts:
+    """Parts of the acceleration of a point of a moving link, seen from the guide that it moves in.
+
+    Args:
+        state: motion of the links.
+        guide: the link that carries the path; its angular velocity gives the Coriolis part.
+        moving: the link of the point.
+        point: in the moving link's frame [m].
+    """
+    _, velocity, acceleration = state.seen_from(guide, moving, point)
+    frame, link = state.links[guide], state.links[moving]
+    place = link.place(point)
+    turned = frame.pose[2]
+    axes = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
+    sliding, change = axes @ velocity, axes @ acceleration
+    speed = float(np.linalg.norm(sliding))
+    # A point that turns round in its slot has no speed, but an acceleration along the slot.
+    along = sliding / speed if speed > AT_REST * abs(state.speed) * state.size else _direction(change)
+    tangential = (change @ along) * along
+    return CoincidentParts(
+        guide,
+        moving,
+        place,
+        frame.acceleration_at(frame.own(place)),
+        sliding,
+        2.0 * frame.angular_velocity * left_of(sliding),
+        change - tangential,
+        tangential,
+        link.acceleration_at(point),
+    )
+
+
+def coincident_point(mechanism: Mechanism, joint: Joint) -> tuple[str, str, Point] | None:
+    """Guide, moving link and the moving link's point of a slide or a cam; None for joints in which nothing slides.
+
+    Of a slide, the link that is a block on a pin moves, and the pin is its point: so the course draws it. Of a cam, it
+    is the roller's centre, whose path in the cam is the pitch curve.
+    """
+    match joint:
+        case Revolute() | Rolling() | Rack():
+            return None
+        case Prismatic():
+            for guide, moving in ((joint.a, joint.b), (joint.b, joint.a)):
+                pins = _only_pins(mechanism, moving, joint)
+                if len(pins) == 1:
+                    return guide, moving, pins[0]
+            return joint.a, joint.b, joint.point_b
+        case CamContact():
+            return joint.a, joint.b, joint.roller_centre
+        case _:
+            assert_never(joint)
+
+
+def contact_acceleration(state: LinkageState, joint: Mesh) -> Array:
+    """Acceleration of the point of `b` in contact against that of `a`; (2,) [m/s^2].
+
+    The two have one velocity, and accelerations that differ along the common normal alone. With `a` fixed its length
+    is omega^2 r R / (R + r) for a wheel r on a convex track R, R - r under the line on a concave one, omega^2 r on a
+    flat one (document 001, figures 6.12 to 6.14).
+    """
+    centre = joint_centre(state, joint)
+    assert centre is not None
+    a, b = state.links[joint.a], state.links[joint.b]
+    return b.acceleration_at(b.own(centre[:2])) - a.acceleration_at(a.own(centre[:2]))
+
+
+def rolling_acceleration(state: LinkageState, joint: Mesh) -> Array:
+    """The same from the links' turning alone, omega^2 r R / (R + r) along the normal with signed radii; (2,) [m/s^2].
+
+    With omega their relative angular velocity.
+    """
+    a, b = state.links[joint.a], state.links[joint.b]
+    turning = (b.angular_velocity - a.angular_velocity) ** 2
+    centre = a.place(joint.point_a)
+    if isinstance(joint, Rolling):
+        share = joint.radius_a * joint.radius_b / (joint.radius_a + joint.radius_b) ** 2
+        return np.asarray(turning * share * (b.place(joint.point_b) - centre))
+    contact = joint_centre(state, joint)
+    assert contact is not None
+    return np.asarray(turning * (contact[:2] - centre))
+
+
+def _only_pins(mechanism: Mechanism, body: str, slide: Joint) -> list[Point]:
+    """Pins of a body to moving links, if it has no joint but these and a slide."""
+    others = [joint for joint in mechanism.joints if body in (joint.a, joint.b) and joint is not slide]
+    if len(others) != 1 or not all(isinstance(joint, Revolute) for joint in others):
+        return []
+    return [j.point_a if j.a == body else j.point_b for j in others if isinstance(j, Revolute)]
+
+
+def _direction(vector: Array) -> Array:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0.0 else np.array([1.0, 0.0])

@@ -1,0 +1,173 @@
+"""How well a mechanism passes force on: the transmission angle of its driven links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.exact.joint_equations import pose_jets
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+
+SAMPLES = 3600
+
+
+def least_transmission_angle(kinematics: Kinematics) -> float | None:
+    """Least transmission angle [rad] over a turn or the driver's span; None where nothing pushes a link.
+
+    The angle between the line along which a driven link is pushed (through both pins of a rod, across a slot, or normal
+    to a cam) and the normal to the path of the point that is pushed (Alt's definition; for a cam it is 90 degrees
+    minus the pressure angle). At zero the mechanism is locked.
+    """
+    poses = kinematics.poses(kinematics.angles(SAMPLES))
+    sines = [float(push.share.min()) for push in pushes(kinematics, poses)]
+    return math.asin(min([1.0, *sines])) if sines else None
+
+
+@dataclass(frozen=True)
+class Push:
+    """How a driven link is pushed, at T poses.
+
+    Attributes:
+        driven: the link that is pushed; the ground guides it.
+        through: the rod, the block or the cam that pushes it.
+        line: along which it is pushed, (T, 2) of any length.
+        path: direction in which the point that is pushed moves, (T, 2) of any length.
+    """
+
+    driven: str
+    through: str
+    line: Array
+    path: Array
+
+    @property
+    def share(self) -> Array:
+        """Share (T,) of the push along the path: the sine of the transmission angle."""
+        return np.abs(self._inner(self.path))
+
+    @property
+    def angle(self) -> Array:
+        """Angle (T,) [rad] in [0, pi] between the line and the normal on the right of the path.
+
+        Of a rod that drives a rocker, between the rod and the line from the rocker's pivot to their pin: it passes
+        through a right angle, the best value, smoothly, and its sine is `share`.
+        """
+        normal = np.column_stack([self.path[:, 1], -self.path[:, 0]])
+        return np.asarray(np.arctan2(self.share, self._inner(normal)))
+
+    def _inner(self, other: Array) -> Array:
+        inner = np.sum(self.line * other, axis=1)
+        return np.asarray(inner / np.linalg.norm(self.line, axis=1) / np.linalg.norm(other, axis=1))
+
+
+def pushes(kinematics: Kinematics, poses: Array) -> list[Push]:
+    """Every driven link that is guided by the ground, and pushed by a cam, a rod or a block, at poses (T, 3 n)."""
+    return [*_cam_pushes(kinematics, poses), *_rod_pushes(kinematics.mechanism, poses)]
+
+
+def _cam_pushes(kinematics: Kinematics, poses: Array) -> Iterator[Push]:
+    mechanism = kinematics.mechanism
+    row = 0
+    for joint in mechanism.joints:
+        if joint in mechanism.cam_contacts:
+            column = 3 * mechanism.body_index[joint.b]
+            path = _path(mechanism, poses, joint.b, joint.roller_centre)
+            if path is not None:
+                yield Push(joint.b, joint.a, kinematics.jacobian(poses)[:, row, column : column + 2], path)
+        row += kinematics.equations_of(joint)
+
+
+def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
+    away = _joints_from_crank(mechanism)
+    for rod in mechanism.bodies:
+        ends = _rod_ends(mechanism, rod.name)
+        # Of two rockers on a rod, the one farther from the crank is driven.
+        farthest = max((away[driven] for driven, *_ in ends), default=0)
+        for driven, point, own, other in ends:
+            # A rod that is reached by way of a link does not push that one: it is itself moved by it.
+            if away[driven] < farthest or away[driven] < away[rod.name]:
+                continue
+            path = _path(mechanism, poses, driven, point)
+            if path is not None:
+                line = _place(mechanism, poses, rod.name, own) - _place(mechanism, poses, rod.name, other)
+                yield Push(driven, rod.name, line, path)
+        yield from _block_pushes(mechanism, poses, rod.name, away)
+
+
+def _block_pushes(mechanism: Mechanism, poses: Array, block: str, away: Mapping[str, int]) -> Iterator[Push]:
+    """A block on a pin of one link that slides in another: it pushes at right angles to the slide, through its pin."""
+    joints = [j for j in mechanism.joints if block in (j.a, j.b)]
+    slides = [j for j in joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)]
+    pins = [j for j in joints if isinstance(j, Revolute) and GROUND not in (j.a, j.b)]
+    if len(joints) != 2 or len(slides) != 1 or len(pins) != 1:
+        return
+    slide, pin = slides[0], pins[0]
+    links = (slide.b if slide.a == block else slide.a, pin.b if pin.a == block else pin.a)
+    driven = max(links, key=away.__getitem__)
+    place = _place(mechanism, poses, block, pin.point_a if pin.a == block else pin.point_b)
+    path = None if driven == mechanism.crank else _path_at(mechanism, poses, driven, place)
+    if path is not None:
+        across = slide.direction + 0.5 * math.pi
+        turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + across
+        yield Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
+
+
+def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
+    """How many joints each link is from the crank, by way of moving links."""
+    away, front = {mechanism.crank: 0}, [mechanism.crank]
+    for link in front:
+        for joint in mechanism.joints:
+            other = joint.b if joint.a == link else joint.a if joint.b == link else GROUND
+            if other != GROUND and other not in away:
+                away[other] = away[link] + 1
+                front.append(other)
+    return {body.name: away.get(body.name, len(mechanism.bodies)) for body in mechanism.bodies}
+
+
+def _rod_ends(mechanism: Mechanism, name: str) -> list[tuple[str, Point, Point, Point]]:
+    """Of a body with two pins and nothing else: each driven partner, its pin, and the rod's own pin and other pin."""
+    joints = [j for j in mechanism.joints if name in (j.a, j.b)]
+    if len(joints) != 2:
+        return []
+    ends = []
+    for joint in joints:
+        if not isinstance(joint, Revolute):
+            return []
+        own, partner = (joint.point_a, joint.b) if joint.a == name else (joint.point_b, joint.a)
+        ends.append((partner, joint.point_b if joint.a == name else joint.point_a, own))
+    if any(partner == GROUND for partner, _, _ in ends):
+        return []
+    return [
+        (partner, point, own, ends[1 - k][2])
+        for k, (partner, point, own) in enumerate(ends)
+        if partner != mechanism.crank
+    ]
+
+
+def _path(mechanism: Mechanism, poses: Array, name: str, point: Point) -> Array | None:
+    """Direction (T, 2) in which a point of a body that is guided by the ground moves; None where it is not."""
+    return _path_at(mechanism, poses, name, _place(mechanism, poses, name, point))
+
+
+def _path_at(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array | None:
+    """The same of the body's point at a place (T, 2) [m] in the document's frame."""
+    for joint in mechanism.joints:
+        if {joint.a, joint.b} != {GROUND, name}:
+            continue
+        if isinstance(joint, Prismatic):
+            direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
+            return np.broadcast_to(direction, (len(poses), 2))
+        if isinstance(joint, Revolute):
+            pivot = joint.point_a if joint.a == GROUND else joint.point_b
+            arm = place - np.asarray(pivot)
+            return np.column_stack([-arm[:, 1], arm[:, 0]])
+    return None
+
+
+def _place(mechanism: Mechanism, poses: Array, name: str, point: Point) -> Array:
+    x, y = pose_jets(mechanism, [poses])[name].point(point)
+    return np.column_stack([np.broadcast_to(c.coefficients[0], len(poses)) for c in (x, y)])

@@ -1,0 +1,1 @@
+"""What a machine is: links, joints, cams, loads and units; mechanism files."""

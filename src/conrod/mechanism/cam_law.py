@@ -1,0 +1,224 @@
+"""A disc cam whose profile is made from a motion law of its translating roller follower.
+
+The follower's line passes the shaft at `offset`. While the cam turns by the law's angle u against it, the roller's
+centre goes, in the cam's own frame, through the points of the pitch curve
+
+    C(u) = H d(u) + e n(u),    H = sqrt((base + roller)^2 - e^2) + s(u),
+
+with d the direction of the follower, at begin - sense u, and n a quarter turn ahead of it. The profile is the roller's
+envelope: the pitch curve moved inwards by the roller's radius along its normal.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.errors import InvalidInput
+from conrod.mechanism.cam import Array
+from conrod.mechanism.motion_laws import DWELL, LAWS
+
+TURN = 2.0 * math.pi
+# Of the largest derivative of its order: a jump below this is rounding.
+ROUNDING = 1e-9
+SAMPLES = 3600  # of a profile, where its extremes are looked for
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A part of the cam's turn in which one law holds."""
+
+    law: str  # one of `LAWS`
+    over: float  # [rad], cam angle
+    lift: float  # [m], positive: away from the shaft
+
+    def height(self, x: Array, order: int) -> Array:
+        """Height above the segment's start and its derivatives by the cam angle, at a part x of the segment."""
+        if self.law == DWELL:
+            return np.zeros(np.shape(x))
+        return self.lift / self.over**order * LAWS[self.law](x, order)
+
+
+class Pitch(NamedTuple):
+    """Points of a pitch curve.
+
+    Attributes:
+        points: (T, 2) [m] in the cam's frame.
+        normals: outward unit normals (T, 2).
+        curvature: (T,) [1/m], positive where it is convex.
+        rate: way along the curve by the law's angle (T,) [m].
+    """
+
+    points: Array
+    normals: Array
+    curvature: Array
+    rate: Array
+
+
+@dataclass(frozen=True)
+class LawProfile:
+    """The profile in the cam's frame: shaft at the origin.
+
+    Attributes:
+        base_radius: least distance of the profile from the shaft, without an offset [m].
+        roller_radius: of the roller whose centre follows the law [m].
+        segments: in the order in which they come under the roller; they close, in angle and in lift.
+        begin: direction [rad] in the cam's frame that points along the follower as the first segment begins.
+        sense: +1 where the cam turns counter-clockwise as the segments follow each other, else -1.
+        offset: of the follower's line from the shaft, to the left of the follower's direction [m].
+
+    Raises:
+        InvalidInput: the segments do not close, or there is no such pitch curve.
+    """
+
+    base_radius: float
+    roller_radius: float
+    segments: tuple[Segment, ...]
+    begin: float = 0.0
+    sense: int = 1
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        turn, lift = math.fsum(s.over for s in self.segments), math.fsum(s.lift for s in self.segments)
+        largest = max(abs(s.lift) for s in self.segments)
+        if any(s.law == DWELL and s.lift != 0.0 for s in self.segments):
+            raise InvalidInput("a dwell of a cam has no lift")
+        if abs(turn - TURN) > ROUNDING:
+            raise InvalidInput(f"the segments of a cam cover {math.degrees(turn):.9g} deg; a closed cam has 360 deg")
+        if abs(lift) > ROUNDING * largest:
+            raise InvalidInput(f"the lifts of a cam's segments add up to {lift:.9g} m; a closed cam has 0")
+        if not abs(self.offset) < self.prime_radius:
+            raise InvalidInput(
+                f"offset = {self.offset:g} m: the follower's line must pass the shaft by less than base_radius + "
+                f"roller_radius = {self.prime_radius:g} m"
+            )
+        if min(self._starts_at) + self.least_height <= 0.0:
+            raise InvalidInput(
+                f"the lift goes down to {min(self._starts_at):g} m, where the roller's centre would reach the shaft: "
+                f"more than {-self.least_height:g} m is possible"
+            )
+
+    # -- law -----------------------------------------------------------------------------------------------------
+
+    @property
+    def prime_radius(self) -> float:
+        """Distance of the roller's centre from the shaft at lift 0 [m]."""
+        return self.base_radius + self.roller_radius
+
+    @property
+    def least_height(self) -> float:
+        """Way of the roller's centre along its line, from the foot of the shaft, at lift 0 [m]."""
+        return math.sqrt(self.prime_radius**2 - self.offset**2)
+
+    @cached_property
+    def begins(self) -> Array:
+        """Law angle [rad] at which each segment begins."""
+        return np.concatenate([[0.0], np.cumsum([s.over for s in self.segments])[:-1]])
+
+    @cached_property
+    def _starts_at(self) -> Array:
+        """Lift [m] at which each segment begins."""
+        return np.concatenate([[0.0], np.cumsum([s.lift for s in self.segments])[:-1]])
+
+    @property
+    def lowest_angle(self) -> float:
+        """A law angle [rad] where the lift is least: the middle of a dwell, where there is one."""
+        least = self._starts_at <= self._starts_at.min() + ROUNDING * self.prime_radius
+        low = [i for i in range(len(self.segments)) if least[i]]
+        dwells = [i for i in low if self.segments[i].law == DWELL]
+        return float(self.begins[dwells[0]] + 0.5 * self.segments[dwells[0]].over if dwells else self.begins[low[0]])
+
+    def segment_at(self, angle: Array) -> NDArray[np.intp]:
+        """Index of the segment at law angles [rad]; shape of `angle`."""
+        return np.searchsorted(self.begins, np.remainder(angle, TURN), side="right") - 1
+
+    def lift(self, angle: Array, order: int, segment: NDArray[np.intp] | None = None) -> list[Array]:
+        """Lift [m] at law angles [rad] and its derivatives by the angle, up to an order; each of the shape of `angle`.
+
+        Args:
+            segment: the segment in force at each angle, where it is not to be told from the angle: one of a side.
+        """
+        angle = np.asarray(angle, dtype=float)
+        index = np.broadcast_to(self.segment_at(angle) if segment is None else segment, angle.shape)
+        found = [np.zeros(angle.shape) for _ in range(order + 1)]
+        for i in np.unique(index):
+            part, here = self.segments[i], index == i
+            middle = self.begins[i] + 0.5 * part.over
+            # A segment that is in force may be asked a little beyond its ends; whole turns mean nothing.
+            x = 0.5 + (np.remainder(angle[here] - middle + math.pi, TURN) - math.pi) / part.over
+            for k in range(order + 1):
+                found[k][here] = part.height(x, k) + (self._starts_at[i] if k == 0 else 0.0)
+        return found
+
+    def law_angle(self, x: Array, y: Array) -> Array:
+        """Law angle [rad] of a roller's centre (x, y) [m] in the cam's frame, up to whole turns."""
+        height = np.sqrt(x * x + y * y - self.offset**2)
+        return np.asarray(self.sense * (self.begin + np.arctan2(self.offset, height) - np.arctan2(y, x)))
+
+    def active_arc(self, x: Array, y: Array) -> NDArray[np.intp]:
+        """Index of the segment in force where the roller's centre is at (x, y) [m] in the cam's frame; shape of x."""
+        return np.asarray(self.segment_at(self.law_angle(x, y)))
+
+    def jumps(self, first: int, second: int) -> bool:
+        """Whether acceleration or jerk jump where two neighbouring segments meet."""
+        following = [(i, (i + 1) % len(self.segments)) for i in (first, second)]
+        return any(self._jumps(*pair) for pair in following if set(pair) == {first, second})
+
+    def _jumps(self, first: int, second: int) -> bool:
+        last, following = self.segments[first], self.segments[second]
+        for order in (2, 3):
+            gap = last.height(np.array(1.0), order) - following.height(np.array(0.0), order)
+            if abs(float(gap)) > ROUNDING * max(abs(s.lift) / s.over**order for s in (last, following)):
+                return True
+        return False
+
+    # -- geometry ------------------------------------------------------------------------------------------------
+
+    def pitch(self, angle: Array, segment: NDArray[np.intp] | None = None) -> Pitch:
+        """The pitch curve at law angles (T,) [rad]; `segment` as in `lift`."""
+        s, slope, bend = self.lift(angle, 2, segment)
+        height, e, turned = self.least_height + s, self.offset, self.sense * slope
+        direction = self.begin - self.sense * np.asarray(angle)
+        along = np.column_stack([np.cos(direction), np.sin(direction)])
+        across = np.column_stack([-along[:, 1], along[:, 0]])
+        rate = np.hypot(slope + self.sense * e, height)
+        normals = (height[:, None] * along + (turned + e)[:, None] * across) / rate[:, None]
+        curvature = ((turned + e) * (2.0 * turned + e) + height * (height - bend)) / rate**3
+        return Pitch(height[:, None] * along + e * across, normals, curvature, rate)
+
+    def points(self, angle: Array, segment: NDArray[np.intp] | None = None) -> Array:
+        """Points (T, 2) [m] of the profile that touch the roller at law angles (T,) [rad]."""
+        pitch = self.pitch(angle, segment)
+        return pitch.points - self.roller_radius * pitch.normals
+
+    def outline(self, count: int) -> Array:
+        """Points (N, 2) [m] of the profile all the way round, counter-clockwise, the first one again at the end."""
+        return self.points(-self.sense * np.linspace(0.0, TURN, count))
+
+    def joints(self) -> tuple[Array, Array]:
+        """Points (N, 2) [m] of the profile where segments meet, and its outward normals there (N, 2)."""
+        return self.points(self.begins), self.pitch(self.begins).normals
+
+    @cached_property
+    def _curvatures(self) -> Array:
+        """Of the pitch curve, segment by segment with both ends, which is where most extremes are [1/m]."""
+        found = []
+        for i, (start, part) in enumerate(zip(self.begins, self.segments, strict=True)):
+            count = 2 + math.ceil(SAMPLES * part.over / TURN)
+            found.append(self.pitch(np.linspace(start, start + part.over, count), np.full(count, i)).curvature)
+        return np.concatenate(found)
+
+    @property
+    def is_convex(self) -> bool:
+        """Whether no part of the profile is hollow."""
+        return bool(self._curvatures.min() >= 0.0)
+
+    @property
+    def least_radius(self) -> float:
+        """Least radius of curvature of the profile where it is convex [m]; negative where it would be undercut."""
+        return 1.0 / float(self._curvatures.max()) - self.roller_radius

@@ -1,0 +1,1 @@
+"""Mechanism files: TOML, read into checked data, table by table."""

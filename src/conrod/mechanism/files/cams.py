@@ -1,0 +1,181 @@
+"""Cam profiles of a file: one of a named shape, arc by arc, or from a motion law.
+
+The profile of a file's cam that is made from a motion law.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from conrod.errors import InvalidInput
+from conrod.mechanism.cam import Arc, CamProfile, symmetric_cam
+from conrod.mechanism.cam_law import TURN, LawProfile, Segment
+from conrod.mechanism.cam_shape import Profile, check_cut
+from conrod.mechanism.files.fields import Fields
+from conrod.mechanism.files.numbers import ANGLE, COORDINATE, LENGTH, Measure, shown
+from conrod.mechanism.motion_laws import DWELL, LAWS
+
+MOST_ARCS = 2000
+# Of the largest radius: what written digits may leave between the end of an arc and the start of the next.
+JOINED = 1e-6
+
+
+def read_profile(fields: Fields, roller_radius: float) -> Profile:
+    """The profile of a cam, in the frame of its body.
+
+    Args:
+        roller_radius: of the roller that a motion law's profile is made for [m].
+
+    Raises:
+        InvalidInput: it is not closed, not convex, or something in it cannot be used.
+    """
+    profile: Profile
+    match fields.choice("kind", ("symmetric", "arcs", "law")):
+        case "symmetric":
+            profile = _symmetric(fields)
+        case "arcs":
+            profile = _arcs(fields)
+        case _:
+            profile = read_law(fields, roller_radius)
+    fields.end()
+    return profile
+
+
+def _symmetric(fields: Fields) -> CamProfile:
+    base, flank, nose, distance = (
+        fields.number(name, LENGTH, f"{name.replace('_', ' ')} of the cam")
+        for name in ("base_radius", "flank_radius", "nose_radius", "centre_distance")
+    )
+    if not abs(base - nose) < distance:
+        raise InvalidInput(
+            f"{fields.at('centre_distance')} = {distance:g} m must be more than the difference of base_radius and "
+            f"nose_radius, {abs(base - nose):g} m: one circle would lie inside the other"
+        )
+    least = 0.5 * (base + nose + distance)
+    if flank < least:
+        raise InvalidInput(
+            f"{fields.at('flank_radius')} = {flank:g} m must be at least (base_radius + nose_radius + "
+            f"centre_distance) / 2 = {least:g} m"
+        )
+    return symmetric_cam(base, flank, nose, distance)
+
+
+def _arcs(fields: Fields) -> CamProfile:
+    given = fields.raw("arcs")
+    if not isinstance(given, list) or not 1 <= len(given) <= MOST_ARCS:
+        raise InvalidInput(f"{fields.at('arcs')} = {shown(given)}: a list of 1 to {MOST_ARCS} arcs is wanted")
+    arcs = tuple(_arc(Fields(some, f"{fields.at('arcs')}[{k}]", fields.numbers)) for k, some in enumerate(given))
+    turn = arcs[-1].stop - arcs[0].start
+    if not math.isclose(turn, 2.0 * math.pi, abs_tol=JOINED):
+        raise InvalidInput(
+            f"{fields.at('arcs')}: their normals turn by {math.degrees(turn):.9g} deg from the first start to the last "
+            "stop; a closed profile has 360 deg"
+        )
+    largest = max(arc.radius for arc in arcs)
+    for k, (arc, following) in enumerate(pairwise([*arcs, arcs[0]])):
+        after = following.start if k + 1 < len(arcs) else following.start + 2.0 * math.pi
+        gap = math.dist(_point(arc, arc.stop), _point(following, following.start))
+        if abs(after - arc.stop) > JOINED or gap > JOINED * largest:
+            raise InvalidInput(
+                f"{fields.at('arcs')}[{k}]: it is not tangent to the next one: a gap of {gap:.3g} m and "
+                f"{math.degrees(after - arc.stop):.3g} deg between them"
+            )
+    return CamProfile(arcs)
+
+
+def _arc(fields: Fields) -> Arc:
+    arc = Arc(
+        fields.pair("centre", COORDINATE, "centre of an arc of the cam"),
+        fields.number("radius", LENGTH, "radius of an arc of the cam"),
+        fields.number("start", ANGLE, "direction of the normal where an arc of the cam begins"),
+        fields.number("stop", ANGLE, "direction of the normal where an arc of the cam ends"),
+    )
+    fields.end()
+    if not 0.0 < arc.extent <= 2.0 * math.pi + JOINED:
+        raise InvalidInput(f"{fields.place}: stop must be after start, by 360 deg at most: arcs go counter-clockwise")
+    return arc
+
+
+def _point(arc: Arc, normal: float) -> tuple[float, float]:
+    return (arc.centre[0] + arc.radius * math.cos(normal), arc.centre[1] + arc.radius * math.sin(normal))
+
+
+MOST_SEGMENTS = 100
+SENSES = {"counter-clockwise": 1, "clockwise": -1}
+# A motion is sampled every half degree where its joints are looked for.
+SHORTEST = math.radians(1.0)
+OVER = Measure("rad", SHORTEST, TURN)
+# What written digits may leave: of a turn, and of the largest lift.
+CLOSED = 1e-6
+
+
+def read_law(fields: Fields, roller_radius: float) -> LawProfile:
+    """The profile of a law, for a roller [m].
+
+    Raises:
+        InvalidInput: the segments do not close, or the roller would cut into the cam.
+    """
+    base = fields.number("base_radius", LENGTH, "base radius of the cam")
+    offset = fields.number("offset", COORDINATE, "offset of the follower's line from the shaft, to the left of it", 0.0)
+    begin = fields.number("begin", ANGLE, "direction in the cam's frame where its first segment begins", 0.0)
+    sense = SENSES[fields.choice("sense", SENSES, "counter-clockwise")]
+    segments = _segments(fields)
+    try:
+        profile = LawProfile(base, roller_radius, segments, begin, sense, offset)
+        check_cut(profile)
+    except InvalidInput as error:
+        raise InvalidInput(f"{fields.place}: {error}") from None
+    return profile
+
+
+def _segments(fields: Fields) -> tuple[Segment, ...]:
+    given, place = fields.raw("segments"), fields.at("segments")
+    if not isinstance(given, list) or not 1 <= len(given) <= MOST_SEGMENTS:
+        raise InvalidInput(f"{place} = {shown(given)}: a list of 1 to {MOST_SEGMENTS} segments is wanted")
+    tables = [Fields(some, f"{place}[{k}]", fields.numbers) for k, some in enumerate(given)]
+    laws = [some.choice("law", LAWS) for some in tables]
+    overs = _closed(
+        place, [_read(some, "over", OVER, "cam angle of a segment of the cam") for some in tables], "over", TURN
+    )
+    lifts = [
+        0.0 if law == DWELL else _read(some, "lift", COORDINATE, "lift in a segment of the cam")
+        for some, law in zip(tables, laws, strict=True)
+    ]
+    for some in tables:
+        some.end()
+    closed = _closed(place, lifts, "lift", 0.0)
+    for k, over in enumerate(overs):
+        if over < SHORTEST * (1.0 - CLOSED):
+            raise InvalidInput(f"{place}[{k}].over is left with {math.degrees(over):.6g} deg: at least 1 deg is needed")
+    return tuple(Segment(law, over, lift) for law, over, lift in zip(laws, overs, closed, strict=True))
+
+
+def _read(fields: Fields, name: str, measure: Measure, meaning: str) -> float | None:
+    """A number that may be left out."""
+    fields.may_hold(name)
+    return fields.number(name, measure, meaning) if name in fields else None
+
+
+def _closed(place: str, given: list[float | None], name: str, whole: float) -> list[float]:
+    """The numbers of all segments; the one that is left out, or the last that is none, takes what closes the cam."""
+    missing = [k for k, some in enumerate(given) if some is None]
+    if len(missing) > 1:
+        raise InvalidInput(
+            f"{place}: {name} is left out of {len(missing)} segments ({', '.join(map(str, missing))}, counted from 0); "
+            "of one at most it follows from the others"
+        )
+    numbers = [some for some in given if some is not None]
+    left = whole - math.fsum(numbers)
+    if missing:
+        return [left if some is None else some for some in given]
+    if abs(left) > CLOSED * (whole or max(map(abs, numbers), default=0.0)):
+        raise InvalidInput(f"{place}: {_sum_of(name, math.fsum(numbers))}; leave {name} out of one segment to close it")
+    last = max((k for k, some in enumerate(numbers) if some != 0.0), default=0)
+    return [some + left if k == last else some for k, some in enumerate(numbers)]
+
+
+def _sum_of(name: str, total: float) -> str:
+    if name == "over":
+        return f"over adds up to {math.degrees(total):.9g} deg, and a cam's turn has 360 deg"
+    return f"lift adds up to {total:.9g} m, and a closed cam comes back to 0"

@@ -1,0 +1,225 @@
+"""Joints of a file.
+
+The driver of a file: which joint, which way, how fast, and whether it turns or makes one pass.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.files.cams import read_profile
+from conrod.mechanism.files.fields import Fields
+from conrod.mechanism.files.numbers import ANGLE, COORDINATE, LENGTH, SHOWN, SPEED, shown
+from conrod.mechanism.files.places import ORIGIN, Place, Places, check_apart
+from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Point, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
+
+MOST_JOINTS = 200
+# What others call the kinds, and what is none.
+SYNONYMS = {
+    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "revolve", "turning"), "revolute"),
+    **dict.fromkeys(("slide", "slider", "sliding", "translational", "linear"), "prismatic"),
+    **dict.fromkeys(("gears", "mesh"), "gear"),
+    "rack-and-pinion": "rack",
+}
+RIGID = {"fixed", "rigid", "weld", "welded"}
+# Freedoms that the joints of space leave, for the mobility that is told where one of them stands in a file.
+SPATIAL = {"spherical": 3, "ball": 3, "cylindrical": 2, "universal": 2, "helical": 1, "screw": 1, "planar": 3}
+FREEDOMS = {"revolute": 1, "prismatic": 1, "gear": 5, "rack": 5, "rolling": 5, "cam": 5}
+
+
+@dataclass(frozen=True)
+class Read:
+    """The joints of a file.
+
+    Attributes:
+        joints: in alphabetical order.
+        to_fit: names of those that roll, whose offset is what the start poses leave.
+    """
+
+    joints: tuple[Joint, ...]
+    to_fit: frozenset[str]
+
+
+def read_joints(fields: Fields, places: Places) -> Read:
+    """All joints by name.
+
+    Raises:
+        InvalidInput: names what cannot be used.
+    """
+    table = fields.table("joints")
+    names = table.names()
+    if len(names) > MOST_JOINTS:
+        raise InvalidInput(f"there are {len(names)} joints: at most {MOST_JOINTS} are read")
+    inside = {name: table.table(name) for name in names}
+    kinds = {name: some.text("kind") for name, some in inside.items()}
+    _check_planar(kinds, len(places.of_body))
+    joints, to_fit = [], set()
+    for name, some in inside.items():
+        if kinds[name] not in _READERS:
+            raise _unknown_kind(some.at("kind"), kinds[name])
+        joints.append(_READERS[kinds[name]](some, name, places))
+        if isinstance(joints[-1], Rolling | Rack):
+            some.may_hold("offset")
+            if "offset" not in some:
+                to_fit.add(name)
+        some.end()
+    return Read(tuple(joints), frozenset(to_fit))
+
+
+def _unknown_kind(place: str, kind: str) -> InvalidInput:
+    known, plain = ", ".join(sorted(_READERS)), kind.lower()
+    if plain in RIGID:
+        return InvalidInput(f"unknown {place} {kind!r}: bodies that do not move against each other are one body")
+    if plain in SYNONYMS:
+        return InvalidInput(f"unknown {place} {kind!r}: choose from {known}; did you mean {SYNONYMS[plain]!r}?")
+    return unknown_choice(place, kind[:SHOWN], _READERS)
+
+
+def _check_planar(kinds: dict[str, str], links: int) -> None:
+    """Refuse joints of space, with the mobility that Kutzbach's count gives: M = 6 (n - 1) - sum (6 - f)."""
+    spatial = [name for name, kind in kinds.items() if kind in SPATIAL]
+    if not spatial:
+        return
+    mobility = 6 * (links - 1) - sum(6 - (SPATIAL | FREEDOMS).get(kind, 1) for kind in kinds.values())
+    raise InvalidInput(
+        f"joints.{spatial[0]}.kind = {kinds[spatial[0]]!r}: a spatial mechanism (mobility {mobility} by "
+        f"Kutzbach's count in space) cannot be described; joints of the plane are {', '.join(_READERS)}"
+    )
+
+
+def _revolute(fields: Fields, name: str, places: Places) -> Revolute:
+    first, second = places.pair(fields, "connects")
+    return Revolute(name, first.body, second.body, first.point, second.point)
+
+
+def _prismatic(fields: Fields, name: str, places: Places) -> Prismatic:
+    guide, direction = _line(fields, "guide", places)
+    slider = places.field(fields, "slider")
+    check_apart(fields.place, guide, slider)
+    angle = fields.number("angle", ANGLE, f"turn of {slider.body} against {guide.body}", 0.0)
+    return Prismatic(name, guide.body, slider.body, guide.point, slider.point, direction, angle)
+
+
+def _line(fields: Fields, name: str, places: Places) -> tuple[Place, float]:
+    """A line on a body: a point of it and a direction, or two points."""
+    given = fields.raw(name)
+    if not isinstance(given, list):
+        place = places.field(fields, name)
+        return place, fields.number("direction", ANGLE, f"direction of the line on {place.body}")
+    if "direction" in fields:
+        raise InvalidInput(f"{fields.at('direction')}: {name} tells the direction by two points; leave one of them out")
+    if len(given) != 2:
+        raise InvalidInput(f"{fields.at(name)} = {shown(given)}: one point with a direction, or two points are wanted")
+    start, stop = (places.found(f"{fields.at(name)}[{k}]", some) for k, some in enumerate(given))
+    if start.body != stop.body or math.dist(start.point, stop.point) < LENGTH.lowest:
+        raise InvalidInput(f"{fields.at(name)}: two different points of one body are wanted")
+    return start, _direction(start.point, stop.point)
+
+
+def _direction(start: Point, stop: Point) -> float:
+    return math.atan2(stop[1] - start[1], stop[0] - start[0])
+
+
+def _gear(fields: Fields, name: str, places: Places) -> Rolling:
+    first, second = places.pair(fields, "wheels")
+    radii = fields.raw("radii")
+    if not isinstance(radii, list) or len(radii) != 2:
+        raise InvalidInput(f"{fields.at('radii')} = {shown(radii)}: the pitch radii of the two wheels are wanted")
+    signed = [
+        fields.numbers.take(f"{fields.at('radii')}.{k}", some, LENGTH, f"pitch radius of {wheel.body}")
+        for k, (some, wheel) in enumerate(zip(radii, (first, second), strict=True))
+    ]
+    if "ring" in fields:
+        ring = fields.choice("ring", (first.body, second.body))
+        signed[(first.body, second.body).index(ring)] *= -1.0
+    return _rolling_pair(fields, name, first, second, signed[0], signed[1])
+
+
+def _rolling(fields: Fields, name: str, places: Places) -> Rolling:
+    wheel, track = places.field(fields, "wheel"), places.field(fields, "track")
+    check_apart(fields.place, wheel, track)
+    radius = fields.number("radius", LENGTH, f"radius of {wheel.body}")
+    track_radius = fields.number("track_radius", LENGTH, f"radius of the track on {track.body}")
+    sign = -1.0 if fields.choice("shape", ("convex", "concave"), "convex") == "concave" else 1.0
+    return _rolling_pair(fields, name, wheel, track, radius, sign * track_radius)
+
+
+def _rolling_pair(fields: Fields, name: str, a: Place, b: Place, radius_a: float, radius_b: float) -> Rolling:
+    return Rolling(name, a.body, b.body, a.point, b.point, radius_a, radius_b, _offset(fields))
+
+
+def _offset(fields: Fields) -> float:
+    return fields.number("offset", COORDINATE, "what has rolled off at the start") if "offset" in fields else 0.0
+
+
+def _rack(fields: Fields, name: str, places: Places) -> Rack:
+    wheel = places.field(fields, "wheel")
+    line, direction = _line(fields, "rack", places)
+    check_apart(fields.place, wheel, line)
+    radius = fields.number("radius", LENGTH, f"radius of {wheel.body}")
+    return Rack(name, wheel.body, line.body, wheel.point, line.point, radius, direction, _offset(fields))
+
+
+def _cam(fields: Fields, name: str, places: Places) -> CamContact:
+    cam, roller = places.field(fields, "cam"), places.field(fields, "roller")
+    check_apart(fields.place, cam, roller)
+    if cam.name != ORIGIN:
+        raise InvalidInput(f"{fields.at('cam')}: name the body alone; the profile is given in its frame")
+    radius = fields.number("roller_radius", LENGTH, f"radius of the roller on {roller.body}")
+    profile = read_profile(fields.table("profile"), radius)
+    return CamContact(name, cam.body, roller.body, profile, roller.point, radius)
+
+
+_READERS: dict[str, Callable[[Fields, str, Places], Joint]] = {
+    "revolute": _revolute,
+    "prismatic": _prismatic,
+    "gear": _gear,
+    "rack": _rack,
+    "rolling": _rolling,
+    "cam": _cam,
+}
+
+
+SENSES = {"counter-clockwise": 1, "clockwise": -1}
+SPEED_PARAMETER = "speed"  # what all scenes call it; in the file it stands at driver.speed
+
+
+def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float]:
+    """The driver, and the crank speed [rad/s].
+
+    Raises:
+        InvalidInput: names what cannot be used.
+    """
+    table = fields.table("driver")
+    name = table.text("joint")
+    joint = next((joint for joint in joints if joint.name == name), None)
+    cranks = [joint.name for joint in joints if isinstance(joint, Revolute) and GROUND in (joint.a, joint.b)]
+    if joint is None:
+        raise unknown_choice(table.at("joint"), name[:SHOWN], cranks)
+    if joint.name not in cranks:
+        found = f"; here {', '.join(sorted(cranks))}" if cranks else ""
+        raise InvalidInput(
+            f"{table.at('joint')} = {name!r}: the crank's revolute joint with the ground is wanted{found}"
+        )
+    sense = SENSES[table.choice("sense", SENSES, "counter-clockwise")]
+    meaning = "crank speed; negative is the other sense of rotation"
+    speed = table.numbers.take(table.at("speed"), table.raw("speed"), SPEED, meaning, SPEED_PARAMETER)
+    start = table.number("start", ANGLE, "turn of the crank at crank angle 0", 0.0)
+    span = None
+    if "from" in table or "to" in table:
+        span = (
+            table.number("from", ANGLE, "crank angle at which the pass begins"),
+            table.number("to", ANGLE, "crank angle at which the pass ends"),
+        )
+        if not span[0] <= 0.0 <= span[1] or span[0] == span[1]:
+            first, last = (math.degrees(end) for end in span)
+            raise InvalidInput(
+                f"{table.place}: from = {first:.6g} deg, to = {last:.6g} deg: from must be less than to, with the "
+                "crank angle 0, where the start poses are, between them"
+            )
+    table.end()
+    return Driver(name, sense, start, span), speed

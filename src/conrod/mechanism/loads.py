@@ -1,0 +1,222 @@
+"""Springs, dampers, friction, forces and torques of a mechanism: each a law along one coordinate of it.
+
+A load acts along a coordinate xi of the configuration: the distance of two points, the turn of a body against another,
+how far a point has gone in a direction. Its law gives the force (of a turn: the torque) F(xi, xi', t) that
+its growth is pushed with; the work done is F times its growth. So a spring on a distance, a cutting force along
+a slide and a motor's torque are one thing; the generalised force on the bodies is F times the coordinate's gradient.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.cam import Array
+from conrod.mechanism.units import check_number
+
+Point: TypeAlias = tuple[float, float]  # [m], in the frame of a body
+LARGEST = 1e15  # of any number of a law, SI
+SENSES = (-1, 1)
+
+
+@dataclass(frozen=True)
+class Distance:
+    """Of a point of body `b` from one of body `a` [m]."""
+
+    a: str
+    b: str
+    point_a: Point
+    point_b: Point
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Of body `b` against body `a` [rad], counter-clockwise."""
+
+    a: str
+    b: str
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """Of a point of a body along a direction of the document's frame, from the frame's origin [m]."""
+
+    body: str
+    point: Point
+    direction: float  # [rad]
+
+
+Coordinate: TypeAlias = Distance | Turn | Displacement
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """A linear spring: force -stiffness (xi - rest)."""
+
+    stiffness: float  # [N/m] or [N m/rad]
+    rest: float = 0.0  # [m] or [rad]
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
+        return np.asarray(-self.stiffness * (value - self.rest))
+
+    def energy(self, value: Array) -> Array:
+        """Stored [J]."""
+        return np.asarray(0.5 * self.stiffness * (value - self.rest) ** 2)
+
+
+@dataclass(frozen=True)
+class Viscous:
+    """A linear damper: force -damping xi'."""
+
+    damping: float  # [N s/m] or [N m s/rad]
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
+        return np.asarray(-self.damping * rate)
+
+
+@dataclass(frozen=True)
+class Steady:
+    """A force that does not change."""
+
+    size: float  # [N] or [N m]
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
+        return np.asarray(self.size + 0.0 * value)
+
+    def energy(self, value: Array) -> Array:
+        """Stored [J]."""
+        return np.asarray(-self.size * value)
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry friction whose sign changes smoothly: -size tanh(xi' / creep)."""
+
+    size: float  # [N] or [N m]
+    creep: float  # [m/s] or [rad/s], the rate below which it has not come up yet
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
+        return np.asarray(-self.size * np.tanh(rate / self.creep))
+
+
+@dataclass(frozen=True)
+class SpeedLine:
+    """A motor's characteristic line: size (1 - xi' / idle)."""
+
+    size: float  # [N m], at rest
+    idle: float  # [rad/s], where it gives nothing
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
+        return np.asarray(self.size * (1.0 - rate / self.idle))
+
+
+@dataclass(frozen=True)
+class StrokePulse:
+    """A working force over a part of a way, against one sense of motion only: as a press or a saw cuts.
+
+    The force is -sense x peak x sin^2(pi (xi - start) / (stop - start)) between start and stop while xi' has the sense,
+    which rises and falls without a kink. Part of a stroke that ends inside it, so that xi' is not 0 where it acts.
+    """
+
+    peak: float  # [N]
+    start: float  # [m]
+    stop: float  # [m]
+    sense: int  # +1: resists growth of xi; -1: resists its fall
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
+        share = np.clip((value - self.start) / (self.stop - self.start), 0.0, 1.0)
+        cuts = np.asarray(rate) * self.sense > 0.0
+        return np.asarray(np.where(cuts, -self.sense * self.peak * np.sin(math.pi * share) ** 2, 0.0))
+
+
+@dataclass(frozen=True)
+class TimePulse:
+    """A push of one half wave squared: peak sin^2(pi (t - start) / (stop - start)) between two times."""
+
+    peak: float  # [N] or [N m]
+    start: float  # [s]
+    stop: float  # [s]
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
+        share = np.clip((time - self.start) / (self.stop - self.start), 0.0, 1.0)
+        return np.asarray(self.peak * np.sin(math.pi * share) ** 2 + 0.0 * value)
+
+
+Law: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse
+CONSERVATIVE = (Elastic, Steady)
+
+
+def bodies_of(coordinate: Coordinate) -> tuple[str, ...]:
+    """Names of the bodies that a coordinate is told by."""
+    return (coordinate.body,) if isinstance(coordinate, Displacement) else (coordinate.a, coordinate.b)
+
+
+@dataclass(frozen=True)
+class Load:
+    """A law along a coordinate.
+
+    Raises:
+        InvalidInput: a number of the law is not finite, or out of range.
+    """
+
+    name: str
+    along: Coordinate
+    law: Law
+
+    def __post_init__(self) -> None:
+        for field, value in vars(self.law).items():
+            check_number(f"{field} of {self.name}", float(value), -LARGEST, LARGEST)
+        if isinstance(self.law, StrokePulse | TimePulse) and not self.law.start < self.law.stop:
+            raise InvalidInput(f"{self.name}: start = {self.law.start:g} must lie before stop = {self.law.stop:g}")
+        if isinstance(self.law, StrokePulse) and self.law.sense not in SENSES:
+            raise InvalidInput(f"sense of {self.name} = {self.law.sense}: it must be 1 or -1")
+        positive = {Elastic: "stiffness", Viscous: "damping", Friction: "creep"}.get(type(self.law))
+        if positive and not getattr(self.law, positive) > 0.0:
+            raise InvalidInput(f"{positive} of {self.name} = {getattr(self.law, positive):g}: it must be above 0")
+        if isinstance(self.law, SpeedLine) and self.law.idle == 0.0:
+            raise InvalidInput(f"idle of {self.name} = 0: the speed at which a motor gives nothing is another one")
+
+    def check(self, bodies: Collection[str]) -> None:
+        """Refuse what acts on no body of a machine, or between a body and itself.
+
+        Args:
+            bodies: names of all bodies, the ground among them.
+
+        Raises:
+            InvalidInput: names the load and the body.
+        """
+        ends = bodies_of(self.along)
+        for name in ends:
+            if name not in bodies:
+                raise unknown_choice(f"body of the load {self.name}", name, bodies)
+        if len(ends) > len(set(ends)):
+            raise InvalidInput(f"the load {self.name} acts between {ends[0]!r} and itself")
+
+    @property
+    def unit(self) -> str:
+        """Of its coordinate."""
+        return "rad" if isinstance(self.along, Turn) else "m"
+
+    @property
+    def conservative(self) -> bool:
+        """Whether its force comes from an energy of the configuration alone."""
+        return isinstance(self.law, CONSERVATIVE)
+
+    def identity(self) -> dict[str, Any]:
+        """All of it as plain values, with the kinds of its coordinate and its law."""
+        parts = {"along": self.along, "law": self.law}
+        return {"name": self.name} | {
+            part: {"kind": type(value).__name__} | asdict(value) for part, value in parts.items()
+        }

@@ -1,0 +1,220 @@
+"""One declarative description of a planar mechanism, from which every reference and every engine model is made.
+
+Coordinates: each moving body has a pose (x, y, phi), the position [m] of its frame's origin and its turn [rad],
+counter-clockwise positive, in the document's frame. The ground's pose is (0, 0, 0).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeAlias
+
+from conrod.errors import InvalidInput
+from conrod.mechanism.cam_shape import Profile
+from conrod.mechanism.loads import Load
+from conrod.mechanism.rolling import Mesh
+from conrod.mechanism.units import check_number
+
+GROUND = "ground"
+MASSES = (1e-9, 1e12)  # [kg]
+INERTIAS = (1e-18, 1e24)  # [kg m^2]
+LARGEST_SPAN = 1e3  # [rad]
+
+Point: TypeAlias = tuple[float, float]  # [m], in the frame of a body
+Pose: TypeAlias = tuple[float, float, float]  # x [m], y [m], phi [rad]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid link."""
+
+    name: str
+    mass: float  # [kg]
+    inertia: float  # [kg m^2], about the centre of gravity
+    centre_of_gravity: Point = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        # Engines abort the interpreter, or worse do not, on masses that are no masses.
+        check_number(f"mass of {self.name}", self.mass, *MASSES, "kg")
+        check_number(f"inertia of {self.name}", self.inertia, *INERTIAS, "kg m^2")
+
+
+@dataclass(frozen=True)
+class Revolute:
+    """A pin: `point_a` of body `a` and `point_b` of body `b` coincide."""
+
+    name: str
+    a: str
+    b: str
+    point_a: Point
+    point_b: Point
+
+
+@dataclass(frozen=True)
+class Prismatic:
+    """A slide: `point_b` of `b` stays on the line through `point_a` of `a`, and `b` does not turn against `a`."""
+
+    name: str
+    a: str
+    b: str
+    point_a: Point
+    point_b: Point
+    direction: float  # [rad], of the line, in the frame of `a`
+    angle: float = 0.0  # [rad], phi of `b` minus phi of `a`
+
+
+@dataclass(frozen=True)
+class CamContact:
+    """A roller of body `b` rests on the cam profile of body `a`."""
+
+    name: str
+    a: str
+    b: str
+    profile: Profile  # in the frame of `a`
+    roller_centre: Point  # in the frame of `b`
+    roller_radius: float  # [m]
+
+    def __post_init__(self) -> None:
+        made_for = getattr(self.profile, "roller_radius", self.roller_radius)
+        if made_for != self.roller_radius:
+            raise InvalidInput(
+                f"roller_radius = {self.roller_radius:g} m: the cam's profile is made for a roller of {made_for:g} m"
+            )
+
+
+HigherPair: TypeAlias = CamContact | Mesh
+Joint: TypeAlias = Revolute | Prismatic | HigherPair
+
+
+@dataclass(frozen=True)
+class Driver:
+    """Prescribes phi_b - phi_a of a revolute joint as start + sense x crank angle.
+
+    Attributes:
+        span: the crank angles [rad] from which and to which an input that cannot turn fully makes one pass; None for
+            one that turns.
+    """
+
+    joint: str
+    sense: int = 1  # +1: the crank angle counts counter-clockwise, -1: clockwise
+    start: float = 0.0  # [rad]
+    span: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.span is None:
+            return
+        for angle in self.span:
+            check_number(f"span of the driver {self.joint}", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
+        if not self.span[0] <= 0.0 <= self.span[1] or self.span[0] == self.span[1]:
+            raise InvalidInput(
+                f"span of the driver {self.joint}: from {self.span[0]:g} to {self.span[1]:g} rad; it must grow, and "
+                "hold the crank angle 0, at which the bodies' poses are given"
+            )
+
+
+@dataclass(frozen=True)
+class ObservedPoint:
+    """A point of a body whose motion is compared."""
+
+    name: str
+    body: str
+    point: Point = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class ConstantForce:
+    """A force that keeps its direction, at the centre of gravity of a body."""
+
+    body: str
+    force: tuple[float, float]  # [N]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A planar mechanism with one driven crank.
+
+    Attributes:
+        poses: approximate pose of each body at crank angle 0; picks the assembly branch.
+        gravity: acceleration of free fall [m/s^2], in the document's frame.
+        forces: constant ones; loads: springs, dampers, friction, forces and torques that follow a law. A crank at a
+            prescribed angle moves alike with and without them.
+    """
+
+    name: str
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    driver: Driver
+    poses: Mapping[str, Pose]
+    observed: tuple[ObservedPoint, ...]
+    gravity: tuple[float, float] = (0.0, 0.0)
+    forces: tuple[ConstantForce, ...] = field(default=())
+    loads: tuple[Load, ...] = ()
+
+    def __post_init__(self) -> None:
+        for load in self.loads:
+            load.check((GROUND, *(body.name for body in self.bodies)))
+
+    @cached_property
+    def body_index(self) -> dict[str, int]:
+        """Place of each moving body in a stacked pose vector."""
+        return {body.name: i for i, body in enumerate(self.bodies)}
+
+    def body(self, name: str) -> Body:
+        """The body of a name; KeyError for the ground or an unknown name."""
+        return self.bodies[self.body_index[name]]
+
+    @cached_property
+    def driven_joint(self) -> Revolute:
+        """The revolute joint that the driver turns."""
+        joint = next(joint for joint in self.joints if joint.name == self.driver.joint)
+        if not isinstance(joint, Revolute) or joint.a != GROUND:
+            raise TypeError(f"driver of {self.name}: {joint.name!r} must be a revolute joint from the ground")
+        return joint
+
+    @property
+    def crank(self) -> str:
+        """Name of the driven body."""
+        return self.driven_joint.b
+
+    def crank_turn(self, angle: float) -> float:
+        """Turn phi [rad] of the crank body at a crank angle [rad]."""
+        return self.driver.start + self.driver.sense * angle
+
+    @property
+    def cam_contacts(self) -> tuple[CamContact, ...]:
+        """The joints that act by contact."""
+        return tuple(joint for joint in self.joints if isinstance(joint, CamContact))
+
+    @property
+    def meshes(self) -> tuple[Mesh, ...]:
+        """The joints that roll."""
+        return tuple(joint for joint in self.joints if isinstance(joint, Mesh))
+
+    @property
+    def mobility(self) -> int:
+        """Degrees of freedom by Gruebler's count, M = 3 (n - 1) - 2 f1 - f2 (document 004, equation (1)).
+
+        A pair that rolls counts as a higher one: its centres are kept apart by other joints.
+        """
+        higher_pairs = sum(isinstance(joint, HigherPair) for joint in self.joints)
+        lower_pairs = len(self.joints) - higher_pairs
+        return 3 * len(self.bodies) - 2 * lower_pairs - higher_pairs
+
+
+def pins_of(mechanism: Mechanism, body: str) -> list[Point]:
+    """Places of the pins on a body, in its own frame [m]."""
+    pins = []
+    for joint in mechanism.joints:
+        if isinstance(joint, Revolute):
+            pins += [point for name, point in ((joint.a, joint.point_a), (joint.b, joint.point_b)) if name == body]
+    return pins
+
+
+def to_world(pose: Pose, point: Point) -> Point:
+    """A point of a body in the document's frame [m]."""
+    x, y, phi = pose
+    c, s = math.cos(phi), math.sin(phi)
+    return (x + c * point[0] - s * point[1], y + s * point[0] + c * point[1])

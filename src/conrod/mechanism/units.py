@@ -1,0 +1,134 @@
+"""Quantities as people write them: "80mm", "500rpm", "12.5" (SI).
+
+Checks that a number is one, and within its range.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import TYPE_CHECKING
+
+from conrod.errors import InvalidInput
+
+if TYPE_CHECKING:
+    import pint
+
+EXAMPLES = {
+    "m": "80mm, 0.08 or 3.2in",
+    "rad/s": "500rpm, 52.36 or 3000deg/s",
+    "kg": "6kg or 500g",
+    "kg*m^2": "0.02 or 20 g*m^2",
+    "m/s^2": "9.81 or 0",
+    "rad": "60deg or 1.0472",
+    "": "a plain number",
+}
+# A number in ordinary notation: what Python's float() also takes ("1_000", "infinity") is more likely a slip.
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+# Products and quotients of unit names with one-digit powers: all that units need, and no expression to evaluate.
+TERM = r"[A-Za-zµμ°]+(\^[+-]?\d)?"
+UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
+# As reports write them.
+RAISED = str.maketrans({"²": "^2", "³": "^3"})
+COMMA = re.compile(r"[+-]?\d*,\d+")
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    # Imported here because it takes a good part of a second, which `conrod --help` need not spend.
+    import pint
+
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry()
+    # pint knows a revolution only by its full name, machinists know it as rev.
+    registry.define("@alias revolution = rev")
+    return registry
+
+
+def parse_quantity(name: str, text: str, unit: str) -> float:
+    """The value of a quantity in an SI unit.
+
+    Args:
+        name: of the parameter, for the error.
+        text: a number, SI, or a number with a unit of the same dimension.
+        unit: the SI unit wanted; empty for a plain number.
+
+    Raises:
+        InvalidInput: not a number, an unknown unit, or one of another dimension.
+    """
+    stripped = text.strip()
+    number = NUMBER.match(stripped)
+    if number is None:
+        raise InvalidInput(f"{name} = {text!r} is not a number{_example(unit)}")
+    if COMMA.match(stripped):
+        raise InvalidInput(
+            f"{name} = {text!r}: decimals are written with a point, as in {stripped.replace(',', '.')!r}"
+        )
+    written = stripped[number.end() :].strip().translate(RAISED)
+    if not written:
+        return float(number.group())
+    if not UNIT.fullmatch(written):
+        raise _unknown_unit(name, text, written, unit)
+    if unit == "rad/s" and re.search(r"\b[kM]?Hz\b|hertz", written):
+        raise InvalidInput(f"{name} = {text!r}: Hz may mean turns or radians per second; give rpm or rad/s")
+    return _convert(name, text, float(number.group()), written, unit)
+
+
+def _convert(name: str, text: str, value: float, written: str, unit: str) -> float:
+    import pint
+
+    registry = _registry()
+    try:
+        wanted = registry.parse_units(written.replace("·", "*"))
+        return float(registry.Quantity(value, wanted).to(unit or "dimensionless").magnitude)
+    except pint.DimensionalityError:
+        raise InvalidInput(
+            f"{name} = {text!r}: {written!r} is not a unit of {unit or 'a number'}{_example(unit)}"
+        ) from None
+    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError):
+        raise _unknown_unit(name, text, written, unit) from None
+
+
+def _unknown_unit(name: str, text: str, written: str, unit: str) -> InvalidInput:
+    near = f"; did you mean {written.lower()!r}?" if _is_unit_of(written.lower(), unit) else _example(unit)
+    return InvalidInput(f"{name} = {text!r}: unknown unit {written!r}{near}")
+
+
+def _is_unit_of(written: str, unit: str) -> bool:
+    import pint
+
+    if not UNIT.fullmatch(written):
+        return False
+    try:
+        return bool(_registry().Quantity(1.0, written).is_compatible_with(unit or "dimensionless"))
+    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError):
+        return False
+
+
+def _example(unit: str) -> str:
+    return f"; give for instance {EXAMPLES[unit]}" if unit in EXAMPLES else ""
+
+
+def check_number(name: str, value: object, lowest: float, highest: float, unit: str = "") -> None:
+    """Refuse what is not a finite number from `lowest` to `highest`.
+
+    Raises:
+        InvalidInput: names the value and the range.
+    """
+    suffix = f" {unit}" if unit else ""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InvalidInput(f"{name} = {value!r} is not a finite number")
+    if not lowest <= value <= highest:
+        raise InvalidInput(f"{name} = {value:g}{suffix} is out of range: {lowest:g} <= {name} <= {highest:g}{suffix}")
+
+
+def check_count(name: str, value: object, lowest: int, highest: int) -> None:
+    """Refuse what is not a whole number from `lowest` to `highest`.
+
+    Raises:
+        InvalidInput: names the value and the range.
+    """
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise InvalidInput(f"{name} = {value!r} is not a whole number")
+    if not lowest <= value <= highest:
+        raise InvalidInput(f"{name} = {value} is out of range: {lowest} <= {name} <= {highest}")

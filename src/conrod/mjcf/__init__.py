@@ -1,0 +1,1 @@
+"""Care for any MuJoCo model: lint and harden."""

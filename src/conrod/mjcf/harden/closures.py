@@ -1,0 +1,200 @@
+"""The closed loops of a compiled model: its equality constraints, how soft they are, and what their weights are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF
+from conrod.exact.motion import Array
+from conrod.mjcf.harden.results import Loop
+from conrod.own.models.loading import name_or_number
+
+HARDENABLE = {
+    mujoco.mjtEq.mjEQ_CONNECT: "connect",
+    mujoco.mjtEq.mjEQ_WELD: "weld",
+    mujoco.mjtEq.mjEQ_JOINT: "joint",
+    mujoco.mjtEq.mjEQ_TENDON: "tendon",
+}
+# What MuJoCo clips impedances to (mjMINIMP, mjMAXIMP).
+LEAST_IMPEDANCE, MOST_IMPEDANCE = 1e-4, 0.9999
+
+
+@dataclass(frozen=True)
+class Closure:
+    """One equality constraint that can be hardened.
+
+    Attributes:
+        index: of the equality.
+        bodies, dofs, tendons: whose inverse weights its regularisation is taken from.
+        curved: MuJoCo's acceleration of it lacks the part of the velocity: it opens with the square of its time
+            constant, hardened or not.
+    """
+
+    index: int
+    name: str
+    kind: str
+    bodies: tuple[int, ...] = ()
+    dofs: tuple[int, ...] = ()
+    tendons: tuple[int, ...] = ()
+    curved: bool = False
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Inverse weights that are scaled: indices into `body_invweight0`, `dof_invweight0`, `tendon_invweight0`."""
+
+    bodies: tuple[int, ...]
+    dofs: tuple[int, ...]
+    tendons: tuple[int, ...]
+
+    @classmethod
+    def of(cls, closures: Sequence[Closure]) -> Weights:
+        """Those of closures; the world has none to scale."""
+        return cls(
+            tuple(sorted({body for one in closures for body in one.bodies} - {0})),
+            tuple(sorted({dof for one in closures for dof in one.dofs})),
+            tuple(sorted({tendon for one in closures for tendon in one.tendons})),
+        )
+
+    def values(self, model: mujoco.MjModel) -> Array:
+        """What they are in a model, in a row."""
+        parts = (
+            model.body_invweight0[list(self.bodies)],
+            model.dof_invweight0[list(self.dofs)],
+            model.tendon_invweight0[list(self.tendons)],
+        )
+        return np.concatenate([np.ravel(part) for part in parts])
+
+    def scale(self, model: mujoco.MjModel, factor: float) -> None:
+        """Multiply them, in place."""
+        model.body_invweight0[list(self.bodies)] *= factor
+        model.dof_invweight0[list(self.dofs)] *= factor
+        model.tendon_invweight0[list(self.tendons)] *= factor
+
+
+def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
+    """The equality constraints that act from the start, of the kinds that can be hardened."""
+    if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
+        return ()
+    return tuple(closure(model, index) for index in range(model.neq) if model.eq_active0[index] and kind(model, index))
+
+
+def kind(model: mujoco.MjModel, index: int) -> str:
+    """Of an equality; empty for one that cannot be hardened."""
+    return HARDENABLE.get(mujoco.mjtEq(model.eq_type[index]), "")
+
+
+def closure(model: mujoco.MjModel, index: int) -> Closure:
+    """An equality as a closure."""
+    ends = [int(model.eq_obj1id[index]), int(model.eq_obj2id[index])]
+    name, sort = name_or_number(model, "equality", index), kind(model, index)
+    if sort in ("connect", "weld"):
+        if mujoco.mjtObj(model.eq_objtype[index]) == mujoco.mjtObj.mjOBJ_SITE:
+            ends = [int(model.site_bodyid[site]) for site in ends]
+        return Closure(index, name, sort, bodies=tuple(ends))
+    ends = [end for end in ends if end >= 0]
+    bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
+    if sort == "joint":
+        return Closure(index, name, sort, dofs=tuple(int(model.jnt_dofadr[joint]) for joint in ends), curved=bent)
+    return Closure(
+        index, name, sort, tendons=tuple(ends), curved=bent or any(not is_fixed(model, tendon) for tendon in ends)
+    )
+
+
+def called(model: mujoco.MjModel, sort: str, index: int) -> str:
+    """An element with its kind: "body crank", or "body 3" where it has no name."""
+    name = name_or_number(model, sort, index)
+    return name if name == f"{sort} {index}" else f"{sort} {name}"
+
+
+def is_fixed(model: mujoco.MjModel, tendon: int) -> bool:
+    """Whether a tendon's length is linear in joint coordinates."""
+    return bool(mujoco.mjtWrap(model.wrap_type[model.tendon_adr[tendon]]) == mujoco.mjtWrap.mjWRAP_JOINT)
+
+
+# -- softness --------------------------------------------------------------------------------------------------------
+
+
+def impedance(solimp: Array, violation: float = 0.0) -> float:
+    """MuJoCo's impedance d of a closed constraint, or of one that is wide open (`violation` infinite)."""
+    least, most = (float(np.clip(value, LEAST_IMPEDANCE, MOST_IMPEDANCE)) for value in solimp[:2])
+    if least == most or solimp[2] <= mujoco.mjMINVAL:
+        return 0.5 * (least + most)
+    return most if violation > 0.0 else least
+
+
+def compliance(solref: Array, solimp: Array, least_time: float) -> float:
+    """How far a constraint gives way [m] under a force, over the acceleration that this gives its inverse weight [s^2].
+
+    A constraint at rest under a force f is open by f R / (k d), R = (1 - d) / d x (inverse weight),
+    k = 1 / (d_max^2 x time constant^2 x damping ratio^2) (MuJoCo's documentation, "Computation", solver parameters).
+    """
+    d, widest = impedance(solimp), impedance(solimp, np.inf)
+    constant = max(float(solref[0]), least_time)
+    return (1.0 - d) / d**2 * (widest * constant * float(solref[1])) ** 2
+
+
+def softer_than_stock(model: mujoco.MjModel, index: int) -> bool:
+    """Whether an equality gives way more than one that nobody set."""
+    least = refsafe_time(model)
+    stock = compliance(np.array(STOCK_SOLREF), np.array(STOCK_SOLIMP), least)
+    # Twelve digits: what was written as stock is stock.
+    return compliance(model.eq_solref[index], model.eq_solimp[index], least) > stock * (1.0 + 1e-12)
+
+
+def refsafe_time(model: mujoco.MjModel) -> float:
+    """The least time constant that MuJoCo admits [s]."""
+    unsafe = int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+    return 0.0 if unsafe else 2.0 * float(model.opt.timestep)
+
+
+# -- how far they are open -------------------------------------------------------------------------------------------
+
+
+def loops_of(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[Loop, ...]:
+    """What is measured of closures: a weld's place and its turn apart."""
+    found: list[Loop] = []
+    for one in closures:
+        if one.kind == "weld":
+            found += [Loop(one.name, one.kind, "m"), Loop(one.name, one.kind, "rad")]
+        else:
+            found.append(Loop(one.name, one.kind, _unit(model, one)))
+    return tuple(found)
+
+
+def openings(model: mujoco.MjModel, data: mujoco.MjData, closures: Sequence[Closure]) -> Array:
+    """(loops,) how far each is open, in data whose constraints were made; 0 for one that is switched off."""
+    found: list[float] = []
+    rows, owners = equality_violations(data)
+    for one in closures:
+        gap = rows[owners == one.index]
+        if one.kind == "weld":
+            scale = float(model.eq_data[one.index, 10])  # the turn is told as torquescale x sin(angle / 2)
+            half = min(1.0, float(np.linalg.norm(gap[3:])) / scale) if scale > 0.0 else 0.0
+            found += [float(np.linalg.norm(gap[:3])), 2.0 * float(np.arcsin(half))]
+        else:
+            found.append(float(np.linalg.norm(gap)))
+    return np.array(found)
+
+
+def equality_violations(data: mujoco.MjData) -> tuple[Array, NDArray[np.int_]]:
+    """(rows,) violation of all active equality constraints, and (rows,) the equality that each belongs to."""
+    rows = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    return np.array(data.efc_pos[: data.nefc][rows]), np.array(data.efc_id[: data.nefc][rows], dtype=int)
+
+
+def _unit(model: mujoco.MjModel, one: Closure) -> str:
+    if one.kind == "connect":
+        return "m"
+    if one.kind == "joint":
+        joint = int(model.eq_obj1id[one.index])
+    elif is_fixed(model, one.tendons[0]):
+        joint = int(model.wrap_objid[model.tendon_adr[one.tendons[0]]])
+    else:
+        return "m"
+    return "rad" if mujoco.mjtJoint(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE else "m"

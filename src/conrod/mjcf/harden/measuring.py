@@ -1,0 +1,184 @@
+"""A model as it is, with its weights scaled alone, and hardened: the same run of each, at three steps."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.exact.motion import Array
+from conrod.mjcf.harden.closures import Closure, loops_of
+from conrod.mjcf.harden.energy import conservative, energy_drift
+from conrod.mjcf.harden.recipe import Recipe
+from conrod.mjcf.harden.results import Loop, Orders, Variant
+from conrod.mjcf.harden.start import CLOSED, STATE
+from conrod.mjcf.harden.swing import Pace, Swing, paced, swing
+from conrod.runs.convergence import observed_order
+from conrod.studies.frame.paired_timing import PairedCost, paired_cost
+
+AS_IT_IS, WEIGHTS_ALONE, HARDENED = "as it is", "weights alone", "hardened"
+LEVELS = (1, 2, 4)
+# Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth of it tells how well that is known.
+REFERENCE, CHECK = 16, 8
+# An error of less than this many times what the reference is known to tells nothing of its order.
+TOLD_APART = 3.0
+# A machine whose bodies move by less than this share of its size stands.
+STANDS = 1e-9
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What the runs came to.
+
+    Attributes:
+        travel: the longest way of a body in the reference [m].
+        stands: whether that is nothing.
+        known_to: how far the two references are apart [m], or the rounding of a position where that is more; None where
+            one of them broke.
+        without: what was left out where the energy was looked at.
+        energy_note: why the energy says nothing.
+    """
+
+    variants: tuple[Variant, ...]
+    travel: float | None
+    stands: bool
+    known_to: float | None
+    without: tuple[str, ...]
+    energy_note: str
+
+
+def measure(model: mujoco.MjModel, closures: Sequence[Closure], recipe: Recipe, state: Array, pace: Pace) -> Measured:
+    """Run a model in three ways.
+
+    The reference, which is the same for all three, is the hardened model under RK4 at a sixteenth of the step: the
+    machine with its loops closed. What a soft loop adds to the motion is thus an error, as it is for the user.
+    """
+    precise = edited(model, replace(recipe, integrator="RK4"))
+    reference, check = (swing(precise, state, pace.finer(times), closures) for times in (REFERENCE, CHECK))
+    size = float(model.stat.extent)
+    known = None
+    if not (reference.broke or check.broke):
+        known = max(distance(reference, check), float(np.finfo(float).eps) * size)
+    travel = None if reference.broke else float(np.linalg.norm(reference.points - reference.points[0], axis=2).max())
+    stands = travel is not None and travel < STANDS * size
+    bare, without = conservative(model)
+    variants, note = [], "nothing moves" if stands else ""
+    for name, edit in ((AS_IT_IS, None), (WEIGHTS_ALONE, recipe.weights_alone), (HARDENED, recipe)):
+        changed = edited(model, edit)
+        runs = [swing(changed, state, pace.finer(times), closures) for times in LEVELS]
+        energy = energy_drift(edited(bare, edit), state, pace)
+        note = note or energy.note
+        variant = _variant(name, model, closures, runs, None if known is None else (reference, known))
+        variants.append(replace(_without_orders(variant) if stands else variant, energy=energy.share))
+    if note:
+        variants = [replace(variant, energy=None) for variant in variants]
+    return Measured(tuple(variants), travel, stands, known, without, note)
+
+
+def edited(model: mujoco.MjModel, recipe: Recipe | None) -> mujoco.MjModel:
+    """A copy of a model with a recipe applied."""
+    changed = copy.copy(model)
+    if recipe is not None:
+        recipe.apply(changed)
+    return changed
+
+
+def distance(one: Swing, other: Swing) -> float:
+    """The largest distance of a body in one run from where it is in another [m]."""
+    return float(np.linalg.norm(one.points - other.points, axis=2).max(initial=0.0))
+
+
+def cost(model: mujoco.MjModel, recipe: Recipe, state: Array, pace: Pace) -> PairedCost:
+    """Of a hardened step over one as it is, both through the same motion, again and again from its start."""
+    return paired_cost(_stepper(edited(model, recipe), state, pace), _stepper(edited(model, None), state, pace))
+
+
+def _stepper(model: mujoco.MjModel, state: Array, pace: Pace) -> Callable[[], Callable[[int], None]]:
+    most = pace.samples * pace.stride
+
+    def make() -> Callable[[int], None]:
+        run = paced(model, pace)
+        data = mujoco.MjData(run)
+        mujoco.mj_setState(run, data, state, STATE)
+        done = 0
+
+        def advance(steps: int) -> None:
+            nonlocal done
+            with warnings_kept_quiet():
+                while steps:
+                    if done == most:
+                        mujoco.mj_setState(run, data, state, STATE)
+                        done = 0
+                    some = min(steps, most - done)
+                    mujoco.mj_step(run, data, some)
+                    done, steps = done + some, steps - some
+
+        return advance
+
+    return make
+
+
+def _variant(
+    name: str,
+    model: mujoco.MjModel,
+    closures: Sequence[Closure],
+    runs: Sequence[Swing],
+    reference: tuple[Swing, float] | None,
+) -> Variant:
+    own = runs[0]
+    if own.broke:
+        return Variant(name, own.steps, own.broke)
+    loops = loops_of(model, closures)
+    told = Variant(name, own.steps, None, tuple(float(value) for value in own.openings.max(axis=0)))
+    unit = "m" if any(loop.unit == "m" for loop in loops) else "rad"
+    widest = [float(run.openings[:, [loop.unit == unit for loop in loops]].max()) for run in runs]
+    whole = not any(run.broke for run in runs)
+    drift = None
+    if reference is not None and whole:
+        exact, known = reference
+        drift = _orders([distance(run, exact) for run in runs], TOLD_APART * known)
+    return replace(
+        told,
+        opening_over_size=widest[0] / float(model.stat.extent) if unit == "m" else None,
+        closing=_orders(widest, CLOSED * (float(model.stat.extent) if unit == "m" else 1.0)) if whole else None,
+        drift=drift,
+        touching=own.touching,
+        iterations=own.iterations,
+    )
+
+
+def _without_orders(variant: Variant) -> Variant:
+    """The same without orders, which a machine that stands has none of."""
+    nothing = (None,) * (len(LEVELS) - 1)
+    closing, drift = (
+        None if orders is None else replace(orders, claimed=None, pairs=nothing)
+        for orders in (variant.closing, variant.drift)
+    )
+    return replace(variant, closing=closing, drift=drift)
+
+
+def largest(loops: Sequence[Loop], variant: Variant, unit: str) -> float:
+    """The largest opening in a unit; 0 where no loop has it."""
+    openings = zip(loops, variant.openings or (), strict=False)
+    return max((value for loop, value in openings if loop.unit == unit), default=0.0)
+
+
+def _orders(values: Sequence[float], least: float) -> Orders:
+    """Orders of values at the model's step, a half and a quarter of it, those down to `least` alone."""
+    order = observed_order(LEVELS, values)
+    told = sum(1 for _ in _while_above(values, least))
+    pairs = tuple(pair if k + 1 < told else None for k, pair in enumerate(order.pairs))
+    return Orders(tuple(values), order.claimed if told == len(values) else None, pairs)
+
+
+def _while_above(values: Sequence[float], least: float) -> list[float]:
+    kept: list[float] = []
+    for value in values:
+        if value <= least:
+            break
+        kept.append(value)
+    return kept

@@ -1,0 +1,132 @@
+"""What is changed in a compiled model so that its loops stay closed, as an edit and as lines of Python."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import mujoco
+
+from conrod.mjcf.harden.closures import Closure, Weights, called, impedance
+from conrod.mjcf.harden.results import Request
+from conrod.own.models.loading import listed
+
+# What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
+# proportion to it; Newton's one iteration at MuJoCo's stock tolerance leaves one of rounding in inverse proportion,
+# and below 1e-13 the solver fails. On free swings of saw, press, Robotiq 2F-85 and Cassie the sum was least between
+# 1e-8 and 1e-9 (docs/hardening.md).
+RESIDUE = 1e-9
+# Time constant of closures, in steps, from which on slower ones closed no better (docs/hardening.md).
+STEPS = 10.0
+INTEGRATORS = ("RK4", "keep")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """An edit of a compiled model.
+
+    Attributes:
+        factor: on the weights.
+        time_constants: index of an equality and its time constant [s].
+        integrator: MuJoCo's name; empty for the model's own.
+        newton: whether the solver is set to Newton.
+    """
+
+    factor: float
+    weights: Weights
+    time_constants: tuple[tuple[int, float], ...] = ()
+    integrator: str = ""
+    newton: bool = False
+
+    @property
+    def weights_alone(self) -> Recipe:
+        """Nothing but the weights."""
+        return replace(self, time_constants=(), integrator="", newton=False)
+
+    def apply(self, model: mujoco.MjModel) -> None:
+        """Edit a model in place."""
+        self.weights.scale(model, self.factor)
+        for index, constant in self.time_constants:
+            model.eq_solref[index, 0] = constant
+        if self.integrator:
+            model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{self.integrator}")
+        if self.newton:
+            model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+
+
+def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure], request: Request) -> Recipe:
+    """The edit that hardens closures, of which there is at least one, as asked."""
+    stiffest = max(impedance(model.eq_solimp[one.index]) for one in closures)
+    newton = mujoco.mjtSolver(model.opt.solver) == mujoco.mjtSolver.mjSOL_NEWTON
+    return Recipe(
+        factor=float(f"{min(1.0, RESIDUE * stiffest / (1.0 - stiffest)):.3g}"),
+        weights=Weights.of(closures),
+        time_constants=tuple(_time_constants(model, closures, request.solref)),
+        integrator="RK4"
+        if request.integrator == "RK4" and mujoco.mjtIntegrator(model.opt.integrator) != mujoco.mjtIntegrator.mjINT_RK4
+        else "",
+        newton=not newton,
+    )
+
+
+def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: str | float) -> list[tuple[int, float]]:
+    if asked == "keep":
+        return []
+    changed = []
+    for one in closures:
+        now = float(model.eq_solref[one.index, 0])
+        # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
+        if now <= 0.0 or (one.curved and asked == "auto"):
+            continue
+        enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
+        wanted = asked if isinstance(asked, float) else max(now, enough)
+        if wanted != now:
+            changed.append((one.index, wanted))
+    return changed
+
+
+# -- as Python -------------------------------------------------------------------------------------------------------
+
+FIELDS = (("bodies", "body_invweight0"), ("dofs", "dof_invweight0"), ("tendons", "tendon_invweight0"))
+
+
+def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
+    """The same edit, ready to paste; with the whole path of the file it gives the same model wherever it is run."""
+    reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
+    lines = [
+        "import mujoco",
+        "",
+        f"model = mujoco.MjModel.{reader}({str(path)!r})",
+        "# after mj_setConst, which makes these anew: again",
+    ]
+    nothing = Weights((), (), ())
+    for attribute, field in FIELDS:
+        indices = getattr(recipe.weights, attribute)
+        if indices:
+            names = scaled_names(model, replace(nothing, **{attribute: indices}))
+            lines.append(f"model.{field}[{list(indices)}] *= {recipe.factor!r}  # {_on_one_line(names)}")
+    for constant in dict.fromkeys(constant for _, constant in recipe.time_constants):
+        indices = [index for index, value in recipe.time_constants if value == constant]
+        names = tuple(called(model, "equality", index) for index in indices)
+        lines.append(f"model.eq_solref[{indices}, 0] = {constant!r}  # {_on_one_line(names)}")
+    if recipe.integrator:
+        lines.append(f"model.opt.integrator = mujoco.mjtIntegrator.mjINT_{recipe.integrator}")
+    if recipe.newton:
+        lines.append("model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON")
+    return "\n".join(lines) + "\n"
+
+
+def _on_one_line(names: tuple[str, ...]) -> str:
+    """Names as a comment: a line break in one would end it."""
+    return " ".join(listed(names).split())
+
+
+def scaled_names(model: mujoco.MjModel, weights: Weights) -> tuple[str, ...]:
+    """What the scaled weights belong to."""
+    joints = [int(model.dof_jntid[dof]) for dof in weights.dofs]
+    return (
+        *(called(model, "body", body) for body in weights.bodies),
+        *(called(model, "joint", joint) for joint in joints),
+        *(called(model, "tendon", tendon) for tendon in weights.tendons),
+    )

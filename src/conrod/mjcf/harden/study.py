@@ -1,0 +1,189 @@
+"""All that is found on one file, in the order in which it is asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.mjcf.harden.closures import Closure, active_closures, loops_of
+from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, Measured, cost, edited, largest, measure
+from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
+from conrod.mjcf.harden.recipe import Recipe, python_lines, recipe_for, scaled_names
+from conrod.mjcf.harden.results import HardenedModel, Loop, Request, Variant
+from conrod.mjcf.harden.start import Start, start_of
+from conrod.mjcf.harden.swing import Pace
+from conrod.own.models.loading import check_finite, keyframe_to_start_from, load_model
+
+SAMPLES = 500
+LEAST_STEPS, MOST_STEPS = 20, 200_000
+# Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size, rad].
+WORSE, ROUNDING = 2.0, 1e-9
+# A change of the rates at the start of more than this share is worth a word.
+RATES = 1e-6
+FORCE = "--force hardens it all the same"
+# A drift that is left of more than this share of what it was is no gain worth the name.
+BETTER = 0.5
+
+
+def harden_file(path: Path, request: Request) -> HardenedModel:
+    """Harden the model of a file, and show on its own motion what that changes. The file is only read.
+
+    To be called in a process of its own, see `conrod.studies.execution.confined`.
+
+    Raises:
+        InvalidInput: the model cannot be loaded or says what is no number, has no such keyframe, or the run would be
+            too short or too long.
+    """
+    try:
+        return _hardened(path, request)
+    except mujoco.FatalError as error:
+        raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
+
+
+def _hardened(path: Path, request: Request) -> HardenedModel:
+    # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
+    whole = path.absolute()
+    model = load_model(whole)
+    try:
+        check_finite(model)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+    keyframe_to_start_from(model, request.keyframe)
+    pace = pace_of(model, request.seconds)
+    closures = active_closures(model)
+    found = HardenedModel(str(path), mujoco.__version__)
+    if reason := nothing_to_do(model, closures):
+        return replace(found, refusals=(reason,), warnings=to_know(model, closures))
+    soft = soft_on_purpose(model, closures)
+    if soft and not request.force:
+        return replace(
+            found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft), warnings=to_know(model, closures)
+        )
+    recipe = recipe_for(model, closures, request)
+    start = start_of(model, request.keyframe, closures)
+    measured = measure(model, closures, recipe, start.state, pace)
+    return _told(found, request, model, closures, recipe, start, pace, measured)
+
+
+def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
+    """Steps of a run.
+
+    Raises:
+        InvalidInput: they are too few or too many.
+    """
+    timestep = float(model.opt.timestep)
+    least, most = LEAST_STEPS * timestep, MOST_STEPS * timestep
+    if not least <= seconds <= most:
+        raise InvalidInput(
+            f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"
+        )
+    steps = math.ceil(seconds / timestep - 1e-9)
+    stride = math.ceil(steps / SAMPLES)
+    return Pace(math.ceil(steps / stride), stride, timestep)
+
+
+def _told(
+    found: HardenedModel,
+    request: Request,
+    model: mujoco.MjModel,
+    closures: Sequence[Closure],
+    recipe: Recipe,
+    start: Start,
+    pace: Pace,
+    measured: Measured,
+) -> HardenedModel:
+    before, after = (next(v for v in measured.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
+    loops, size = loops_of(model, closures), float(model.stat.extent)
+    harm = _harm(loops, size, before, after, _advice(model, recipe))
+    refused = (f"{harm}; {FORCE}",) if harm and not request.force else ()
+    forced = soft_on_purpose(model, closures) + ((harm,) if harm and request.force else ())
+    runs = before.broke is None and after.broke is None
+    content = None if refused or not request.content else binary(edited(model, recipe))
+    return replace(
+        found,
+        refusals=refused,
+        warnings=(*forced, *_doubts(start, before, after, measured), *to_know(model, closures)),
+        size=size,
+        timestep=pace.timestep,
+        seconds=pace.timestep * pace.samples * pace.stride,
+        start=start.name,
+        start_opening=start.given,
+        start_closed=start.closed,
+        loops=loops,
+        factor=recipe.factor,
+        scaled=scaled_names(model, recipe.weights),
+        lines=python_lines(model, recipe, Path(found.path).absolute()),
+        variants=measured.variants,
+        travel=measured.travel,
+        reference_known_to=measured.known_to,
+        energy_without=measured.without,
+        energy_note=measured.energy_note,
+        touching_scaled=touching_scaled(model, recipe.weights),
+        cost=cost(model, recipe, start.state, pace) if runs else None,
+        content=content,
+    )
+
+
+def _advice(model: mujoco.MjModel, recipe: Recipe) -> str:
+    """What may help where hardening does harm."""
+    runge_kutta = mujoco.mjtIntegrator(model.opt.integrator) == mujoco.mjtIntegrator.mjINT_RK4
+    other = "--integrator keep, " if recipe.integrator else "" if runge_kutta else "--integrator RK4, "
+    return f"{other}another --solref or a smaller step of the model may help"
+
+
+def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant, advice: str) -> str:
+    """Why the hardened model is worse than none; empty where it is not."""
+    if before.broke is not None and after.broke is not None:
+        return (
+            f"the run breaks off as it is after {before.steps} steps ({before.broke}), and hardened after "
+            f"{after.steps} ({after.broke}): nothing shows what hardening does"
+        )
+    if before.broke is not None:
+        return ""
+    if after.broke is not None:
+        return (
+            f"the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is "
+            f"it does not: {advice}"
+        )
+    for unit, least in (("m", ROUNDING * size), ("rad", ROUNDING)):
+        then, now = (largest(loops, variant, unit) for variant in (before, after))
+        if now > max(WORSE * then, least):
+            return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {advice}"
+    return ""
+
+
+def _doubts(start: Start, before: Variant, after: Variant, measured: Measured) -> tuple[str, ...]:
+    """What the figures say against themselves, or against the hardened model."""
+    doubts = []
+    if not start.closed:
+        doubts.append("no pose near the start closes the loops: the runs start with them open")
+    if start.rates_changed > RATES:
+        doubts.append(
+            f"the rates of the start would open its loops: the runs start with the nearest that do not, changed by "
+            f"{start.rates_changed:.1e} of the largest"
+        )
+    if before.broke is not None and after.broke is None:
+        doubts.append(f"as it is, the run breaks off after {before.steps} steps ({before.broke})")
+    if measured.stands:
+        doubts.append(
+            f"nothing moves in these runs (travel {measured.travel:.1e} m): they show how far the loops open at rest, "
+            "and nothing else; --keyframe KEY starts others"
+        )
+    elif before.drift and after.drift and measured.known_to is not None:
+        then, now = before.drift.values[0], after.drift.values[0]
+        if now > BETTER * then and now > measured.known_to:
+            doubts.append("the motion is hardly any better than it was: the step is the larger part of the error")
+    return tuple(doubts)
+
+
+def binary(model: mujoco.MjModel) -> bytes:
+    """The model as MuJoCo saves it (mj_saveModel)."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()

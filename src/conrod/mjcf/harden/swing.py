@@ -1,0 +1,127 @@
+"""A run of a model that nothing drives, and what its loops, contacts and limits do in it."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
+from conrod.exact.motion import Array
+from conrod.mjcf.harden.closures import Closure, openings
+from conrod.mjcf.harden.results import Touching
+from conrod.mjcf.harden.start import STATE
+
+BROKEN = ("BADQPOS", "BADQVEL", "BADQACC")
+LIMITS = (mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT, mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How a run is made.
+
+    Attributes:
+        samples: that it is looked at after the start.
+        stride: steps from one to the next.
+        timestep: [s].
+    """
+
+    samples: int
+    stride: int
+    timestep: float
+
+    def finer(self, times: int) -> Pace:
+        """The same samples, by so many times as many steps."""
+        return Pace(self.samples, self.stride * times, self.timestep / times)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """What a run came to, at its S + 1 samples, the start among them.
+
+    Attributes:
+        points: (S + 1, bodies, 3) centres of gravity of all that can move [m].
+        openings: (S + 1, loops) as `openings` has them.
+        steps: that were completed.
+        broke: the engine's warning that ended it, empty where it completed; the samples end before it.
+        touching: contacts and limits.
+        iterations: of the solver, mean over the last steps of the samples.
+    """
+
+    points: Array
+    openings: Array
+    steps: int
+    broke: str
+    touching: Touching
+    iterations: float
+
+
+def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Swing:
+    """Run a model from a state; it ends at the first warning of numbers that are none."""
+    run = paced(model, pace)
+    data, aside = mujoco.MjData(run), mujoco.MjData(run)
+    mujoco.mj_setState(run, data, state, STATE)
+    points, gaps, rubs, passes = list[Array](), list[Array](), list[Touching](), list[int]()
+    steps, broke = 0, ""
+    with warnings_kept_quiet():
+        for sample in range(pace.samples + 1):
+            look_at(run, data, aside)
+            points.append(aside.xipos[run.body_weldid > 0].copy())
+            gaps.append(openings(run, aside, closures))
+            rubs.append(touching(aside))
+            if sample == pace.samples:
+                break
+            mujoco.mj_step(run, data, pace.stride)
+            broke = next((name for name in BROKEN if data.warning[WARNINGS[name]].number), "")
+            if broke or not np.all(np.isfinite(data.qpos)):
+                broke = broke or "not finite"
+                break
+            passes.append(int(data.solver_niter.max(initial=0)))
+            steps += pace.stride
+    return Swing(
+        np.array(points),
+        np.array(gaps),
+        steps,
+        broke,
+        most_touching(rubs),
+        float(np.mean(passes)) if passes else 0.0,
+    )
+
+
+def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
+    """A copy that steps at the pace and does not begin again by itself where it breaks."""
+    run = copy.copy(model)
+    run.opt.timestep = pace.timestep
+    run.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    return run
+
+
+def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
+    """Make the constraints of the present state: those in the data of a run belong to the instant before."""
+    aside.qpos[:], aside.qvel[:], aside.eq_active[:] = data.qpos, data.qvel, data.eq_active
+    aside.mocap_pos[:], aside.mocap_quat[:] = data.mocap_pos, data.mocap_quat
+    mujoco.mj_fwdPosition(model, aside)
+
+
+def touching(data: mujoco.MjData) -> Touching:
+    """Contacts and limits that act in data whose constraints were made."""
+    acting = data.contact.efc_address >= 0
+    depths = -np.asarray(data.contact.dist)[acting]
+    types = data.efc_type[: data.nefc]
+    beyond = -data.efc_pos[: data.nefc][(types == LIMITS[0]) | (types == LIMITS[1])]
+    return Touching(
+        int(acting.sum()), float(depths.max(initial=0.0)), int(np.sum(beyond > 0.0)), float(beyond.max(initial=0.0))
+    )
+
+
+def most_touching(looks: Sequence[Touching]) -> Touching:
+    """The most of each."""
+    return Touching(
+        max(look.contacts for look in looks),
+        max(look.penetration for look in looks),
+        max(look.limits for look in looks),
+        max(look.excess for look in looks),
+    )

@@ -1,0 +1,173 @@
+"""A model on the bench: its own run, and runs and timings of edited copies of it."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import mujoco
+import numpy as np
+
+from conrod.mjcf.lint.document import Document
+from conrod.mjcf.lint.edits import Edit, SetOption, is_option, set_option
+from conrod.mjcf.lint.motion import Observed, Run, Start, largest_change, run
+from conrod.mjcf.lint.poses import Poses
+from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
+
+# Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
+UNCHANGED = 1e-9
+
+
+class Bench:
+    """Everything that rules ask of a model.
+
+    Attributes:
+        document: the file.
+        drive: edits that every copy has: those that make the crank keep its speed, or that make the model run at all.
+        model: compiled with the drive.
+        start: state that all runs start from.
+        keyframe: index of the keyframe that the start is taken from; None where it is the model's own pose.
+        steps: of the model's own run.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        start: Start,
+        steps: int,
+        observed: Observed,
+        *,
+        keyframe: int | None,
+        drive: tuple[Edit, ...],
+        clock: Clock,
+    ) -> None:
+        self.document, self.start, self.steps, self.observed = document, start, steps, observed
+        self.keyframe, self.drive, self._clock = keyframe, drive, clock
+        self._other_steps: dict[float, Bench] = {}
+        self._runs: dict[tuple[Edit, ...], Run] = {}
+        self._poses: dict[tuple[Edit, ...], Poses] = {}
+        self._models: dict[tuple[Edit, ...], mujoco.MjModel] = {}
+        self._compiled: dict[tuple[Edit, ...], mujoco.MjModel] = {}  # without edits of options
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The model itself."""
+        return self.copy(())
+
+    @property
+    def run(self) -> Run:
+        """The model's own run."""
+        return self.run_of(())
+
+    @property
+    def poses(self) -> Poses:
+        """What the constraints are along the model's own run."""
+        return self.poses_of(())
+
+    def copy(self, edits: Sequence[Edit]) -> mujoco.MjModel:
+        """The model with edits.
+
+        Raises:
+            ValueError: it does not compile.
+        """
+        key = tuple(edits)
+        if key not in self._models:
+            every = (*self.drive, *key)
+            hard = tuple(edit for edit in every if not is_option(edit))
+            if hard not in self._compiled:
+                self._compiled[hard] = self.document.compiled(hard) if hard else self.document.model
+            model = copy.copy(self._compiled[hard])
+            for edit in every:
+                if isinstance(edit, SetOption) and is_option(edit):
+                    set_option(model, edit)
+            self._models[key] = model
+        return self._models[key]
+
+    def run_of(self, edits: Sequence[Edit]) -> Run:
+        """The same run with edits."""
+        key = tuple(edits)
+        if key not in self._runs:
+            self._runs[key] = run(self.copy(key), self.start, self.steps, self.observed)
+        return self._runs[key]
+
+    def poses_of(self, edits: Sequence[Edit]) -> Poses:
+        """What the constraints are along the run with edits."""
+        key = tuple(edits)
+        if key not in self._poses:
+            self._poses[key] = Poses(self.copy(key), self.start, self.run_of(key))
+        return self._poses[key]
+
+    def with_step(self, step: float) -> Bench:
+        """The same model run with another step [s], for the same time."""
+        if step in self._other_steps:
+            return self._other_steps[step]
+        steps = max(1, round(self.steps * float(self.model.opt.timestep) / step))
+        other = self.with_edits((SetOption(("option",), "timestep", repr(step)),))
+        other.steps, other._other_steps = steps, self._other_steps
+        self._other_steps[step] = other
+        return other
+
+    def with_edits(self, edits: Sequence[Edit]) -> Bench:
+        """The model with edits, on a bench of its own."""
+        other = Bench(
+            self.document,
+            self.start,
+            self.steps,
+            self.observed,
+            keyframe=self.keyframe,
+            drive=(*self.drive, *edits),
+            clock=self._clock,
+        )
+        other._compiled = self._compiled
+        return other
+
+    # -- measures ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def size(self) -> float:
+        """Of the machine [m]: the diagonal of the box about its moving bodies and their joints, at the start."""
+        data = self.start.data(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        moving = self.model.body_weldid > 0
+        places = np.concatenate([data.xpos[moving], data.xipos[moving], data.xanchor])
+        size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
+        return size if size > 0.0 else float(self.model.stat.extent)
+
+    @cached_property
+    def scale(self) -> float:
+        """That changes of positions are told by [m]: the travel of what is observed; of what stands, the size."""
+        travel = self.run.travel
+        return travel if travel > UNCHANGED * self.size else self.size
+
+    def change(self, edits: Sequence[Edit]) -> float:
+        """The largest change of the observed positions that edits make, over the travel."""
+        return relative(largest_change(self.run, self.run_of(edits)) / self.scale)
+
+    def cost(self, edits: Sequence[Edit]) -> PairedCost:
+        """Of a step of the model over one with edits."""
+        return paired_cost(self._stepper(self.model), self._stepper(self.copy(edits)), clock=self._clock)
+
+    def _stepper(self, model: mujoco.MjModel) -> Callable[[], Callable[[int], None]]:
+        def make() -> Callable[[int], None]:
+            data, done = self.start.data(model), 0
+
+            def advance(steps: int) -> None:
+                nonlocal done
+                # What comes after the run that was looked at is not what the model is for.
+                if done and done + steps > self.steps:
+                    mujoco.mj_resetData(model, data)
+                    self.start.put(data)
+                    done = 0
+                mujoco.mj_step(model, data, steps)
+                done += steps
+
+            return advance
+
+        return make
+
+
+def relative(change: float) -> float:
+    """A number that goes into JSON: infinity is none."""
+    return change if math.isfinite(change) else 1e300

@@ -1,0 +1,224 @@
+"""A user's MJCF as one tree in memory, of which edited copies are compiled; the file itself is only read.
+
+Includes are put in their places, as MuJoCo does it. That the tree is the user's model is not believed but checked: it
+compiles to the same arrays.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import assert_never
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.errors import InvalidInput
+from conrod.mjcf.lint.edits import Edit, Exclude, Remove, SetAttribute, SetOption
+from conrod.own.models.loading import load_model
+
+Element = ElementTree.Element
+INCLUDES_DEEP = 32  # MuJoCo refuses a file that includes itself, so this is never reached by one that loads
+# Elements that stand for others which MuJoCo makes.
+MACROS = ("composite", "flexcomp", "attach")
+GIVEN = "conrod-lint-"  # begins the names that elements without one have while they are told apart
+
+
+class Document:
+    """A model file that can be edited.
+
+    Attributes:
+        folder: that its assets are looked for from.
+        model: compiled.
+    """
+
+    def __init__(self, path: Path) -> None:
+        if path.suffix.lower() == ".mjb":
+            raise InvalidInput(f"{path}: a binary model cannot be taken apart; give the MJCF that it was made from")
+        self.model = load_model(path)
+        self.folder = path.resolve().parent
+        self._root = self._read(path.resolve(), path.name)
+        if self._root.tag != "mujoco":
+            raise InvalidInput(
+                f"{path}: <{self._root.tag}> is no MJCF; mj_saveLastXML writes MJCF of what MuJoCo loads"
+            )
+        self._include(self._root, self.folder, 0)
+        try:
+            self._places = self._find_places()
+        except ValueError as error:
+            difference = " ".join(str(error).split())
+        else:
+            difference = differing(self.model, self._told_apart)
+        if difference:
+            raise InvalidInput(f"{path}: with its includes put in place it is another model ({difference})")
+
+    # -- reading -----------------------------------------------------------------------------------------------------
+
+    def _read(self, path: Path, shown: str) -> Element:
+        parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+        try:
+            root: Element = ElementTree.parse(path, parser).getroot()
+        except (ElementTree.ParseError, OSError, UnicodeError) as error:
+            raise InvalidInput(f"{shown}: it is not well-formed XML: {error}") from None
+        return root
+
+    def _include(self, parent: Element, folder: Path, depth: int) -> None:
+        if depth > INCLUDES_DEEP:
+            raise InvalidInput(f"files are included in files more than {INCLUDES_DEEP} deep")
+        position = 0
+        while position < len(parent):
+            child = parent[position]
+            if child.tag != "include":
+                self._include(child, folder, depth)
+                position += 1
+                continue
+            # MuJoCo looks beside the including file first, then beside the model file.
+            name = child.get("file", "")
+            path = next((p for p in (folder / name, self.folder / name) if p.is_file()), folder / name)
+            root = self._read(path, name)
+            self._include(root, path.parent, depth + 1)
+            parent[position : position + 1] = list(root)
+            position += len(root)
+
+    # -- what is where -----------------------------------------------------------------------------------------------
+
+    def _find_places(self) -> dict[tuple[str, int], int]:
+        """Where in the tree the elements of the compiled model are, by kind and index.
+
+        Elements without a name get one for the while: compiled, it tells which is which.
+        """
+        root = copy.deepcopy(self._root)
+        by_name: dict[tuple[str, str], int] = {}
+        order = {element: k for k, element in enumerate(root.iter())}
+        for kind, element in _elements(root):
+            if element.get("name") is None:
+                element.set("name", f"{GIVEN}{order[element]}-")
+            by_name[kind, element.attrib["name"]] = order[element]
+        model = self._told_apart = self._compiled(root, self.folder)
+        counts = {"body": model.nbody, "joint": model.njnt, "geom": model.ngeom, "equality": model.neq}
+        counts |= {"sensor": model.nsensor, "key": model.nkey}
+        places = {}
+        for kind, count in counts.items():
+            kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
+            for index in range(count):
+                name = mujoco.mj_id2name(model, kind_id, index) or ""
+                given = re.match(rf"{GIVEN}(\d+)-", name)
+                place = int(given[1]) if given else by_name.get((kind, name))
+                if place is not None:
+                    places[kind, index] = place
+        return places
+
+    def can_edit(self, kind: str, index: int) -> bool:
+        """Whether an element stands in the file as such, rather than being made by the compiler."""
+        return (kind, index) in self._places
+
+    # -- editing -----------------------------------------------------------------------------------------------------
+
+    def compiled(self, edits: Sequence[Edit], folder: Path | None = None) -> mujoco.MjModel:
+        """The model with edits, its assets looked for from a folder.
+
+        Raises:
+            ValueError: it does not compile.
+        """
+        return self._compiled(self._edited(edits), folder or self.folder)
+
+    def text(self, edits: Sequence[Edit], comment: str) -> str:
+        """The file with edits; a comment says at its top what they are."""
+        root = self._edited(edits)
+        note = ElementTree.Comment(comment.replace("--", "- -"))
+        note.tail = "\n  "
+        root.insert(0, note)
+        return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+    def moved(self, folder: Path) -> tuple[Edit, ...]:
+        """Edits that let a file in another folder find the assets."""
+        if folder == self.folder:
+            return ()
+        compilers = [element for element in self._root if element.tag == "compiler"]
+        edits = []
+        for attribute in ("meshdir", "texturedir"):
+            given = [c.get(attribute, c.get("assetdir")) for c in compilers]
+            last = next((value for value in reversed(given) if value is not None), "")
+            edits.append(SetOption(("compiler",), attribute, os.path.relpath(self.folder / last, folder)))
+        return tuple(edits)
+
+    def _edited(self, edits: Sequence[Edit]) -> Element:
+        root = copy.deepcopy(self._root)
+        elements = list(root.iter())
+        parents = {child: parent for parent in elements for child in parent}
+        for edit in edits:
+            match edit:
+                case SetAttribute():
+                    elements[self._places[edit.kind, edit.index]].set(edit.attribute, edit.value)
+                case Remove():
+                    element = elements[self._places[edit.kind, edit.index]]
+                    parents[element].remove(element)
+                case SetOption():
+                    _option(root, edit.path).set(edit.attribute, edit.value)
+                case Exclude():
+                    names = [self._body_name(elements, index) for index in edit.indices]
+                    ElementTree.SubElement(
+                        _option(root, ("contact",)), "exclude", {"body1": names[0], "body2": names[1]}
+                    )
+                case _:
+                    assert_never(edit)
+        return root
+
+    def _body_name(self, elements: list[Element], index: int) -> str:
+        if index == 0:
+            return "world"
+        element = elements[self._places["body", index]]
+        if element.get("name") is None:
+            element.set("name", f"body-{index}")
+        return element.attrib["name"]
+
+    def _compiled(self, root: Element, folder: Path) -> mujoco.MjModel:
+        with contextlib.chdir(folder), warnings_kept_quiet():
+            return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+
+
+def differing(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
+    """Name of the first array that two compiled models do not share, bit for bit, names apart; empty if none."""
+    for name in dir(one):
+        value = getattr(one, name)
+        if not name.startswith(("_", "name")) and isinstance(value, np.ndarray) and "path" not in name:
+            same = value.shape == getattr(other, name).shape
+            if not same or not np.array_equal(value, getattr(other, name), equal_nan=value.dtype.kind == "f"):
+                return name
+    return "" if str(one.opt) == str(other.opt) else "option"
+
+
+def _elements(root: Element) -> Iterator[tuple[str, Element]]:
+    """Elements of the tree that become those of a model, with their kinds."""
+    sections = {"equality": "equality", "sensor": "sensor"}
+    for section in root:
+        if section.tag == "worldbody":
+            yield from _in_body(section)
+        elif section.tag == "keyframe":
+            yield from (("key", element) for element in section if element.tag == "key")
+        elif section.tag in sections:
+            yield from ((sections[section.tag], element) for element in section if isinstance(element.tag, str))
+
+
+def _in_body(parent: Element) -> Iterator[tuple[str, Element]]:
+    kinds = {"body": "body", "geom": "geom", "joint": "joint", "freejoint": "joint"}
+    for element in parent:
+        if element.tag in kinds:
+            yield kinds[element.tag], element
+        if isinstance(element.tag, str) and element.tag not in MACROS:
+            yield from _in_body(element)
+
+
+def _option(root: Element, path: Sequence[str]) -> Element:
+    """A section, or what is in it; the last of its name, since the last one counts, or a new one."""
+    element = root
+    for tag in path:
+        found = [child for child in element if child.tag == tag]
+        element = found[-1] if found else ElementTree.SubElement(element, tag)
+    return element

@@ -1,0 +1,1 @@
+"""What users bring: their MuJoCo models, tables and printed values."""

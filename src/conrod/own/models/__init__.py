@@ -1,0 +1,1 @@
+"""A user's own MuJoCo model against the exact motion of a scene."""

@@ -1,0 +1,194 @@
+"""Fitting exact paths to those that a model's points describe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.own.models.frame import UNITS, GivenFrame
+from conrod.own.models.references import Paths
+
+ITERATIONS, HALVINGS = 40, 12
+DIFFERENCE = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
+# An iteration that gains less than this is at its end; so is one that is at rounding.
+GAIN, ROUNDING = 1e-3, 1e-15
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What is seen of a model in a view: complex paths (P, T) around the crank's axis, in the model's unit.
+
+    Attributes:
+        coordinate: of the crank (T,) [rad], evenly spread over a turn.
+        lengths: normalising length of each point (P,) [m].
+        links: exp(i turn) of the link that each point is on (P, T), in the view.
+    """
+
+    coordinate: Array
+    paths: Array
+    lengths: Array
+    links: Array
+
+
+@dataclass(frozen=True)
+class Laid:
+    """How the document's frame is laid into a view.
+
+    Attributes:
+        places: what the points would have to be moved by on their links (P,), complex [m], to be where they should.
+        miss: what is left of each point's path (P, T), complex, over the point's length.
+    """
+
+    sense: int
+    rotation: float
+    zero: float
+    unit: float
+    places: Array
+    miss: Array
+
+    def at(self, values: Mapping[str, float]) -> Laid:
+        """The same with another rotation or zero; what it misses is not told anew."""
+        return replace(self, rotation=values.get("rotation", self.rotation), zero=values.get("zero", self.zero))
+
+    @property
+    def largest(self) -> float:
+        """Largest distance of a point from where it should be, over its length."""
+        return float(np.abs(self.miss).max())
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the distances."""
+        return float(np.sqrt(np.mean(np.abs(self.miss) ** 2)))
+
+
+def miss(seen: Sighting, paths: Paths, there: Laid) -> Array:
+    """Distances (P, T), complex, of a model's points from exact paths in a frame, over their lengths."""
+    exact = paths(there.sense * (seen.coordinate - there.zero))
+    found = there.unit * np.exp(-1j * there.rotation) * seen.paths + there.places[:, None] * seen.links
+    return np.asarray((found - exact) / seen.lengths[:, None])
+
+
+def laid(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
+    """The frame in which exact paths lie best over those that are seen, whatever of it is not given."""
+    coarse = _coarse(seen, paths, sense, given)
+    coarse = replace(coarse, unit=given.unit or nearest_unit(coarse.unit))
+    free = free_of(given)
+
+    def left(x: Array) -> Array:
+        return miss(seen, paths, coarse.at(dict(zip(free, x.tolist(), strict=True))))
+
+    found = gauss_newton(left, np.array([getattr(coarse, name) for name in free]), np.ones(len(free)))
+    return relaid(coarse.at(dict(zip(free, found.tolist(), strict=True))), seen, paths)
+
+
+def free_of(given: GivenFrame) -> list[str]:
+    """What of a frame is fitted."""
+    return [name for name in ("zero", "rotation") if getattr(given, name) is None]
+
+
+def relaid(there: Laid, seen: Sighting, paths: Paths) -> Laid:
+    """A frame with what it leaves of these paths."""
+    return replace(there, miss=miss(seen, paths, there))
+
+
+def nearest_unit(size: float) -> float:
+    """The unit of length nearest to a size [m]."""
+    return min(UNITS.values(), key=lambda unit: abs(np.log(unit / size)))
+
+
+def _coarse(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
+    """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
+    weighted = seen.paths / seen.lengths[:, None]
+    size = float(np.sum(np.abs(weighted) ** 2))
+    zeros = seen.coordinate if given.zero is None else np.array([given.zero])
+    best: Laid | None = None
+    # Between samples of a turn that start at one of them the angles are always the same ones.
+    turn = paths(seen.coordinate - seen.coordinate[0]) / seen.lengths[:, None]
+    steps = np.arange(len(seen.coordinate))
+    for k, zero in enumerate(zeros):
+        if given.zero is None:
+            exact = turn[:, sense * (steps - k) % len(steps)]
+        else:
+            exact = paths(sense * (seen.coordinate - zero)) / seen.lengths[:, None]
+        factor = complex(np.sum(exact * np.conj(weighted))) / size
+        rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
+        unit = given.unit or max(float((factor * np.exp(1j * rotation)).real), 1e-12)
+        left = unit * np.exp(-1j * rotation) * weighted - exact
+        laid_here = Laid(sense, rotation, float(zero), unit, np.zeros(len(left), dtype=complex), left)
+        if best is None or laid_here.rms < best.rms:
+            best = laid_here
+    assert best is not None
+    return best
+
+
+def gauss_newton(left: Callable[[Array], Array], start: Array, sizes: Array) -> Array:
+    """The least squares of complex distances by a few unknowns.
+
+    Args:
+        left: distances; may raise InvalidInput where there are none.
+        sizes: of the unknowns, for differences.
+    """
+    here, distances = start.copy(), left(start)
+    if not len(start):
+        return here
+    for _ in range(ITERATIONS):
+        jacobian = slopes(left, here, sizes)
+        step = np.linalg.lstsq(jacobian, -_stacked(distances), rcond=1e-12)[0] * sizes
+        better = _shortened(left, here, step, distances)
+        if better is None:
+            break
+        before, (here, distances) = distances, better
+        if _size(distances) > (1.0 - GAIN) * _size(before) or _size(distances) < ROUNDING:
+            break
+    return here
+
+
+def slopes(left: Callable[[Array], Array], here: Array, sizes: Array) -> Array:
+    """Derivatives of the distances by the unknowns, each in its size; (2 P T, n)."""
+    columns = []
+    for k, size in enumerate(sizes):
+        aside = np.zeros_like(here)
+        aside[k] = DIFFERENCE * size
+        columns.append(_stacked(left(here + aside) - left(here - aside)) / (2.0 * DIFFERENCE))
+    return np.column_stack(columns)
+
+
+def _shortened(
+    left: Callable[[Array], Array], here: Array, step: Array, distances: Array
+) -> tuple[Array, Array] | None:
+    """The end of a step that is halved until it helps; None if it never does."""
+    for _ in range(HALVINGS):
+        try:
+            there = left(here + step)
+        except InvalidInput:
+            there = None
+        if there is not None and _size(there) < _size(distances):
+            return here + step, there
+        step = 0.5 * step
+    return None
+
+
+def _stacked(distances: Array) -> Array:
+    flat = distances.ravel()
+    return np.concatenate([flat.real, flat.imag])
+
+
+def _size(distances: Array) -> float:
+    return float(np.linalg.norm(distances))
+
+
+def indistinct(jacobian: Array, names: Sequence[str], least: float) -> tuple[tuple[str, ...], ...]:
+    """Groups of unknowns that can be changed together without a trace; by the null space of the scaled slopes."""
+    scale = np.linalg.norm(jacobian, axis=0)
+    dead = [(name,) for name, size in zip(names, scale, strict=True) if size <= least * max(scale.max(), 1e-300)]
+    _, singular, directions = np.linalg.svd(jacobian / np.where(scale > 0.0, scale, 1.0), full_matrices=False)
+    groups = []
+    for value, direction in zip(singular, directions, strict=True):
+        if value <= least * singular[0]:
+            large = np.abs(direction) > 0.05 * np.abs(direction).max()
+            groups.append(tuple(name for name, counts in zip(names, large, strict=True) if counts))
+    return tuple(dict.fromkeys([*dead, *(g for g in groups if len(g) > 1)]))

@@ -1,0 +1,161 @@
+"""Where a scene's document has its frame in a user's model: plane, rotation, origin, crank zero and unit of length."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+
+# Units of length a model may be in: their size [m].
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
+# The usual ways to look at a plane, x to the right or y and z up: first and second direction of the picture.
+USUAL = {"x": "yz", "y": "xz", "z": "xy"}
+PLANE = re.compile(r"([+-]?)([xyz])([+-]?)([xyz])")
+# A crank's axis this close to an axis of the frame is meant to be it.
+ALIGNED = 1e-6
+
+
+@dataclass(frozen=True)
+class View:
+    """A plane of motion, seen from one of its sides: unit vectors (3,) to the right and up in the picture.
+
+    Attributes:
+        name: of the plane by its two directions: xz is x to the right and z up, -xz the same from behind.
+        sense: of the crank's hinge in this view: +1 if its coordinate grows counter-clockwise.
+        behind: whether the plane is seen from the side that it is not usually seen from.
+    """
+
+    name: str
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+    sense: int
+    behind: bool
+
+    def flat(self, vectors: Array) -> Array:
+        """Vectors (T, 3) as complex numbers (T,) of the picture."""
+        return np.asarray(vectors @ np.array(self.right) + 1j * (vectors @ np.array(self.up)))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """How a model's coordinates become the document's.
+
+    Attributes:
+        sense: +1 if the crank angle grows with the hinge's coordinate.
+        rotation: of the document's x axis in the view, counter-clockwise [rad].
+        zero: coordinate of the crank at crank angle 0 [rad].
+        unit: the model's unit of length [m].
+        anchor: a point of the crank's axis, in the model's unit.
+        shaft: where the crank's axis is in the document's frame [m].
+    """
+
+    view: View
+    sense: int
+    rotation: float
+    zero: float
+    unit: float
+    anchor: tuple[float, float, float]
+    shaft: tuple[float, float]
+
+    def turned(self, vectors: Array) -> Array:
+        """Differences of places, velocities or accelerations (T, 3), as (T, 2) of the document [m, m/s, ..]."""
+        flat = self.unit * np.exp(-1j * self.rotation) * self.view.flat(vectors)
+        return np.column_stack([flat.real, flat.imag])
+
+    def placed(self, positions: Array) -> Array:
+        """Places (T, 3) as (T, 2) of the document [m]."""
+        return np.asarray(self.turned(positions - np.array(self.anchor)) + np.array(self.shaft))
+
+    def angle(self, coordinate: Array) -> Array:
+        """Crank angles [rad] of the hinge's coordinates."""
+        return np.asarray(self.sense * (coordinate - self.zero))
+
+    @property
+    def unit_name(self) -> str:
+        """Of the unit of length."""
+        return next((name for name, size in UNITS.items() if size == self.unit), f"{self.unit:g} m")
+
+
+@dataclass(frozen=True)
+class GivenFrame:
+    """What a user says of the frame; None where it is to be worked out."""
+
+    plane: str | None = None
+    rotation: float | None = None  # [rad]
+    zero: float | None = None  # [rad]
+    unit: float | None = None  # [m]
+
+
+def views(axis: Array, sense: int, plane: str | None) -> tuple[View, ...]:
+    """Sides from which to look at the plane across a crank's axis, the likeliest first.
+
+    A plane is usually seen with x to the right and y or z up; and a hinge's coordinate usually grows with the crank
+    angle. Where these are two views, either may be meant. A machine seen from behind is its own mirror image turning
+    the other way, which for many a machine is the other assembly branch: so the side must not be free.
+
+    Args:
+        sense: of the crank angle in the document, +1 for counter-clockwise.
+        plane: the view that a user says, which is then the only one.
+
+    Raises:
+        InvalidInput: the crank's axis is not across the plane that is said.
+    """
+    if plane is not None:
+        return (_said(plane, axis),)
+    usual = _usual(axis)
+    return (usual,) if usual.sense == sense else (usual, _behind(usual))
+
+
+def _said(plane: str, axis: Array) -> View:
+    parts = PLANE.fullmatch(plane)
+    if parts is None or parts[2] == parts[4]:
+        raise InvalidInput(f"--plane {plane}: give the directions to the right and up, e.g. xy, xz, yz, or -xz")
+    right, up = (
+        _unit(letter) * (-1.0 if sign == "-" else 1.0) for sign, letter in (parts.groups()[:2], parts.groups()[2:])
+    )
+    toward = float(np.cross(right, up) @ axis)
+    if abs(abs(toward) - 1.0) > ALIGNED:
+        raise InvalidInput(
+            f"--plane {plane}: the crank's axis ({_numbers(axis)}) is not across it, so it is not the plane of motion"
+        )
+    across = np.cross(right, up)
+    usual = USUAL.get("xyz"[int(np.argmax(np.abs(across)))], "")
+    seen = np.cross(_unit(usual[0]), _unit(usual[1]))
+    return View(plane, _triple(right), _triple(up), 1 if toward > 0.0 else -1, bool(across @ seen < 0.0))
+
+
+def _usual(axis: Array) -> View:
+    """The usual view of the plane across an axis; a plane askew is seen from its larger side, the highest way up."""
+    main = int(np.argmax(np.abs(axis)))
+    names = USUAL["xyz"[main]]
+    right, up = _unit(names[0]), _unit(names[1])
+    if abs(abs(axis[main]) - 1.0) > ALIGNED:
+        names = "askew"
+        toward = axis * np.sign(np.cross(right, up)[main] * axis[main])
+        up = up - (up @ toward) * toward
+        up = up / np.linalg.norm(up)
+        right = np.cross(up, toward)
+    sense = 1 if np.cross(right, up) @ axis > 0.0 else -1
+    return View(names, _triple(right), _triple(up), sense, behind=False)
+
+
+def _behind(view: View) -> View:
+    """The same plane from its other side."""
+    x, y, z = view.right
+    return replace(view, name=f"-{view.name}", right=(-x, -y, -z), sense=-view.sense, behind=True)
+
+
+def _unit(letter: str) -> Array:
+    return np.asarray(np.eye(3)["xyz".index(letter)])
+
+
+def _triple(vector: Array) -> tuple[float, float, float]:
+    return (float(vector[0]), float(vector[1]), float(vector[2]))
+
+
+def _numbers(vector: Array) -> str:
+    return " ".join(f"{value:.4g}" for value in vector)

@@ -1,0 +1,212 @@
+"""A user's own model as plain data: what is asked of it, how it moves when its crank is held, and how when driven.
+
+Lengths are in the model's own unit and frame, which nobody has told yet. Coordinates of the crank are those of its
+hinge [rad], positive about the hinge's axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Outcome, Settings
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an observed point is in a model.
+
+    Attributes:
+        point: name of the observed point.
+        kind: site, body or geom; empty where the name alone is to tell.
+    """
+
+    point: str
+    kind: str
+    element: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}:{self.element}" if self.kind else self.element
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a model is asked for.
+
+    Attributes:
+        crank: name of the hinge that is driven.
+        mobility: that the machine has, contacts counted.
+        contacts: number of higher pairs of the machine, which a model may close by contact.
+        touching: names of the geoms of a contact; None where they are to be found.
+        keyframe: to assemble the model from; None for its reference pose.
+    """
+
+    crank: str
+    places: tuple[Place, ...]
+    mobility: int
+    contacts: int
+    touching: tuple[str, str] | None = None
+    keyframe: str | None = None
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """What a model consists of, and how free it is.
+
+    Attributes:
+        joints: number of joints by kind: hinge, slide, ball, free.
+        closures: number of active equality constraints by kind: connect, weld, joint, tendon, ...
+        inactive: names of those that are switched off.
+        coordinates: degrees of freedom that the joints give.
+        rows: scalar equations of the closures.
+        rank: least and largest rank of their Jacobian along the turn.
+        idle: closures that close nothing which those before them do not.
+    """
+
+    joints: Mapping[str, int]
+    closures: Mapping[str, int]
+    inactive: tuple[str, ...]
+    coordinates: int
+    rows: int
+    rank: tuple[int, int]
+    idle: tuple[str, ...]
+
+    @property
+    def loops(self) -> int:
+        """Closures that close something."""
+        return sum(self.closures.values()) - len(self.idle)
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Two geoms that make a higher pair.
+
+    Attributes:
+        shape_error: largest distance of the collision shape from the curve that its corners lie on.
+    """
+
+    geoms: tuple[str, str]
+    shape_error: float
+    corners: int
+
+
+@dataclass(frozen=True)
+class OwnSettings:
+    """The settings that a model comes with."""
+
+    timestep: float  # [s]
+    integrator: str
+    solver: str
+    iterations: int
+    tolerance: float
+    gravity: tuple[float, float, float]
+    closure_solref: tuple[tuple[float, float], ...]  # all that occur
+    closure_impedance: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One turn of a model with its crank held at T angles, solved by its own constraints.
+
+    Attributes:
+        coordinate: of the crank (T,), from the start of the turn upwards.
+        positions: of the given points (T, 3).
+        slopes: their derivatives by the crank coordinate (T, 3); None where only a contact places them.
+        turns: of the links that the points are on, about the crank's axis, from the first sample on (T,) [rad].
+        spins: their derivatives by the crank coordinate (T,).
+        states: all joint coordinates (T, nq).
+        rates: derivatives of the joint rates by the crank's (T, nv).
+        anchor, axis: of the crank's hinge, a point and a unit vector.
+        wander: how far anchor and axis move in a turn.
+        gap: largest violation that the closures keep, in their own units.
+        open_closure: which one it is.
+        stops: joints whose limits the turn leaves, with both.
+        remarks: what a user should know of how the model was treated.
+    """
+
+    name: str
+    engine_version: str
+    coordinate: Array
+    positions: Mapping[str, Array]
+    slopes: Mapping[str, Array] | None
+    turns: Mapping[str, Array]
+    spins: Mapping[str, Array]
+    states: Array
+    rates: Array
+    anchor: Array
+    axis: Array
+    wander: float
+    gap: float
+    open_closure: str
+    wiring: Wiring
+    touching: Touching | None
+    settings: OwnSettings
+    stops: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = field(default=())
+
+
+@dataclass(frozen=True)
+class DrivenRun:
+    """A model driven by a flywheel on its crank, each sample read at one instant.
+
+    Attributes:
+        armature: of the crank in this run [kg m^2 in a model of metres and kilograms].
+        times, coordinate, rate, acceleration: (K,), those of the crank.
+        positions, velocities, accelerations: of the given points (K, 3).
+        gap: largest violation of a closure in each sample (K,).
+        warnings: of the engine, by name.
+        ripple: largest deviation of the rate from the wanted one, relative to it.
+        outcome: completed, unless the numbers alone say otherwise.
+    """
+
+    armature: float
+    timestep: float
+    times: Array
+    coordinate: Array
+    rate: Array
+    acceleration: Array
+    positions: Mapping[str, Array]
+    velocities: Mapping[str, Array]
+    accelerations: Mapping[str, Array]
+    gap: Array
+    warnings: Mapping[str, int]
+    ripple: float
+    outcome: Outcome
+    reason: str
+
+
+@dataclass(frozen=True)
+class Order:
+    """A run that is asked for.
+
+    Attributes:
+        label: what it is called.
+        settings: that stand in for the model's own; None for its own.
+        tolerance: of the solver; None for that of the settings.
+    """
+
+    label: str
+    settings: Settings | None = None
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How a model is driven.
+
+    Attributes:
+        rate: of the crank's hinge [rad/s], of either sign.
+        start: its coordinate at the beginning [rad].
+        near: a state (nq,) on the way, from which the start is reached.
+        turns: how many.
+        ripple: largest deviation of the rate that is allowed, relative to it.
+        most_samples: a run of more is refused.
+    """
+
+    rate: float
+    start: float
+    near: Array
+    turns: float
+    ripple: float
+    most_samples: int

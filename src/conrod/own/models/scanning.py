@@ -1,0 +1,199 @@
+"""Kinematic mode of a user's own model: one turn of its crank, held at angle after angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.mobility import mobility
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.exact.motion import Array
+from conrod.own.models.assembly import Assembly
+from conrod.own.models.loading import check_finite, load_model, names_of_keyframes
+from conrod.own.models.own_settings import own_settings, remarks, stops
+from conrod.own.models.points import Crank, FoundPoint, find_crank, find_point
+from conrod.own.models.request import Question, Scan
+from conrod.own.models.touching import Gap, find_gap, touching
+from conrod.own.models.wiring import check_freedom, wiring
+
+SAMPLES = 180  # in a turn
+# A point that is not back after a turn, or a crank's axis that moves, by more than this share of the model.
+RETURNED = 1e-6
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A model with what was asked for found in it, assembled at its start pose."""
+
+    model: mujoco.MjModel
+    crank: Crank
+    points: tuple[FoundPoint, ...]
+    assembly: Assembly
+    gap: Gap | None
+
+
+@dataclass(frozen=True)
+class _Sample:
+    """The model at one angle; slopes are by the crank's coordinate."""
+
+    coordinate: float
+    state: Array
+    rates: Array
+    positions: list[Array]
+    slopes: list[Array]
+    links: list[Array]  # orientations of the points' links (3, 3)
+    spins: list[Array]  # derivatives of their turns (3,)
+    anchor: Array
+    axis: Array
+    gap: tuple[float, str]
+    rank: int
+
+
+def scan(path: Path, question: Question) -> Scan:
+    """One turn of a model; to be called in a process of its own, see `conrod.studies.execution.confined`.
+
+    Raises:
+        InvalidInput: the model cannot be loaded, has not what was asked for, is of another mobility than the machine,
+            cannot be assembled, or cannot turn fully.
+    """
+    try:
+        return _scanned(prepare(path, question), question)
+    except InvalidInput as error:
+        raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
+
+
+def prepare(path: Path, question: Question) -> Prepared:
+    """Load a model, find what was asked for and assemble it at its start pose.
+
+    Raises:
+        InvalidInput: see `scan`.
+    """
+    model = load_model(path)
+    check_finite(model)
+    crank = find_crank(model, question.crank)
+    points = tuple(find_point(model, place) for place in question.places)
+    assembly = Assembly(model, crank)
+    _assemble(assembly, question)
+    check_freedom(assembly, question)
+    gap = None
+    if question.touching is not None and not len(assembly.left_free()):
+        raise InvalidInput("--touching: its closures place everything, and leave nothing to a contact")
+    if len(assembly.left_free()) and question.contacts:
+        gap = find_gap(assembly, question.touching)
+        gap.close()
+        assembly.place_rest = gap.close
+    return Prepared(model, crank, points, assembly, gap)
+
+
+def _assemble(assembly: Assembly, question: Question) -> None:
+    """Close the loops from the pose that is asked for, or from the first of the model's own that can be closed."""
+    model, keys = assembly.model, names_of_keyframes(assembly.model)
+    if question.keyframe is not None:
+        if question.keyframe not in keys:
+            if not any(keys):
+                raise InvalidInput(f"--keyframe {question.keyframe}: the model has no keyframe with a name")
+            raise unknown_choice("keyframe", question.keyframe, [key for key in keys if key])
+        poses = [model.key_qpos[keys.index(question.keyframe)]]
+    else:
+        poses = [model.qpos0, *model.key_qpos]
+    for k, pose in enumerate(poses):
+        assembly.data.qpos[:] = pose
+        try:
+            assembly.close()
+            return
+        except InvalidInput:
+            if k == len(poses) - 1:
+                raise
+
+
+def _scanned(prepared: Prepared, question: Question) -> Scan:
+    assembly, model = prepared.assembly, prepared.model
+    start = assembly.coordinate()
+    wired_at_start = mobility(assembly.model, assembly.data)
+    samples = []
+    for turn in np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1):
+        assembly.go(start + float(turn))
+        samples.append(_sample(prepared))
+    _check_return(samples, float(model.stat.extent))
+    wired = wiring(assembly, [wired_at_start.rank, *(s.rank for s in samples)])
+    last, samples = samples[-1], samples[:-1]
+    worst = max((s.gap for s in samples), key=lambda gap: gap[0])
+    by_contact = prepared.gap is not None
+    states = np.array([s.state for s in samples])
+    named = [(k, place.point) for k, place in enumerate(question.places)]
+    return Scan(
+        name=model.names[: model.names.index(b"\0")].decode(errors="replace"),
+        engine_version=mujoco.__version__,
+        coordinate=np.array([s.coordinate for s in samples]),
+        positions={n: np.array([s.positions[k] for s in samples]) for k, n in named},
+        slopes=None if by_contact else {n: np.array([s.slopes[k] for s in samples]) for k, n in named},
+        turns={n: np.array([_turn(s.links[k], samples[0].links[k], s.axis) for s in samples]) for k, n in named},
+        spins={n: np.array([s.spins[k] @ s.axis for s in samples]) for k, n in named},
+        states=states,
+        rates=_differences(model, [*samples, last]) if by_contact else np.array([s.rates for s in samples]),
+        anchor=samples[0].anchor,
+        axis=samples[0].axis,
+        wander=max(_wander(s, samples[0]) for s in samples),
+        gap=worst[0],
+        open_closure=worst[1],
+        wiring=wired,
+        touching=None if prepared.gap is None else touching(prepared.gap, model, samples[0].axis),
+        settings=own_settings(model),
+        stops=stops(model, prepared.crank, states),
+        remarks=remarks(model, prepared.crank),
+    )
+
+
+def _sample(prepared: Prepared) -> _Sample:
+    assembly, crank = prepared.assembly, prepared.crank
+    data, rates = assembly.data, assembly.rates()
+    mujoco.mj_comPos(assembly.model, data)
+    return _Sample(
+        coordinate=assembly.coordinate(),
+        state=data.qpos.copy(),
+        rates=rates,
+        positions=[point.position(data) for point in prepared.points],
+        slopes=[point.jacobian(assembly.model, data) @ rates for point in prepared.points],
+        links=[data.xmat[point.body].reshape(3, 3).copy() for point in prepared.points],
+        spins=[point.spin(assembly.model, data) @ rates for point in prepared.points],
+        anchor=data.xanchor[crank.joint].copy(),
+        axis=data.xaxis[crank.joint].copy(),
+        gap=assembly.gap(),
+        rank=mobility(assembly.model, data).rank,
+    )
+
+
+def _turn(link: Array, before: Array, axis: Array) -> float:
+    """Angle [rad] about an axis by which a link turned from one orientation (3, 3) to another."""
+    turned = link @ before.T
+    across = 0.5 * np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
+    return float(np.arctan2(across @ axis, 0.5 * (np.trace(turned) - 1.0)))
+
+
+def _check_return(samples: list[_Sample], extent: float) -> None:
+    first, last = samples[0], samples[-1]
+    off = max(float(np.linalg.norm(b - a)) for a, b in zip(first.positions, last.positions, strict=True))
+    if off > RETURNED * extent:
+        raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
+
+
+def _wander(sample: _Sample, first: _Sample) -> float:
+    return max(float(np.linalg.norm(sample.anchor - first.anchor)), float(np.linalg.norm(sample.axis - first.axis)))
+
+
+def _differences(model: mujoco.MjModel, around: list[_Sample]) -> Array:
+    """Rates by central differences of a closed turn's states, whose last sample is its first again."""
+    count = len(around) - 1
+    rates = np.empty((count, model.nv))
+    for k in range(count):
+        before, after = around[k - 1 if k else count - 1], around[k + 1]
+        # The last sample before the first one lies a turn further.
+        width = 2.0 * 2.0 * np.pi / count
+        back = before.state.copy()
+        if not k:
+            back[:] = around[count - 1].state - (around[count].state - around[0].state)
+        mujoco.mj_differentiatePos(model, rates[k], width, back, after.state)
+    return rates

@@ -1,0 +1,1 @@
+"""Printed values of a textbook against the exact motion."""

@@ -1,0 +1,1 @@
+"""Trajectories of any tool, as tables, against the exact motion of a scene."""

@@ -1,0 +1,230 @@
+"""Which column of a table is what, and in which unit."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.own.tables.quantity import CRANK_ANGLE, TIME, Target, meant_by, targets
+from conrod.own.tables.text import DIMENSIONS, bare_unit, bracketed_unit, factor, is_unit, readings
+
+# Columns with these units speak of the same thing: in one table either all of them name their unit or none.
+KINDS = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a user said of the columns.
+
+    Attributes:
+        columns: heading by quantity, from `--column C.x=px`.
+        units: by quantity, from `--unit C.x=mm`.
+        default_units: for columns that name none, from `--unit mm`.
+    """
+
+    columns: Mapping[str, str]
+    units: Mapping[str, str]
+    default_units: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that is used.
+
+    Attributes:
+        target: what it is.
+        index: its place in the table, from 0.
+        heading: as in the table.
+        unit: in words.
+        factor: to SI.
+        told_by: where the unit is from: heading, rows (a row of units, or the cells), --unit, or assumed.
+    """
+
+    target: Target
+    index: int
+    heading: str
+    unit: str
+    factor: float
+    told_by: str
+
+
+def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str]) -> Request:
+    """What a user said with `--column` and `--unit`.
+
+    Raises:
+        InvalidInput: something that is no quantity of the scene, or no unit.
+    """
+    known = {target.name: target for target in targets(points)}
+    named = dict(_pairs(columns, "--column", known))
+    own = dict(_pairs([u for u in units if "=" in u], "--unit", known))
+    for name, unit in own.items():
+        _factor_of(unit, known[name], f"--unit {name}={unit}")
+    general = tuple(unit.strip() for unit in units if "=" not in unit)
+    for unit in general:
+        if not is_unit(unit):
+            raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
+    return Request(named, own, general)
+
+
+def _pairs(texts: Sequence[str], option: str, known: Mapping[str, Target]) -> Iterator[tuple[str, str]]:
+    seen = set()
+    for text in texts:
+        # A heading may hold an equals sign, a quantity does not.
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InvalidInput(f"{option} {text!r}: give QUANTITY=..., e.g. {option} time=t")
+        if name not in known:
+            raise unknown_choice("quantity", name, known)
+        if name in seen:
+            raise InvalidInput(f"{option} {name}: given twice")
+        seen.add(name)
+        yield name, value
+
+
+def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
+    """The columns of a table that are used, in the order in which quantities are told.
+
+    Args:
+        headings: of all columns.
+        row_units: units in the row under the headings, or in the cells; empty without.
+        points: names of the scene's observed points.
+
+    Raises:
+        InvalidInput: a column that is missing, may be several things, or whose unit cannot be told.
+    """
+    known = targets(points)
+    places = _places(headings, known, asked)
+    _check_enough(places, headings, points)
+    columns = []
+    for target in known:
+        if target.name in places:
+            place = places[target.name]
+            columns.append(_column(target, place, headings[place], row_units[place] if row_units else "", asked))
+    _check_units(columns)
+    return columns
+
+
+def _places(headings: Sequence[str], known: Sequence[Target], asked: Request) -> dict[str, int]:
+    """Place of the column of each quantity that the table has."""
+    places = {name: _place_of(wanted, name, headings) for name, wanted in asked.columns.items()}
+    free = [target for target in known if target.name not in places]
+    for place, heading in enumerate(headings):
+        found = next((t for name, _ in readings(heading) if (t := meant_by(name, free))), None)
+        if found is None or place in places.values():
+            continue
+        if found.name in places:
+            raise InvalidInput(
+                f"columns {headings[places[found.name]]!r} and {heading!r} may both be {found.name}: say which with "
+                f"--column {found.name}=..."
+            )
+        places[found.name] = place
+    return places
+
+
+def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
+    """The column that a user named: by its heading, by the name in that, or by its number from 1."""
+    meanings = [[name for name, _ in readings(heading)] for heading in headings]
+    whole = [[heading.strip()] for heading in headings]
+    small = [[name.casefold() for name in names] for names in meanings]
+    for candidates, name in ((whole, wanted), (meanings, wanted), (small, wanted.casefold())):
+        found = [place for place, own in enumerate(candidates) if name in own]
+        if len(found) > 1:
+            raise InvalidInput(f"--column {quantity}={wanted}: the table has {len(found)} columns of that name")
+        if found:
+            return found[0]
+    if wanted.isdecimal() and 1 <= int(wanted) <= len(headings):
+        return int(wanted) - 1
+    raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(_listed(headings)))
+
+
+def _listed(headings: Sequence[str], most: int = 30) -> list[str]:
+    named = [heading for heading in headings if heading]
+    return [*named[:most], *(["..."] if len(named) > most else [])]
+
+
+def _check_enough(places: Mapping[str, int], headings: Sequence[str], points: Sequence[str]) -> None:
+    if TIME not in places:
+        raise InvalidInput(_missing("no column for the time", TIME, ("time", "t"), headings))
+    if not set(places) - {TIME}:
+        example = f"{points[0]}.x"
+        wanted = (example, "crank_angle", *(f"{p}.y" for p in points))
+        raise InvalidInput(
+            _missing(f"no column for any of {', '.join(points)} or the crank", example, wanted, headings)
+        )
+
+
+def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[str]) -> str:
+    near = dict.fromkeys(
+        heading
+        for name in wanted
+        for heading in difflib.get_close_matches(name.casefold(), [h.casefold() for h in headings], n=2, cutoff=0.3)
+    )
+    originals = {h.casefold(): h for h in headings}
+    hint = f"; nearest: {', '.join(repr(originals[h]) for h in near)}" if near else ""
+    return (
+        f"{what} among {', '.join(repr(h) for h in _listed(headings, 12))}{hint}; "
+        f"say which it is, by its name or its number from 1, with --column {example}=..."
+    )
+
+
+# -- units -----------------------------------------------------------------------------------------------------------
+
+
+def _column(target: Target, place: int, heading: str, row_unit: str, asked: Request) -> Column:
+    unit, told_by = _unit_of(target, heading, row_unit, asked)
+    scale = _factor_of(unit, target, f"column {heading!r}")
+    return Column(target, place, heading, unit, scale, told_by)
+
+
+def _unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tuple[str, str]:
+    if target.name in asked.units:
+        return asked.units[target.name], "--unit"
+    under = bare_unit(row_unit) or ""
+    within = _unit_in(heading, target)
+    if under and within and factor(under, target.unit) != factor(within, target.unit):
+        raise InvalidInput(
+            f"mixed units: {heading!r} has {under!r} in the row under it; say with --unit {target.name}="
+        )
+    if under or within:
+        return under or within, "rows" if under else "heading"
+    for unit in asked.default_units:
+        # Whose lengths are in mm, its velocities are in mm/s.
+        for way in (unit, f"{unit}/s", f"{unit}/s^2"):
+            if factor(way, target.unit) is not None:
+                return way, "--unit"
+    return target.unit, "assumed"
+
+
+def _unit_in(heading: str, target: Target) -> str:
+    """The unit in a heading; where there are several ways to read it, the one that fits what the column is."""
+    units = [unit for _, unit in readings(heading) if unit]
+    return next((unit for unit in units if factor(unit, target.unit) is not None), bracketed_unit(heading))
+
+
+def _factor_of(unit: str, target: Target, where: str) -> float:
+    scale = factor(unit, target.unit)
+    if scale is None:
+        kind = DIMENSIONS[target.unit]
+        raise InvalidInput(f"{where}: {unit!r} is no unit of {kind}; say with --unit {target.name}=... what it is in")
+    return scale
+
+
+def _check_units(columns: Sequence[Column]) -> None:
+    """Refuse a table in which one length has a unit and another has none: both guesses may be a factor 1000 off."""
+    for kind in KINDS:
+        of_kind = [column for column in columns if column.target.unit in kind]
+        without = [column for column in of_kind if column.told_by == "assumed"]
+        stated = [column for column in of_kind if column.told_by != "assumed"]
+        if without and stated:
+            one, other = without[0].target, stated[0]
+            raise InvalidInput(
+                f"mixed units: {one.name} has no unit, {other.target.name} is in {other.unit}; say with "
+                f"--unit {one.name}=... what it is in"
+            )
+
+
+def names_crank(columns: Sequence[Column]) -> bool:
+    """Whether the table says where the crank was."""
+    return any(column.target.name == CRANK_ANGLE for column in columns)

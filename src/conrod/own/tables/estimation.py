@@ -1,0 +1,163 @@
+"""Time offset, crank phase, sense of rotation and frame of a table, estimated where a user asks for them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.own.tables.alignment import Alignment
+from conrod.own.tables.fit import Fit
+from conrod.own.tables.gauss_newton import Fitted, fitted
+from conrod.own.tables.samples import Observed
+from conrod.scenes import Scene
+
+CHOICES = ("time", "phase", "sense", "frame")
+FRAME = ("x", "y", "rotation")
+# Rows that estimates are made from, evenly spread.
+MOST_ROWS = 50_000
+# Both senses fit alike where the better one leaves more than this share of what the other leaves.
+SAME_FIT = 0.9
+ROUNDING = 1e-12
+# Name -> SI unit, meaning.
+MEANING = {
+    "time": ("s", "the table's clock minus the scene's"),
+    "phase": ("rad", "crank angle at the scene's time 0"),
+    "zero": ("rad", "crank angle where the table's crank angle is 0"),
+    "x": ("m", "the scene's origin in the table's frame, x"),
+    "y": ("m", "the scene's origin in the table's frame, y"),
+    "rotation": ("rad", "turn of the scene's axes in the table's frame"),
+}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One estimated quantity, SI.
+
+    Attributes:
+        error: its standard error, for errors of one size (relative to L) that are independent from row to row.
+    """
+
+    name: str
+    value: float
+    error: float
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return MEANING[self.name][0]
+
+    @property
+    def meaning(self) -> str:
+        """In words."""
+        return MEANING[self.name][1]
+
+
+@dataclass(frozen=True)
+class Estimation:
+    """What was estimated.
+
+    Attributes:
+        alignment: that the table is judged with.
+        estimates: in the order asked for; a sense of rotation has no standard error and is not among them.
+        sense: where it was estimated: +1 or -1, and the rms errors left with it and with the opposite one.
+        undetermined: what cannot be told, or not told apart, a sentence each.
+        rows: that were used.
+        remaining: rms error that is left, divided by L; of the crank angle [rad] where a table has no positions.
+    """
+
+    alignment: Alignment
+    estimates: tuple[Estimate, ...]
+    sense: tuple[int, float, float] | None
+    undetermined: tuple[str, ...]
+    rows: int
+    remaining: float
+
+
+def parse_estimate(text: str) -> tuple[str, ...]:
+    """What `--estimate time,phase` asks for.
+
+    Raises:
+        InvalidInput: something that is not estimated.
+    """
+    names = [name.strip() for name in text.split(",")]
+    for name in names:
+        if name not in CHOICES:
+            raise unknown_choice("thing to estimate", name, CHOICES)
+    return tuple(dict.fromkeys(names))
+
+
+def estimate(observed: Observed, scene: Scene, asked: Sequence[str]) -> Estimation:
+    """Estimate what was asked for.
+
+    Raises:
+        InvalidInput: the table does not have what it would be told from, or too little of it.
+    """
+    if not observed.has("position"):
+        _check_without_positions(observed, asked)
+    elif scene.kinematics.mechanism.driver.span is not None and tuple(asked) != ("frame",):
+        raise InvalidInput(
+            f"--estimate {','.join(asked)}: it would be looked for anywhere in a turn, and the input makes one pass; "
+            "only frame can be estimated"
+        )
+    rows = observed.thinned(MOST_ROWS)
+    if "sense" not in asked:
+        return _with_sense(rows, scene, asked, 1)
+    usual, opposite = (_with_sense(rows, scene, asked, sense) for sense in (1, -1))
+    best, other = sorted((usual, opposite), key=lambda one: one.remaining)
+    if other.remaining < ROUNDING or best.remaining > SAME_FIT * other.remaining:
+        told = "sense cannot be told: both senses of rotation fit alike; it is taken to be the scene's"
+        return replace(usual, undetermined=(*usual.undetermined, told))
+    return replace(best, sense=(best.alignment.sense, best.remaining, other.remaining))
+
+
+def _check_without_positions(observed: Observed, asked: Sequence[str]) -> None:
+    if observed.angle is None:
+        raise InvalidInput(f"--estimate {','.join(asked)}: the table has no positions to estimate it from")
+    if "frame" in asked:
+        raise InvalidInput("--estimate frame: the table has no positions to estimate it from")
+
+
+def _with_sense(observed: Observed, scene: Scene, asked: Sequence[str], sense: int) -> Estimation:
+    fits = list(_fits(observed, scene, asked, Alignment(sense=sense)))
+    alignment = _within_a_turn(fits[-1].alignment, scene)
+    return Estimation(
+        alignment=alignment,
+        estimates=tuple(
+            Estimate(name, _value(alignment, name), error) for one in fits for name, error in one.errors.items()
+        ),
+        sense=None,
+        undetermined=tuple(text for one in fits for text in one.undetermined),
+        rows=len(observed.times),
+        remaining=fits[0].remaining,
+    )
+
+
+def _fits(observed: Observed, scene: Scene, asked: Sequence[str], start: Alignment) -> Iterator[Fitted]:
+    """Of a table that says where its crank was: the crank's zero and the frame first, the clock from what is left."""
+    clock = [name for name in asked if name in ("time", "phase")]
+    if observed.angle is None or not observed.has("position"):
+        names = [part for name in asked for part in (FRAME if name == "frame" else (name,)) if name != "sense"]
+        yield fitted(Fit(observed, scene, "crank" if observed.angle is not None else "nominal"), start, names)
+        return
+    names = [*(["zero"] if "phase" in asked else []), *(FRAME if "frame" in asked else ())]
+    crank = fitted(Fit(observed, scene, "reached"), start, names)
+    yield crank
+    yield fitted(Fit(observed, scene, "nominal"), crank.alignment, clock)
+
+
+def _within_a_turn(alignment: Alignment, scene: Scene) -> Alignment:
+    """The motion repeats: of all offsets that are as good, the smallest."""
+    turn = 2.0 * math.pi
+    return replace(
+        alignment,
+        time=math.remainder(alignment.time, scene.period),
+        phase=math.remainder(alignment.phase, turn),
+        zero=math.remainder(alignment.zero, turn),
+        rotation=math.remainder(alignment.rotation, turn),
+    )
+
+
+def _value(alignment: Alignment, name: str) -> float:
+    return alignment.offset["xy".index(name)] if name in ("x", "y") else float(getattr(alignment, name))

@@ -1,0 +1,164 @@
+"""Errors of a table against the exact motion, as docs/design.md names them.
+
+Stamps: by how much the values of a quantity belong to another instant than their rows say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from conrod.exact.motion import Array, Motion
+from conrod.own.tables.alignment import Alignment
+from conrod.own.tables.samples import QUANTITIES, Observed
+from conrod.runs.comparison import ErrorSeries
+from conrod.scenes import Scene
+
+ERRORS = ("total", "position", "velocity", "acceleration")
+
+
+@dataclass(frozen=True)
+class Crank:
+    """What a table says of its crank.
+
+    Attributes:
+        phase: its angle minus the nominal one (T,) [rad].
+        speed: largest |rate / nominal rate - 1|, None where the table has no rate.
+        acceleration: largest |angular acceleration| / omega^2, None where it has none.
+    """
+
+    phase: Array
+    speed: float | None
+    acceleration: float | None
+
+
+@dataclass(frozen=True)
+class Exact:
+    """The exact motion beside a table: each motion is computed once, for all points and quantities."""
+
+    observed: Observed
+    scene: Scene
+    alignment: Alignment
+
+    @cached_property
+    def nominal(self) -> Motion:
+        """At the nominal time."""
+        angle = self.alignment.nominal(self.observed, self.scene.speed)
+        return self.scene.motion(angle, self.alignment.sense * self.scene.speed)
+
+    @cached_property
+    def reached(self) -> Motion:
+        """At the angle, rate and angular acceleration by the table's own account."""
+        observed = self.observed
+        if observed.angle is None and observed.rate is None and observed.acceleration is None:
+            return self.nominal
+        angle = self.alignment.reached(observed, self.scene.speed)
+        rate, acceleration = self.alignment.rate(observed, self.scene.speed), self.alignment.acceleration(observed)
+        return self.scene.motion(angle, rate, acceleration)
+
+    def motion(self, name: str) -> Motion:
+        """The motion that an error is taken against."""
+        return self.nominal if name == "total" else self.reached
+
+    def difference(self, name: str, point: str) -> Array:
+        """Table minus exact (T, c), SI, in the table's frame."""
+        quantity = quantity_of(name)
+        samples = self.observed.points[point][quantity]
+        exact: Array = getattr(self.motion(name).point(point), quantity)
+        return samples.values - self.alignment.seen(exact, samples, placed=quantity == "position")
+
+
+def quantity_of(name: str) -> str:
+    """The quantity that an error is of."""
+    return "position" if name == "total" else name
+
+
+def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> dict[str, dict[str, ErrorSeries]]:
+    """Normalised errors by point, and by name in `ERRORS` as far as the table has columns for them.
+
+    `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the table's
+    own columns say; where it has none, at the nominal ones, and `position` is then the same as `total`.
+    """
+    exact = Exact(observed, scene, alignment)
+    return {
+        point: {name: _error(exact, name, point) for name in ERRORS if quantity_of(name) in samples}
+        for point, samples in observed.points.items()
+    }
+
+
+def _error(exact: Exact, name: str, point: str) -> ErrorSeries:
+    norm = exact.scene.lengths[point] * abs(exact.scene.speed) ** QUANTITIES.index(quantity_of(name))
+    return ErrorSeries(exact.motion(name).angle, np.linalg.norm(exact.difference(name, point), axis=1) / norm)
+
+
+def largest(errors: Mapping[str, Mapping[str, ErrorSeries]], name: str, measure: str = "max") -> float | None:
+    """The largest error of a name over all points; None where no point has it. `measure`: max, rms or final."""
+    sizes = [getattr(series[name].size, measure) for series in errors.values() if name in series]
+    return max(sizes) if sizes else None
+
+
+def crank_of(observed: Observed, scene: Scene, alignment: Alignment) -> Crank | None:
+    """How the table's crank deviates from the nominal one; None where the table does not say where it was."""
+    if observed.angle is None:
+        return None
+    # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.
+    angle = np.unwrap(alignment.reached(observed, scene.speed))
+    phase = angle - alignment.nominal(observed, scene.speed)
+    phase = phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))
+    speed = alignment.sense * scene.speed
+    rate, acceleration = alignment.rate(observed, scene.speed), alignment.acceleration(observed)
+    return Crank(
+        phase,
+        None if observed.rate is None else float(np.abs(rate / speed - 1.0).max()),
+        None if observed.acceleration is None else float(np.abs(acceleration).max()) / speed**2,
+    )
+
+
+STEPS = 30
+CONVERGED = 1e-12  # of a period
+NEXT = {"position": "velocity", "velocity": "acceleration", "acceleration": "jerk"}
+
+
+def shifted(observed: Observed, by: float, scene: Scene) -> Observed:
+    """The table with all its rows so much later [s], the crank as far on as it turns in that time."""
+    rate = scene.speed if observed.rate is None else observed.rate
+    angle = None if observed.angle is None else observed.angle + rate * by
+    return replace(observed, times=observed.times + by, angle=angle)
+
+
+def stamp_of(name: str, observed: Observed, scene: Scene, alignment: Alignment) -> float | None:
+    """By how much later than their rows say the values of an error's quantity belong [s], by Gauss and Newton.
+
+    Returns:
+        None where no shift makes the difference smaller.
+    """
+    total, first = 0.0, None
+    for _ in range(STEPS):
+        step, left = _step(name, shifted(observed, total, scene), scene, alignment)
+        first = left if first is None else first
+        # Beyond half a turn it is another instant of another turn, found from elsewhere.
+        if abs(total + step) > 0.5 * scene.period:
+            return None
+        total += step
+        if abs(step) < CONVERGED * scene.period:
+            return total if left < first else None
+    return None
+
+
+def _step(name: str, observed: Observed, scene: Scene, alignment: Alignment) -> tuple[float, float]:
+    """The best shift to first order [s], and the sum of squares as it is."""
+    up, down, left = 0.0, 0.0, 0.0
+    exact, quantity = Exact(observed, scene, alignment), quantity_of(name)
+    for point, quantities in observed.points.items():
+        if quantity in quantities:
+            difference = exact.difference(name, point)
+            faster = getattr(exact.motion(name).point(point), NEXT[quantity])
+            slope = alignment.seen(faster, quantities[quantity], placed=False)
+            weight = scene.lengths[point] ** -2
+            up += weight * float(np.sum(slope * difference))
+            down += weight * float(np.sum(slope * slope))
+            left += weight * float(np.sum(difference**2))
+    return (up / down if down else 0.0), left

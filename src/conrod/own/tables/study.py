@@ -1,0 +1,228 @@
+"""A table judged: what it says, how its clock and frame stand, how far it is off, and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.own.tables.alignment import Alignment
+from conrod.own.tables.causes import Cause, likely_causes
+from conrod.own.tables.columns import Column
+from conrod.own.tables.estimation import Estimation, estimate
+from conrod.own.tables.judging import ERRORS, Crank, crank_of, largest, table_errors
+from conrod.own.tables.reading import Reading
+from conrod.own.tables.samples import QUANTITIES, Observed
+from conrod.runs.comparison import ErrorSeries
+from conrod.scenes import Scene
+
+# Below this nobody asks why, but for a tolerance: tables are written with so many digits.
+NOTEWORTHY = 1e-6
+# An angle that a clock's rounding makes uncertain by more than this is told [rad].
+CLOCK_ROUNDING = 1e-9
+BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
+WHOLE = 1.0 - 1e-6  # revolutions that are one: times are written with so many digits
+EPS = float(np.finfo(float).eps)
+RMS = "velocity_rms"
+
+
+@dataclass(frozen=True)
+class TableStudy:
+    """The result of `conrod validate TABLE --scene SCENE`.
+
+    Attributes:
+        file: name of the table.
+        scene_name, scene: what it is judged against.
+        columns, unused: which of its columns are what, and headings of the others.
+        form: how the file is written, in words.
+        times: of its rows (T,) [s].
+        step: time from row to row, the median [s].
+        errors: by point, and by name in `ERRORS` as far as the table has columns for them.
+        components: of each point, those that the table has ("x", "y" or "xy").
+        crank: None where the table does not say where its crank was.
+        estimation: None where nothing was to be estimated.
+        tolerance: as asked for, by quantity; empty where nothing is judged.
+        causes: that reproduce what is wrong.
+        notes: what is not judged, or not as one might think, a sentence each.
+    """
+
+    file: str
+    scene_name: str
+    scene: Scene
+    columns: tuple[Column, ...]
+    unused: tuple[str, ...]
+    form: str
+    times: Array
+    step: float
+    errors: Mapping[str, Mapping[str, ErrorSeries]]
+    components: Mapping[str, str]
+    crank: Crank | None
+    estimation: Estimation | None
+    tolerance: Mapping[str, float]
+    causes: tuple[Cause, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.times)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time [s]."""
+        return float(self.times[0]), float(self.times[-1])
+
+    @property
+    def revolutions(self) -> float:
+        """Turns of the crank that the table spans at nominal speed."""
+        return (self.span[1] - self.span[0]) / self.scene.period
+
+    def largest(self, name: str) -> float | None:
+        """The largest error of a name in `ERRORS`, `velocity_rms` or `phase` [rad]; None where there is none."""
+        return _found(name, self.errors, self.crank)
+
+    @property
+    def exceeded(self) -> dict[str, tuple[float, float]]:
+        """Errors beyond their tolerance: name -> (found, allowed)."""
+        found = {name: (self.largest(name), allowed) for name, allowed in self.tolerance.items()}
+        return {name: (size, allowed) for name, (size, allowed) in found.items() if size is not None and size > allowed}
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether all is within tolerance; None where nothing is judged."""
+        return not self.exceeded if self.tolerance else None
+
+
+def study_table(
+    file: str,
+    scene_name: str,
+    scene: Scene,
+    reading: Reading,
+    asked: Sequence[str] = (),
+    tolerance: Mapping[str, float] | None = None,
+) -> TableStudy:
+    """Judge a table.
+
+    Args:
+        asked: what to estimate first, of `estimation.CHOICES`.
+        tolerance: largest errors allowed, of `ERRORS`, `velocity_rms` and `phase` [rad]; None judges nothing.
+
+    Raises:
+        InvalidInput: a tolerance of what the table has not, or an estimate of what it does not tell.
+    """
+    observed, allowed = reading.observed, dict(tolerance or {})
+    estimation = estimate(observed, scene, asked) if asked else None
+    alignment = estimation.alignment if estimation else Alignment()
+    _check_pass(observed, scene, alignment)
+    errors = table_errors(observed, scene, alignment)
+    crank = crank_of(observed, scene, alignment)
+    _check_tolerance(allowed, errors, crank)
+    return TableStudy(
+        file=file,
+        scene_name=scene_name,
+        scene=scene,
+        columns=reading.columns,
+        unused=reading.unused,
+        form=reading.form,
+        times=observed.times,
+        step=observed.step,
+        errors=errors,
+        components={point: _components(reading.columns, point) for point in observed.points},
+        crank=crank,
+        estimation=estimation,
+        tolerance=allowed,
+        causes=likely_causes(observed, scene, alignment, _wrong(errors, crank, allowed)),
+        notes=tuple(_notes(reading, scene)),
+    )
+
+
+def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
+    """Refuse a table whose clock leads out of the one pass of an input that cannot turn fully."""
+    span = scene.kinematics.mechanism.driver.span
+    if span is None:
+        return
+    angle = alignment.nominal(observed, scene.speed)
+    if angle.min() < span[0] - BEYOND or angle.max() > span[1] + BEYOND:
+        found, allowed = (
+            f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in ((angle.min(), angle.max()), span)
+        )
+        raise InvalidInput(
+            f"the table's times lead from crank angle {found}, out of the pass from {allowed}: time 0 is that of crank "
+            f"angle 0, so that the pass begins at {(span[0] if scene.speed > 0.0 else span[1]) / scene.speed:.6g} s"
+        )
+
+
+def _found(name: str, errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None) -> float | None:
+    if name == "phase":
+        return None if crank is None else float(np.abs(crank.phase).max())
+    return largest(errors, "velocity", "rms") if name == RMS else largest(errors, name)
+
+
+def _check_tolerance(
+    allowed: Mapping[str, float], errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None
+) -> None:
+    for name in allowed:
+        if _found(name, errors, crank) is None:
+            what = "crank angle" if name == "phase" else "position" if name == "total" else name.removesuffix("_rms")
+            raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
+
+
+def _wrong(
+    errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None, allowed: Mapping[str, float]
+) -> list[str]:
+    """Errors that a cause is looked for: none where all are within tolerance, otherwise all that are worth a note."""
+    beyond = [name for name, limit in allowed.items() if (_found(name, errors, crank) or 0.0) > limit]
+    if allowed and not beyond:
+        return []
+    return [name for name in ERRORS if name in beyond or (largest(errors, name) or 0.0) > NOTEWORTHY]
+
+
+def _components(columns: Sequence[Column], point: str) -> str:
+    return "".join(sorted({"xy"[column.target.axis] for column in columns if column.target.point == point}))
+
+
+def _notes(reading: Reading, scene: Scene) -> list[str]:
+    observed, notes = reading.observed, []
+    if reading.repeated:
+        notes.append(f"rows that repeat the time and all values of the row before are left out: {reading.repeated}")
+    span = scene.kinematics.mechanism.driver.span
+    whole = 2.0 * math.pi if span is None else span[1] - span[0]
+    # A pass is whole where no other row would have fitted into it.
+    left = 0.0 if span is None else observed.step
+    if np.ptp(observed.times) + left < WHOLE * whole / abs(scene.speed):
+        rest = "a revolution: the rest of the turn" if span is None else "the pass: the rest of it"
+        notes.append(f"it spans less than {rest} is not judged")
+    assumed = [column.target.name for column in reading.columns if column.told_by == "assumed"]
+    if assumed:
+        notes.append(f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise")
+    unseen = [point for point in scene.lengths if point not in observed.points]
+    if unseen:
+        notes.append(f"no columns for {', '.join(unseen)}: not judged")
+    for point, samples in observed.points.items():
+        without = [quantity for quantity in QUANTITIES if quantity not in samples]
+        if without:
+            notes.append(f"no {' or '.join(without)} of {point}: not judged, for conrod does not differentiate")
+        parts = [f"{quantity} in {'xy'[s.axes[0]]}" for quantity, s in samples.items() if not s.whole]
+        if parts:
+            notes.append(f"of {point} there is one component alone, {', '.join(parts)}: the other is not judged")
+    notes += _crank_notes(reading)
+    rounding = EPS * abs(scene.speed) * float(np.abs(observed.times).max())
+    if rounding > CLOCK_ROUNDING:
+        notes.append(f"times this large leave the crank angle uncertain by {rounding:.1e} rad")
+    return notes
+
+
+def _crank_notes(reading: Reading) -> list[str]:
+    observed = reading.observed
+    if observed.angle is None:
+        return ["no crank angle: position is judged at the nominal time, as total is"] if observed.points else []
+    notes = [] if observed.points else ["no observed point: the crank's angle alone is judged"]
+    if observed.rate is None and observed.has("velocity"):
+        notes.append("no crank speed: velocities are judged at the nominal one")
+    if observed.acceleration is None and observed.has("acceleration"):
+        notes.append("no angular acceleration of the crank: accelerations are judged at none")
+    return notes

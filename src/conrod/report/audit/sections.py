@@ -1,0 +1,197 @@
+"""What document 001 asks for and does not print.
+
+What document 002's listing computes when it is run, as a table.
+
+Document 004's series against the geometry, for every cam, as tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.audits.cam_survey import LARGEST_PRESSURE_ANGLE, CamSurvey, surveys
+from conrod.audits.documents.module_answers import answers
+from conrod.audits.formulas.published import SAME
+from conrod.audits.listing_survey import runs
+from conrod.report.audit.words import plain, share_text, signless
+from conrod.report.numbers import quantity
+from conrod.report.tables import paragraphs, table
+
+
+def module_section() -> str:
+    """The answers, with their computation."""
+    rows = [
+        [str(a.line), plain(a.place), plain(a.quantity), quantity(a.value, 6), plain(a.unit), plain(a.why)]
+        for a in answers()
+    ]
+    return paragraphs(
+        "## Asked for and not printed",
+        "What the examples ask and leave open, from their printed lengths and speeds.",
+        table(["line", "where", "quantity", "value", "unit", "computation"], rows),
+    )
+
+
+SAW_METHOD = (
+    "The listing's lines were evaluated with MATLAB's own operators at its own angles, 0° to 360° in steps of 1°, its "
+    "names put right where it would stop and line 154 left out. Between two rows MATLAB's `/` does not divide element "
+    "by element: it solves x b = a by least squares and gives one number, so that w3 and a3 come out the same for all "
+    "angles. With `./` alone w3 is a row, and products and powers of rows want `.*` and `.^` too. And `input` asks for "
+    "*putaran*, which section 4 answers with 500 rpm, where the lines below want rad/s."
+)
+
+
+def saw_section() -> str:
+    """Peaks of each way to run the listing."""
+    rows = [
+        [
+            f"{run.speed:g}",
+            run.way,
+            _number(run.rod_speed) + (", one number" if run.is_one_number else ""),
+            _number(run.rod_acceleration) + (", one number" if run.is_one_number else ""),
+            _number(run.velocity),
+            _share(run.velocity_error),
+            _number(run.acceleration),
+            _share(run.acceleration_error),
+        ]
+        for run in runs()
+    ]
+    head = ["rpm meant", "the listing", "w3 [rad/s]", "a3 [rad/s²]", "velocity [mm/s]", "off by",
+            "acceleration [mm/s²]", "off by"]  # fmt: skip
+    told = (
+        "Largest values in size over the turn; *off by* is the largest deviation from the exact motion at the speed "
+        "that is meant, as a share of its peak."
+    )
+    return paragraphs("## The MATLAB listing as MATLAB runs it", SAW_METHOD, told, table(head, rows))
+
+
+def _number(value: float) -> str:
+    return quantity(value, 5)
+
+
+def _share(value: float) -> str:
+    return "nothing" if value <= SAME else f"{share_text(value)} %"
+
+
+NAMES = ("lift", "velocity", "acceleration", "jerk")
+UNITS = ("mm", "mm/s", "mm/s²", "mm/s³")
+# Below this share of its peak a jump is rounding noise.
+NOISE = 1e-9
+CAM_METHOD = (
+    "Equations (8) to (23) replace √(1 - u²) by 1 - u²/2. They were evaluated as published, with R1 + r in place of "
+    "R1 - R in (13), (17) and (21), which cannot be used as they stand (R1 - R is negative for every cam), against the "
+    "exact geometry of base circle, flank, nose and roller, at 1 rad/s, R1 = 29, C = 80 and r = 9 mm. *flank* is the "
+    "sector BC, equations (8), (12), (16), (20), and by symmetry EF, (11), (15), (19), (23); *nose* is CD, (9), (13), "
+    "(17), (21), and DE, (10), (14), (18), (22). An error is the largest in size within the sector, the peak the "
+    "largest exact value in size. At the joint C flank and nose meet: lift and velocity are continuous in truth, "
+    "and what the series leaves there is its own. For the least flank radius of a base the cam is one circle and has "
+    "no nose."
+)
+AT_B = (
+    "At the joint B, where the flank begins, the series is exact up to the second derivative: lift and velocity begin "
+    "at zero and the acceleration jumps as it does in truth."
+)
+PRESSURE = (
+    "The document's own rule (line 62): the pressure angle is not to exceed 30°. *as printed* is by equations (6) and "
+    "(7), which count the height from the base circle and leave out the roller's radius."
+)
+
+
+def cam_section() -> str:
+    """The tables with their figures."""
+    found = surveys()
+    broken = [f"R = {s.base:g}, rho = {s.flank:g}" for s in found if not s.keeps_the_rule]
+    return paragraphs(
+        "## The truncated series for every cam",
+        CAM_METHOD,
+        _worst(found),
+        "![Error of the series over the cam angle for R = 36 mm](figures/series-error.svg)",
+        *(block for k, name in enumerate(NAMES) for block in (f"### {name.capitalize()}", _series_table(found, k))),
+        "### The joint B",
+        AT_B,
+        _joint_b_table(found),
+        "## Pressure angles",
+        PRESSURE,
+        f"{len(broken)} of the {len(found)} cams break the rule: {'; '.join(broken)} mm. Among them is the cam that "
+        "the conclusion calls the extreme one.",
+        "![Largest pressure angle of every cam, with the rule of 30 degrees](figures/pressure-angle.svg)",
+        _pressure_table(found),
+    )
+
+
+def _worst(found: Sequence[CamSurvey]) -> str:
+    """The cam on which the series does worst, in words."""
+    rows = []
+    for k, name in enumerate(NAMES):
+        shares = [max(s.flank_error[k], s.nose_error[k]) / s.exact_peak[k] for s in found]
+        cam = found[max(range(len(found)), key=lambda i: round(shares[i], 9))]
+        error = max(cam.flank_error[k], cam.nose_error[k])
+        rows.append(
+            [name, f"{cam.base:g}", f"{cam.flank:g}", f"{_size(error)} {UNITS[k]}", f"{100.0 * max(shares):.1f} %"]
+        )
+    return table(["worst case", "R [mm]", "rho [mm]", "error of the series", "of the exact peak"], rows)
+
+
+def _series_table(found: Sequence[CamSurvey], k: int) -> str:
+    unit = UNITS[k]
+    head = ["R [mm]", "rho [mm]", f"exact peak [{unit}]", "error on the flank", "error on the nose",
+            "jump at C, series", "jump at C, exact"]  # fmt: skip
+    return table(
+        head,
+        [
+            [
+                *_cam(s),
+                _size(s.exact_peak[k]),
+                _size(s.flank_error[k]),
+                "no nose" if s.is_least else _size(s.nose_error[k]),
+                "no joint" if s.is_least else _jump(s.jump_c[k], s.exact_peak[k]),
+                "no joint" if s.is_least else _jump(s.exact_jump_c[k], s.exact_peak[k]),
+            ]
+            for s in found
+        ],
+    )
+
+
+def _joint_b_table(found: Sequence[CamSurvey]) -> str:
+    head = ["R [mm]", "rho [mm]", "B [°]", "C [°]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
+            "jerk at B, series [mm/s³]", "exact [mm/s³]"]  # fmt: skip
+    return table(
+        head,
+        [
+            [
+                *_cam(s),
+                f"{s.joint_b:.3f}",
+                "none" if s.is_least else f"{s.joint_c:.3f}",
+                *(_jump(jump[k], s.exact_peak[k]) for k in (2, 3) for jump in (s.jump_b, s.exact_jump_b)),
+            ]
+            for s in found
+        ],
+    )
+
+
+def _pressure_table(found: Sequence[CamSurvey]) -> str:
+    head = ["R [mm]", "rho [mm]", "largest [°]", "at [°]", "as printed [°]", f"within {LARGEST_PRESSURE_ANGLE:g}°"]
+    return table(
+        head,
+        [
+            [
+                *_cam(s),
+                f"{s.pressure_angle:.2f}",
+                f"{s.pressure_angle_at:.1f}",
+                f"{s.pressure_angle_as_printed:.2f}",
+                "yes" if s.keeps_the_rule else "**no**",
+            ]
+            for s in found
+        ],
+    )
+
+
+def _cam(found: CamSurvey) -> list[str]:
+    return [f"{found.base:g}", f"{found.flank:g}" + (" (least)" if found.is_least else "")]
+
+
+def _size(value: float) -> str:
+    return quantity(float(value), 4) if abs(value) > NOISE else "0"
+
+
+def _jump(value: float, peak: float) -> str:
+    return signless(quantity(float(value), 4)) if abs(value) > NOISE * peak else "0"

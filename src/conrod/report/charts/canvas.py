@@ -1,0 +1,112 @@
+"""Figures that come out the same, byte for byte, wherever and whenever they are made.
+
+Fonts are drawn as paths: GitHub shows an SVG as an image, in which text would be set in whatever font the reader's
+machine has, with other widths than those the labels were laid out for.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib.style
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from conrod.exact.motion import Array
+from conrod.report.numbers import ROUNDING
+
+STYLE: dict[str, Any] = {
+    "svg.hashsalt": "conrod",
+    "svg.fonttype": "path",
+    "font.family": "DejaVu Sans",
+    "mathtext.fontset": "dejavusans",
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.labelsize": 9.0,
+    "legend.fontsize": 8.5,
+    "axes.grid": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#666666",
+    "axes.formatter.useoffset": False,
+    "lines.solid_capstyle": "round",
+    "legend.frameon": False,
+    # Simplification drops points by comparing floats, which the last bit of a value can decide.
+    "path.simplify": False,
+}
+# Written coordinates: a hundredth of a point is far below what can be seen.
+PATH_DATA = re.compile(r'(?<=\sd=")[^"]*(?=")|(?<=\s[xy]=")-?[\d.]+(?=")')
+NUMBER = re.compile(r"-?\d+\.\d+")
+
+
+# Round numbers, such as angles in degrees, would lie just between two grid points if these were round as well.
+OFF_TIES = 0.137
+
+
+@contextmanager
+def drawing_style() -> Iterator[None]:
+    """matplotlib's own defaults and ours, whatever the user's matplotlibrc says."""
+    with matplotlib.style.context(["default", STYLE]):
+        yield
+
+
+def svg_text(figure: Figure) -> str:
+    """The figure as SVG, without date, version or digits beyond a hundredth of a point."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    text = PATH_DATA.sub(lambda data: NUMBER.sub(_two_decimals, data.group()), stream.getvalue())
+    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+
+
+def _two_decimals(match: re.Match[str]) -> str:
+    short = f"{float(match.group()):.2f}".rstrip("0").rstrip(".")
+    return "0" if short == "-0" else short
+
+
+def on_grid(values: Array, span: float) -> Array:
+    """Values rounded to 1e-4 of the span of their axis, so that their last bits cannot be seen in the file."""
+    step = 10.0 ** np.floor(np.log10(span * 1e-4)) if span > 0.0 else 1.0
+    return np.asarray(np.rint(values / step + OFF_TIES) * step)
+
+
+def on_log_grid(errors: Array) -> Array:
+    """Errors rounded to 0.01 in their decimal logarithm, with what is rounding noise raised to `ROUNDING`."""
+    logarithm = np.log10(np.maximum(np.asarray(errors, dtype=float), ROUNDING))
+    return np.asarray(10.0 ** (np.rint(logarithm * 100.0) / 100.0))
+
+
+def whole_decades(axes: Axes, errors: list[Array]) -> None:
+    """Log scale over whole decades that hold all the errors; shades where rounding noise is left out."""
+    largest = max((float(e.max()) for e in errors if e.size), default=1.0)
+    smallest = min((float(e.min()) for e in errors if e.size), default=ROUNDING)
+    # A hair of tolerance keeps an error that lies on a decade from opening another one.
+    top = int(np.ceil(np.log10(largest) - 1e-6))
+    bottom = min(int(np.floor(np.log10(smallest) + 1e-6)), top - 2)
+    floor = round(np.log10(ROUNDING))
+    noise = bottom <= floor
+    axes.set_yscale("log")
+    # A little room at both ends, so that no marker is cut in half.
+    room = 0.05 * (top - bottom)
+    axes.set_ylim(10.0 ** (floor - 0.6 if noise else bottom - room), 10.0 ** (top + room))
+    every = max(1, -(-(top - bottom) // 6))
+    axes.set_yticks([10.0**k for k in range(top, (floor if noise else bottom) - 1, -every)])
+    axes.minorticks_off()
+    if noise:
+        axes.axhspan(10.0 ** (floor - 0.6), ROUNDING, color="#eeeeee", zorder=0, linewidth=0)
+        axes.annotate(
+            "rounding",
+            (0.995, 10.0 ** (floor - 0.3)),
+            xycoords=("axes fraction", "data"),
+            ha="right",
+            va="center",
+            fontsize=7.5,
+            color="#777777",
+        )

@@ -1,0 +1,101 @@
+"""Error against step size, with the observed order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from conrod.exact.motion import Array
+from conrod.report import numbers
+from conrod.report.charts.canvas import on_log_grid, whole_decades
+from conrod.report.charts.errors import NORMS
+from conrod.report.charts.styles import curve_style, label
+from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
+
+LABEL_HEIGHT = 0.05  # of a panel
+
+
+@dataclass(frozen=True)
+class Guide:
+    """A line of a whole order: its colour, and where it ends."""
+
+    order: int
+    colour: str
+    steps: float
+    end: float
+
+
+def refinement_figure(study: SceneStudy) -> Figure:
+    """Largest error over the observed points against steps per revolution, a panel for each quantity."""
+    runs = [r for r in study.results if r.mode == "dynamic" and r.refinement]
+    steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
+    figure = Figure(figsize=(10.5, 9.6))
+    panels = figure.subplots(3, 1, sharex=True)
+    for axes, name in zip(panels, QUANTITIES, strict=True):
+        drawn = [_curve(axes, run, name) for run in runs]
+        whole_decades(axes, drawn)
+        _name_slopes(axes, {guide for run in runs if (guide := _guide(axes, run, name)) is not None})
+        axes.set_xscale("log")
+        axes.set_ylabel(f"{name} error, max / {NORMS[name]}")
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), handlelength=4.2, labelspacing=0.9)
+    if steps:
+        panels[-1].set_xlim(steps[0] / 1.15, steps[-1] * 1.15)
+        panels[-1].set_xticks(steps, [str(n) for n in steps])
+    panels[-1].minorticks_off()
+    panels[-1].set_xlabel("steps per revolution N (step of the crank angle h = 2π / N)")
+    figure.align_ylabels(panels)
+    figure.subplots_adjust(left=0.085, right=0.72, top=0.98, bottom=0.06, hspace=0.12)
+    return figure
+
+
+def _stable(run: Result, name: str) -> tuple[Array, Array]:
+    """Steps per revolution and errors of the runs that completed."""
+    stable = [(p.steps_per_revolution, e) for p in run.refinement if (e := getattr(p, name)) is not None]
+    return np.array([float(n) for n, _ in stable]), on_log_grid(np.array([e for _, e in stable]))
+
+
+def _claimed(run: Result, name: str) -> float | None:
+    return None if run.order is None else run.order.get(name)
+
+
+def _curve(axes: Axes, run: Result, name: str) -> Array:
+    steps, errors = _stable(run, name)
+    order = _claimed(run, name)
+    found = "order not claimed" if order is None else f"order {numbers.order(order)}"
+    axes.plot(steps, errors, label=f"{label(run)}: {found}", **curve_style(run))
+    return errors
+
+
+def _guide(axes: Axes, run: Result, name: str) -> Guide | None:
+    """A pale line of the nearest whole order through the coarsest point of a curve that claims an order."""
+    steps, errors = _stable(run, name)
+    order = _claimed(run, name)
+    if order is None or round(order) < 1:
+        return None
+    guide = errors[0] * (steps / steps[0]) ** -float(round(order))
+    colour = curve_style(run)["color"]
+    axes.plot(steps, guide, color=colour, alpha=0.18, linewidth=6.0, zorder=1, solid_capstyle="butt")
+    return Guide(round(order), colour, float(steps[-1]), float(guide[-1]))
+
+
+def _name_slopes(axes: Axes, guides: set[Guide]) -> None:
+    """The slope of each guide beside its end; names that would touch are moved apart."""
+    low, high = np.log10(axes.get_ylim())
+    least = LABEL_HEIGHT * (high - low)
+    below = -np.inf
+    for guide in sorted(guides, key=lambda g: (g.end, g.order, g.colour)):
+        height = max(float(np.log10(guide.end)), below + least)
+        below = height
+        axes.annotate(
+            f"slope {guide.order}",
+            (guide.steps, 10.0**height),
+            xytext=(8, 0),
+            textcoords="offset points",
+            fontsize=7.5,
+            color=guide.colour,
+            va="center",
+            annotation_clip=False,
+        )

@@ -1,0 +1,98 @@
+"""One colour per engine and one line and marker per preset, the same in every figure.
+
+The figures that a scene's page can show.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.studies.validation.results import Result
+
+# Okabe and Ito's colours, told apart by colour-blind readers.
+COLOURS = {"mujoco": "#0072B2", "pymunk": "#D55E00"}
+OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+ENGINE_TITLES = {"mujoco": "MuJoCo", "pymunk": "pymunk"}
+EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
+
+
+@dataclass(frozen=True)
+class PresetStyle:
+    """How a preset is drawn. Coarse ones are large and beneath, so that a curve on another one is still seen."""
+
+    line: Any
+    marker: str
+    size: float  # [pt]
+    filled: bool
+    above: int
+
+
+PRESETS = {
+    "stock": PresetStyle((0, (1, 1.5)), "o", 7.0, False, 3),
+    "tuned": PresetStyle((0, (5, 2)), "s", 4.5, False, 4),
+    "hardened": PresetStyle("-", "^", 3.5, True, 5),
+}
+OTHER_PRESET = PresetStyle("-.", "D", 4.0, False, 4)
+
+
+def engine_title(engine: str) -> str:
+    """The engine's name as its makers write it."""
+    return ENGINE_TITLES.get(engine, engine)
+
+
+def label(result: Result) -> str:
+    """Engine and preset, as a legend has it."""
+    return f"{engine_title(result.engine)} {result.preset or ''}".strip()
+
+
+def colour(engine: str) -> str:
+    """The colour of an engine; one that is not ours gets one by its name."""
+    return COLOURS.get(engine) or OTHER_COLOURS[sum(engine.encode()) % len(OTHER_COLOURS)]
+
+
+def curve_style(result: Result) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for a result's curve."""
+    return preset_style(result.engine, result.preset)
+
+
+def preset_style(engine: str, name: str | None) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for the curve of an engine's preset."""
+    preset = PRESETS.get(name or "", OTHER_PRESET)
+    hue = colour(engine)
+    return {
+        "color": hue,
+        "linestyle": preset.line,
+        "linewidth": 1.2,
+        "marker": preset.marker,
+        "markersize": preset.size,
+        "markerfacecolor": hue if preset.filled else "none",
+        "markeredgewidth": 1.0,
+        "zorder": preset.above,
+    }
+
+
+def completed(results: tuple[Result, ...]) -> list[Result]:
+    """Dynamic runs that have errors and curves to draw."""
+    return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]
+
+
+FIGURE_NAMES = ("mechanism", "motion", "error", "order")
+
+
+def figures_of(text: str | None) -> tuple[str, ...]:
+    """The figures that are named in a text such as `mechanism,error`, in the order of the page; all where it is None.
+
+    Raises:
+        InvalidInput: one is unknown, or none is named.
+    """
+    if text is None:
+        return FIGURE_NAMES
+    named = [name.strip() for name in text.split(",") if name.strip()]
+    for name in named:
+        if name not in FIGURE_NAMES:
+            raise unknown_choice("figure", name, FIGURE_NAMES)
+    if not named:
+        raise InvalidInput(f"--figures {text!r}: name one or more of {', '.join(FIGURE_NAMES)}")
+    return tuple(name for name in FIGURE_NAMES if name in named)

@@ -1,0 +1,1 @@
+"""Drawings of mechanisms with their dimensions."""

@@ -1,0 +1,123 @@
+"""The links and joints of a drawing: bars, plates and slots, pins, slides, cams and pitch lines."""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Revolute, pins_of, to_world
+from conrod.mechanism.rolling import Rack, Rolling
+from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.link_shapes import link_shape
+from conrod.report.drawing.slides import Slide, slide_of, slot_ends, ways
+from conrod.report.drawing.view import MM, View, pitch_lines, profile
+
+BAR = 6.0  # width of a link [pt]
+
+
+def draw_joints(view: View) -> None:
+    """Pins with their bearings on the ground, slides, cams with their rollers, and lines that roll on each other."""
+    for joint in view.mechanism.joints:
+        match joint:
+            case Revolute():
+                centre = view.place(joint.b, joint.point_b)
+                place = (float(centre[0]), float(centre[1]))
+                if GROUND in (joint.a, joint.b):
+                    parts.bearing(view.axes, place, view.size)
+                    view.room.mark(centre - np.array([0.0, 0.9 * view.size]), 0.9 * view.size)
+                parts.pin(view.axes, place, view.size)
+                view.room.mark(centre, 0.35 * view.size)
+            case Prismatic():
+                _slide(view, joint)
+            case CamContact():
+                _cam(view, joint)
+            case Rolling() | Rack():
+                for line in pitch_lines(joint, view.in_metres):
+                    view.axes.plot(*(MM * line).T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
+            case _:
+                assert_never(joint)
+
+
+def draw_links(view: View) -> None:
+    """Every body as what its joints, slots and observed points make of it."""
+    slots: dict[str, list[Array]] = {body.name: [] for body in view.mechanism.bodies}
+    blocks: dict[str, list[Array]] = {body.name: [] for body in view.mechanism.bodies}
+    for joint in view.mechanism.joints:
+        if isinstance(joint, Prismatic):
+            slide = slide_of(view.mechanism, joint)
+            blocks[slide.moving].append(view.place(slide.moving, slide.point))
+            if slide.guide != GROUND:
+                slots[slide.guide].append(_slot(view, slide))
+    for body in view.mechanism.bodies:
+        held = [view.place(body.name, point) for point in pins_of(view.mechanism, body.name)] + blocks[body.name]
+        # A link reaches to the near end of its slot, and is the slot from there on.
+        near = [
+            min(ends, key=lambda end: float(np.linalg.norm(end - pin))) for pin in held[:1] for ends in slots[body.name]
+        ]
+        seen = [view.place(body.name, point.point) for point in view.mechanism.observed if point.body == body.name]
+        shape = link_shape(held + near, seen)
+        parts.body(view.axes, shape, BAR)
+        for line in (shape.edges, *shape.arms):
+            view.room.draw(line)
+
+
+def _travel(view: View, slide: Slide) -> tuple[float, float]:
+    """How far the block goes from where it is drawn, back and forth, over the turn [mm]."""
+    gone = MM * ways(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
+    poses = view.in_metres
+    now = MM * ways(slide, np.array([poses[slide.guide]]), np.array([poses[slide.moving]]))[0]
+    return float(min(gone.min() - now, 0.0)), float(max(gone.max() - now, 0.0))
+
+
+def _slot(view: View, slide: Slide) -> Array:
+    """The ends of a slot in a moving link, as far as its block goes; (2, 2) [mm]."""
+    back, forth = _travel(view, slide)
+    block, room = view.place(slide.moving, slide.point), 2.0 * view.size
+    return slot_ends(block, view.poses[slide.guide][2] + slide.direction, (back - room, forth + room))
+
+
+def _slide(view: View, joint: Prismatic) -> None:
+    slide = slide_of(view.mechanism, joint)
+    direction = view.poses[slide.guide][2] + slide.direction
+    block = view.place(slide.moving, slide.point)
+    if slide.guide != GROUND:
+        parts.slot(view.axes, _slot(view, slide), view.size)
+        parts.slider(view.axes, block, direction, view.size)
+        return
+    back, forth = _travel(view, slide)
+    # A cam's follower is guided above its roller, or the rails would hide the cam.
+    if any(contact.b == slide.moving for contact in view.mechanism.cam_contacts):
+        _stem(view, block, forth, direction)
+        return
+    room = 2.4 * view.size
+    parts.guide(view.axes, block, (back - room, forth + room), direction, view.size)
+    parts.slider(view.axes, block, direction, view.size)
+
+
+def _stem(view: View, roller: Array, forth: float, direction: float) -> None:
+    """A follower between its rails above its roller, which still goes `forth` [mm]."""
+    along = parts.unit(direction)
+    foot = roller + 5.0 * view.size * along
+    view.axes.plot(*np.array([foot, roller]).T, color=parts.LINK, linewidth=4)
+    top = forth + 9.0 * view.size
+    parts.guide(view.axes, roller, (top - 5.0 * view.size, top), direction, view.size)
+    tip = roller + (top + 1.5 * view.size) * along
+    view.axes.plot(*np.array([foot, tip]).T, color=parts.LINK, linewidth=4, alpha=0.75, zorder=4)
+
+
+def _cam(view: View, contact: CamContact) -> None:
+    pose = view.poses[contact.a]
+    outline = MM * np.array(profile(contact, view.in_metres[contact.a]))
+    view.axes.fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
+    view.axes.plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
+    for end, normal in zip(*contact.profile.joints(), strict=True):
+        place = view.place(contact.a, (float(end[0]), float(end[1])))
+        outward = np.array(to_world((0.0, 0.0, pose[2]), (normal[0], normal[1])))
+        ends = np.array([place - 0.4 * view.size * outward, place + 0.4 * view.size * outward])
+        view.axes.plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
+    roller = view.place(contact.b, contact.roller_centre)
+    ring = np.linspace(0.0, 2.0 * np.pi, 181)
+    circle = roller + MM * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
+    view.axes.fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)

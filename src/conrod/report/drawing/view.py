@@ -1,0 +1,102 @@
+"""What the parts of a drawing of a mechanism share.
+
+Outlines of a mechanism's parts, to be drawn and to tell how far it reaches: pins, cams, pitch lines.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Revolute, to_world
+from conrod.mechanism.rolling import Mesh, Rolling
+from conrod.report.drawing.label_placement import Room
+
+MM = 1e3
+
+
+@dataclass(frozen=True)
+class View:
+    """A mechanism at a crank angle, to be drawn; lengths in mm.
+
+    Attributes:
+        axes: what it is drawn on.
+        poses: of the bodies and the ground, x and y in mm.
+        turn: stacked poses over a turn or a pass, (T, 3 n) [m, m, rad].
+        paths: of the observed points over a turn or a pass, (T, 2).
+        size: of a symbol.
+        extent: of the mechanism.
+        room: texts and lines that are drawn already.
+    """
+
+    axes: Axes
+    mechanism: Mechanism
+    poses: dict[str, Pose]
+    turn: Array
+    paths: dict[str, Array]
+    size: float
+    extent: float
+    room: Room
+
+    def place(self, body: str, point: Point) -> Array:
+        """A point of a body, given in its own frame [m], in the drawing; (2,) [mm]."""
+        return np.array(to_world(self.poses[body], (MM * point[0], MM * point[1])))
+
+    @property
+    def in_metres(self) -> dict[str, Pose]:
+        """Poses of the bodies and the ground [m, m, rad]."""
+        return {name: (x / MM, y / MM, phi) for name, (x, y, phi) in self.poses.items()}
+
+    def poses_over_turn(self, body: str) -> Array:
+        """Poses of a body or the ground over a turn or a pass, (T, 3) [m, m, rad]."""
+        if body == GROUND:
+            return np.zeros((len(self.turn), 3))
+        k = self.mechanism.body_index[body]
+        return self.turn[:, 3 * k : 3 * k + 3]
+
+
+SAMPLES = 721
+RACK_REACH = 2.0  # radii of its wheel that a rack is drawn to, on either side of it
+
+
+def outline(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
+    """Points (N, 2) [m] that the mechanism reaches: its pins, its cams' outlines, its wheels."""
+    points = [to_world(poses[j.b], j.point_b) for j in mechanism.joints if isinstance(j, Revolute)]
+    for contact in mechanism.cam_contacts:
+        points += profile(contact, poses[contact.a])
+    return np.concatenate([np.array(points), *(line for mesh in mechanism.meshes for line in pitch_lines(mesh, poses))])
+
+
+def profile(contact: CamContact, pose: Pose) -> list[tuple[float, float]]:
+    """Points [m] of a cam's outline in a pose."""
+    return [to_world(pose, (float(x), float(y))) for x, y in contact.profile.outline(SAMPLES)]
+
+
+def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
+    """The two lines that roll on each other, each with a radius that shows its turn; (N, 2) [m]."""
+    if isinstance(mesh, Rolling):
+        return (
+            _circle(poses[mesh.a], mesh.point_a, abs(mesh.radius_a), spoke=mesh.radius_a > 0.0 and mesh.a != GROUND),
+            _circle(poses[mesh.b], mesh.point_b, abs(mesh.radius_b), spoke=mesh.radius_b > 0.0 and mesh.b != GROUND),
+        )
+    centre = np.array(to_world(poses[mesh.a], mesh.point_a))
+    turn = poses[mesh.b][2] + mesh.direction
+    along = np.array([math.cos(turn), math.sin(turn)])
+    line = np.array(to_world(poses[mesh.b], mesh.point_b))
+    foot = line + ((centre - line) @ along) * along
+    reach = RACK_REACH * mesh.radius * along
+    wheel = _circle(poses[mesh.a], mesh.point_a, mesh.radius, spoke=True)
+    return wheel, np.array([foot - reach, foot + reach])
+
+
+def _circle(pose: Pose, centre: Point, radius: float, spoke: bool) -> Array:
+    """A circle from the direction of the body's x-axis; with its radius in that direction."""
+    turn = pose[2] + np.linspace(0.0, 2.0 * np.pi, SAMPLES)
+    middle = np.array(to_world(pose, centre))
+    rim = middle + radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.vstack([middle, rim]) if spoke else rim

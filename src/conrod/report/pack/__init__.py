@@ -1,0 +1,1 @@
+"""A scene as a problem for other tools to solve."""

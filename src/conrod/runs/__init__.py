@@ -1,0 +1,1 @@
+"""What an engine did: trajectories, outcomes, errors against the exact motion."""

@@ -1,0 +1,224 @@
+"""A trajectory against the exact motion: errors as docs/design.md names them, at the angle actually reached.
+
+Compares with any ruler that offers `motion(angle, speed, acceleration)`; it knows neither scenes nor engines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from conrod.exact.motion import Array, Motion
+from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.outcome import joint_gaps
+from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track, Trajectory
+
+QUANTITIES = ("position", "velocity", "acceleration", "total")
+
+
+class Ruler(Protocol):
+    """An exact reference: a scene."""
+
+    @property
+    def lengths(self) -> Mapping[str, float]:
+        """Normalising length of each observed point [m]."""
+        ...
+
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0) -> Motion:
+        """Exact motion at given crank angles, rates and angular accelerations."""
+        ...
+
+    def mechanism(self) -> Mechanism:
+        """The mechanism whose joints' gaps are measured."""
+        ...
+
+
+@dataclass(frozen=True)
+class Size:
+    """A quantity over the sampled run: largest, root mean square and last value."""
+
+    max: float
+    rms: float
+    final: float
+
+
+@dataclass(frozen=True)
+class ErrorSeries:
+    """Normalised error of one quantity of one point at every sample."""
+
+    angle: Array  # (T,) [rad], crank angle of the sample
+    error: Array  # (T,), Euclidean norm, normalised
+
+    @property
+    def size(self) -> Size:
+        """Max, rms and final value."""
+        return size_of(self.error)
+
+
+@dataclass(frozen=True)
+class PointErrors:
+    """Errors of one observed point, normalised by L, omega L, omega^2 L and L."""
+
+    position: ErrorSeries
+    velocity: ErrorSeries
+    acceleration: ErrorSeries
+    total: ErrorSeries
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest exact magnitude of a point's velocity and acceleration over the run [m/s, m/s^2]."""
+
+    velocity: float
+    acceleration: float
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Largest gap left open in any joint, its rate and its acceleration; normalised by L, omega L, omega^2 L."""
+
+    position: float
+    velocity: float
+    acceleration: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What a trajectory differs from the exact motion by."""
+
+    points: Mapping[str, PointErrors]
+    peaks: Mapping[str, Peak]
+    closure: Closure
+    phase_max: float  # [rad]
+    phase_final: float  # [rad]
+    drive_speed: float  # largest |rate / omega - 1|
+    drive_acceleration: float  # largest |angular acceleration| / omega^2
+
+    def worst(self, quantity: str, measure: str = "max") -> float:
+        """The largest error of a quantity over all observed points; measure is max, rms or final."""
+        return max(float(getattr(getattr(e, quantity).size, measure)) for e in self.points.values())
+
+
+def size_of(values: Array) -> Size:
+    """Max, rms and final value of a non-negative series."""
+    return Size(float(values.max()), float(np.sqrt(np.mean(values**2))), float(values[-1]))
+
+
+def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
+    """Errors of a trajectory against the exact motion.
+
+    Raises:
+        ValueError: the run did not complete; an outcome other than completed has no errors.
+    """
+    if trajectory.outcome is not Outcome.COMPLETED or trajectory.bodies is None:
+        raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
+    speed = abs(trajectory.speed)
+    peaks = _peaks(trajectory.points, ruler)
+    position, velocity = trajectory.bodies.position.instants, trajectory.bodies.velocity.instants
+    phase = np.abs(position.angle - trajectory.speed * position.times)
+    return Comparison(
+        points=point_errors(trajectory, ruler),
+        peaks=peaks,
+        closure=_closure(trajectory, ruler, max(ruler.lengths.values())),
+        phase_max=float(phase.max()),
+        phase_final=float(phase[-1]),
+        drive_speed=float(np.abs(velocity.rate / trajectory.speed - 1.0).max()),
+        drive_acceleration=float(np.abs(trajectory.bodies.acceleration.instants.acceleration).max()) / speed**2,
+    )
+
+
+def point_errors(trajectory: Trajectory, ruler: Ruler) -> dict[str, PointErrors]:
+    """Errors of all observed points at every sample, whatever became of the run."""
+    return track_errors(trajectory.points, trajectory.speed, ruler)
+
+
+def track_errors(points: Mapping[str, PointTracks], speed: float, ruler: Ruler) -> dict[str, PointErrors]:
+    """Errors of points, however they were come by; the nominal speed is in rad/s."""
+    exact = _Exact(ruler)
+    return {name: _point_errors(name, tracks, exact, speed) for name, tracks in points.items()}
+
+
+class _Exact:
+    """A ruler's motions of all points; what several tracks are compared with is computed once."""
+
+    def __init__(self, ruler: Ruler) -> None:
+        self.lengths = ruler.lengths
+        self._ruler = ruler
+        self._at: dict[int, tuple[Instants, Motion]] = {}  # by identity of the instants, which are kept for it
+        self._steady: dict[int, tuple[Instants, Motion]] = {}
+        self._nominal: dict[int, tuple[Instants, Motion]] = {}
+
+    def at(self, instants: Instants) -> Motion:
+        """Where the crank was."""
+        if id(instants) not in self._at:
+            motion = self._ruler.motion(instants.angle, instants.rate, instants.acceleration)
+            self._at[id(instants)] = instants, motion
+        return self._at[id(instants)][1]
+
+    def steady(self, instants: Instants) -> Motion:
+        """Where the crank was, had it turned steadily there."""
+        if id(instants) not in self._steady:
+            self._steady[id(instants)] = instants, self._ruler.motion(instants.angle, instants.rate)
+        return self._steady[id(instants)][1]
+
+    def nominal(self, instants: Instants, speed: float) -> Motion:
+        """Where it was to be."""
+        if id(instants) not in self._nominal:
+            self._nominal[id(instants)] = instants, self._ruler.motion(speed * instants.times, speed)
+        return self._nominal[id(instants)][1]
+
+
+def _point_errors(name: str, tracks: PointTracks, exact: _Exact, speed: float) -> PointErrors:
+    length = exact.lengths[name]
+
+    def series(track: Track, against: Array, norm: float) -> ErrorSeries:
+        return ErrorSeries(track.instants.angle, np.linalg.norm(track.values - against, axis=1) / norm)
+
+    def error(quantity: str, norm: float) -> ErrorSeries:
+        track: Track = getattr(tracks, quantity)
+        return series(track, getattr(exact.at(track.instants).point(name), quantity), norm)
+
+    return PointErrors(
+        position=error("position", length),
+        velocity=error("velocity", length * abs(speed)),
+        acceleration=error("acceleration", length * abs(speed) ** 2),
+        total=series(tracks.position, exact.nominal(tracks.position.instants, speed).point(name).position, length),
+    )
+
+
+def signed_error(track: Track, ruler: Ruler, name: str, quantity: str) -> Array:
+    """Measured minus exact (T, 2) [m, m/s or m/s^2], at the angle, rate and angular acceleration reached."""
+    at = track.instants
+    exact: Array = getattr(ruler.motion(at.angle, at.rate, at.acceleration).point(name), quantity)
+    return track.values - exact
+
+
+def _peaks(points: Mapping[str, PointTracks], ruler: Ruler) -> dict[str, Peak]:
+    """At the rate that was reached, without the drive's own acceleration."""
+    exact = _Exact(ruler)
+    found = {}
+    for name, tracks in points.items():
+        motion = exact.steady(tracks.acceleration.instants).point(name)
+        sizes = (np.linalg.norm(values, axis=1).max() for values in (motion.velocity, motion.acceleration))
+        found[name] = Peak(*map(float, sizes))
+    return found
+
+
+def _closure(trajectory: Trajectory, ruler: Ruler, length: float) -> Closure:
+    bodies, speed, mechanism = trajectory.bodies, abs(trajectory.speed), ruler.mechanism()
+    assert bodies is not None
+    position, velocity, acceleration = bodies.position, bodies.velocity, bodies.acceleration
+    return Closure(
+        _largest_gap(mechanism, [position.poses]) / length,
+        _largest_gap(mechanism, [velocity.poses, velocity.rates]) / (length * speed),
+        _largest_gap(mechanism, [acceleration.poses, acceleration.rates, acceleration.accelerations])
+        / (length * speed**2),
+    )
+
+
+def _largest_gap(mechanism: Mechanism, derivatives: list[Array]) -> float:
+    return max(float(np.abs(gap).max()) for gap in joint_gaps(mechanism, derivatives).values())

@@ -1,0 +1,75 @@
+"""Observed order of convergence: e = c h^p + floor (docs/design.md, 'Convergence order')."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.exact.motion import Array
+
+# An order is claimed where consecutive pairs agree this well and the error stands clear of the floor.
+PAIRS_AGREE = 0.1
+CLEAR_OF_FLOOR = 20.0
+ORDERS = np.linspace(0.05, 6.0, 1191)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Result of a refinement study.
+
+    Attributes:
+        claimed: slope over the finest points, clear of the floor, whose pairs agree; None where there are not two.
+        pairs: order between neighbouring points, None where an error is zero.
+        floor: fitted floor, None where the fit is not determined.
+    """
+
+    claimed: float | None
+    pairs: tuple[float | None, ...]
+    floor: float | None
+
+
+def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
+    """Order from errors at increasing numbers of steps per revolution."""
+    pairs = tuple(_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1))
+    if len(steps) < 3 or not all(0.0 < e < math.inf for e in errors):
+        return Order(None, pairs, None)
+    floor = _fitted_floor(np.asarray(steps, float), np.asarray(errors, float))
+    clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
+    # The points clear of the floor are the coarse ones: a leading run.
+    count = next((k for k, i in enumerate(clear) if i != k), len(clear))
+    run = [p for p in pairs[: max(count - 1, 0)] if p is not None]
+    first = len(run) - 1
+    while first > 0 and abs(run[first] - run[first - 1]) <= PAIRS_AGREE:
+        first -= 1
+    if len(run) - first < 2:
+        return Order(None, pairs, floor)
+    points = slice(first, count)
+    slope = -float(np.polyfit(np.log(steps[points]), np.log(errors[points]), 1)[0])
+    # An error that does not fall with the step is a plateau, and a plateau is a floor.
+    return Order(slope if slope > PAIRS_AGREE else None, pairs, floor)
+
+
+def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
+    if not all(0.0 < e < math.inf for e in errors):
+        return None
+    return math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0])
+
+
+def _fitted_floor(steps: Array, errors: Array) -> float:
+    """Floor >= 0 of the best fit in relative least squares, over a fine grid of orders."""
+    shapes = (steps / steps[0]) ** -ORDERS[:, None]
+    columns = np.stack([shapes, np.ones_like(shapes)], axis=2) / errors[:, None]
+    # As `lstsq` solves each, all at once: small singular values count as zero from the same size on.
+    cutoff = np.finfo(float).eps * max(columns.shape[1:])
+    c, f = np.linalg.pinv(columns, rcond=cutoff).sum(axis=2).T
+    without = columns[:, :, 0].sum(axis=1) / (columns[:, :, 0] ** 2).sum(axis=1)
+    c, f = np.where(f < 0.0, without, c), np.maximum(f, 0.0)
+    misses = ((columns @ np.stack([c, f], axis=1)[:, :, None] - 1.0)[:, :, 0] ** 2).sum(axis=1)
+    best, floor = math.inf, 0.0
+    for miss, size, candidate in zip(misses.tolist(), c.tolist(), f.tolist(), strict=True):
+        if size > 0.0 and miss < best * (1.0 - 1e-9):
+            best, floor = miss, candidate
+    return floor

@@ -1,0 +1,225 @@
+"""What an engine did: sampled motion, each quantity with the instants it belongs to, and how the run ended.
+
+Consecutive pieces of a run as one: a comparison of many samples at once costs little more than that of a few.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from enum import Enum
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from conrod.exact.motion import Array
+
+
+class Outcome(Enum):
+    """How a run ended; the members' texts are for people."""
+
+    COMPLETED = ("completed", "ran to its end")
+    DIVERGED = ("diverged", "a state is not finite")
+    EXPLODED = ("exploded", "finite, but far out of reach of the mechanism")
+    RESET = ("reset", "the engine put the state back by itself")
+    FLIPPED = ("flipped", "closed, but on the other assembly branch")
+    LOCKED = ("locked", "the crank stopped where the linkage cannot go on")
+    OPENED = ("opened", "a joint came apart")
+    LOST_CONTACT = ("lost-contact", "the follower left the cam")
+    TUNNELLED = ("tunnelled", "the roller's centre is inside the cam")
+    STALLED = ("stalled", "the drive did not keep its speed")
+    CRASHED = ("crashed", "the process ended abnormally")
+    TIMED_OUT = ("timed-out", "the run took longer than its limit")
+    OUT_OF_MEMORY = ("out-of-memory", "the run needed more memory than its limit")
+    UNSUPPORTED = ("unsupported", "the engine or the preset cannot do this")
+
+    def __init__(self, slug: str, meaning: str) -> None:
+        self.slug = slug
+        self.meaning = meaning
+
+    @classmethod
+    def of(cls, slug: str) -> Outcome:
+        """The member of a slug; KeyError if there is none."""
+        return {member.slug: member for member in cls}[slug]
+
+
+@dataclass(frozen=True)
+class Instants:
+    """When samples were taken and where the crank was then, by the engine's own account; each (T,)."""
+
+    times: Array  # [s]
+    angle: Array  # [rad], the crank angle in the document's sense
+    rate: Array  # [rad/s]
+    acceleration: Array  # [rad/s^2]
+
+    def __getitem__(self, keep: slice | Array) -> Instants:
+        return Instants(self.times[keep], self.angle[keep], self.rate[keep], self.acceleration[keep])
+
+
+@dataclass(frozen=True)
+class Track:
+    """One quantity of one point, with the instants that its values belong to."""
+
+    instants: Instants
+    values: Array  # (T, 2), SI
+
+
+@dataclass(frozen=True)
+class PointTracks:
+    """Measured motion of one observed point."""
+
+    position: Track
+    velocity: Track
+    acceleration: Track
+
+
+@dataclass(frozen=True)
+class BodyStates:
+    """States of all bodies at the same instants; (T, 3 n) [m, m, rad], stacked as in `Mechanism.bodies`."""
+
+    instants: Instants
+    poses: Array
+    rates: Array
+    accelerations: Array
+
+
+@dataclass(frozen=True)
+class BodyTracks:
+    """States of the bodies at the instants that positions, velocities and accelerations belong to.
+
+    Where an engine gives the three at one instant they are one object. A state holds all three quantities; those
+    that do not belong to its instants are what the comparison of the other one needs, second-order accurate.
+    """
+
+    position: BodyStates
+    velocity: BodyStates
+    acceleration: BodyStates
+
+
+class Settings(Protocol):
+    """What an engine's settings offer to the rest of conrod."""
+
+    @property
+    def engine(self) -> str:
+        """Name in the table of engines."""
+        ...
+
+    @property
+    def preset(self) -> str:
+        """Name of the preset they come from, or 'custom'."""
+        ...
+
+    @property
+    def steps_per_revolution(self) -> int:
+        """Time steps in one turn of the crank."""
+        ...
+
+    @property
+    def timestep(self) -> float:
+        """Length of a step [s]."""
+        ...
+
+    def time_constant(self, contact: bool) -> float:
+        """Time [s] in which what closes the joints, or a contact, mends an error; 0 where it does so at once."""
+        ...
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values, but for those added later where they have the value of all runs before."""
+        ...
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A run, sampled at every step.
+
+    An outcome other than completed has no samples to compare: `points` and `bodies` are then what was recorded,
+    for inspection only.
+    """
+
+    engine: str
+    engine_version: str
+    settings: Settings
+    speed: float  # [rad/s], nominal
+    revolutions: float
+    outcome: Outcome
+    reason: str  # details of the outcome, empty when completed
+    points: Mapping[str, PointTracks]
+    bodies: BodyTracks | None
+
+
+@dataclass(frozen=True)
+class SolverState:
+    """How the engine's solver ended at one step.
+
+    Attributes:
+        iterations: that it took; None where the engine does not tell.
+        residual: what it left of what it was to solve: the largest gap acceleration [m/s^2] of a joint where it
+            solves for accelerations, the largest gap rate [m/s] where it solves for velocities.
+        of_rates: whether it solves for velocities.
+    """
+
+    iterations: int | None
+    residual: float
+    of_rates: bool = False
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A stretch of a run, recorded whole; the run itself may be of any length.
+
+    Attributes:
+        trajectory: of this stretch, its outcome judged from it alone (and from what the engine did in it).
+        first_step: index of its first new sample; samples before it, which derivatives need, are in no other piece.
+        clock: of the engine, or of a user of an engine that has none: the sum of its steps so far, at the instants of
+            the positions (T,) [s].
+        warnings: what the engine itself has warned of so far, and how often.
+        solver: at the last step; None where there is nothing to look at.
+        drive_torque: by the engine's account, at the instants of the accelerations (T,) [N m], about the crank in the
+            sense of the crank angle; None where it does not report it.
+    """
+
+    trajectory: Trajectory
+    first_step: int
+    clock: Array
+    warnings: Mapping[str, int]
+    solver: SolverState | None
+    drive_torque: Array | None
+
+
+Part = TypeVar("Part", Instants, Track, PointTracks, BodyStates, BodyTracks)
+
+
+def joined(pieces: Sequence[Piece]) -> Piece:
+    """One piece of all their samples; outcome, warnings and solver are those of the last one."""
+    if len(pieces) == 1:
+        return pieces[0]
+    first, last, join = pieces[0], pieces[-1], _Join()
+    bodies = [piece.trajectory.bodies for piece in pieces]
+    points = {name: join([piece.trajectory.points[name] for piece in pieces]) for name in last.trajectory.points}
+    torques = [piece.drive_torque for piece in pieces]
+    return replace(
+        last,
+        trajectory=replace(last.trajectory, points=points, bodies=join([b for b in bodies if b is not None])),
+        first_step=first.first_step,
+        clock=np.concatenate([piece.clock for piece in pieces]),
+        drive_torque=None if last.drive_torque is None else np.concatenate([t for t in torques if t is not None]),
+    )
+
+
+class _Join:
+    """Joins arrays, and what is made of them, field by field; what several tracks share they share afterwards."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[int, ...], Any] = {}
+
+    def __call__(self, parts: Sequence[Part]) -> Part:
+        key = tuple(id(part) for part in parts)
+        if key not in self._known:
+            self._known[key] = type(parts[0])(
+                *(self._field([getattr(part, field.name) for part in parts]) for field in fields(parts[0]))
+            )
+        found: Part = self._known[key]
+        return found
+
+    def _field(self, values: Sequence[Any]) -> Any:
+        return np.concatenate(values) if isinstance(values[0], np.ndarray) else self(values)

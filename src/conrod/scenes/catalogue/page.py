@@ -1,0 +1,34 @@
+"""The page `docs/catalogue.md`, made from the files: `python -m conrod.scenes.catalogue.page > docs/catalogue.md`."""
+
+from __future__ import annotations
+
+import sys
+
+from conrod.scenes.catalogue import catalogue_heading, catalogue_names
+
+HEAD = """# The catalogue
+
+Machines that ship as [mechanism files](mechanism-files.md) in `src/conrod/catalogue/`. Each is a scene by its name,
+wherever `conrod` takes one; `conrod validate catalogue` runs all of them in both engines, and
+[reports/catalogue](../reports/catalogue/README.md) has what that found, a page a machine with its assumptions. A copy
+of a file is a start for a machine of your own.
+
+| machine | what it is | moving links | source |
+|---|---|---|---|
+"""
+
+
+def page() -> str:
+    """The page as Markdown."""
+    return HEAD + "".join(_row(name) for name in catalogue_names())
+
+
+def _row(name: str) -> str:
+    heading = catalogue_heading(name)
+    links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
+    cells = (f"[{name}](../src/conrod/catalogue/{name}.toml)", heading.title, links, heading.source)
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(page())

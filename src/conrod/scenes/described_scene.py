@@ -1,0 +1,234 @@
+"""A scene that a file describes."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.equations import check_meshes
+from conrod.exact.generic_reference import GenericReference
+from conrod.exact.motion import Array, PointDerivatives, Side, diameter
+from conrod.mechanism.files.toml_file import read_tables
+from conrod.mechanism.mechanism import Mechanism, Pose
+from conrod.mechanism.parameters import Parameter
+from conrod.scenes.description import Description, check_reach, check_travel, read_description
+from conrod.scenes.scene import CANONICAL, SAMPLES_PER_TURN, Scene
+
+# A body that Newton iteration turns by more than this from its given start has gone to another assembly.
+STRAYED = math.radians(60.0)
+# Smallest singular value of the scaled equations: below it, something moves though the crank is held.
+SINGULAR = 1e-9
+POSE_DIGITS = 9  # of a start pose [m, rad]
+SCENES_KEPT = 128  # of those that came from another process
+
+
+@dataclass(frozen=True)
+class DescribedScene(Scene):
+    """A mechanism from a file, whose exact motion comes from the generic solver.
+
+    Attributes:
+        document: the file's tables as canonical JSON.
+        given_anew: numbers of the file that have another value, SI, sorted by name.
+    """
+
+    closed_form: ClassVar[bool] = False
+
+    document: str = field(repr=False)
+    given_anew: tuple[tuple[str, float], ...] = ()
+    speed: float = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "speed", self.described.speed)
+        super().__post_init__()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
+        return _met, (type(self), self.document, self.given_anew)
+
+    @property
+    def as_described(self) -> Self:
+        """The scene with the file's own numbers."""
+        return type(self)(self.document) if self.given_anew else self
+
+    @cached_property
+    def described(self) -> Description:
+        """What the file says."""
+        return read_description(json.loads(self.document), dict(self.given_anew))
+
+    # -- facts ---------------------------------------------------------------------------------------------------
+
+    @property
+    def kind(self) -> str:
+        return self.described.name
+
+    @property
+    def title(self) -> str:
+        return self.described.title
+
+    @property
+    def source(self) -> str:
+        return self.described.source
+
+    @property
+    def output(self) -> str:
+        return self.described.output
+
+    @property
+    def description(self) -> str:
+        # Reports fill parameters in where braces stand; a file has none to fill in.
+        return " ".join([self.described.about, *self._changes()]).replace("{", "{{").replace("}", "}}")
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        return self.described.assumptions
+
+    def _changes(self) -> list[str]:
+        angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]
+        if not angles:
+            return []
+        listed = " and ".join([", ".join(angles[:-1]), angles[-1]] if angles[1:] else angles)
+        return [
+            f"Change points: at crank angles of {listed} deg the linkage could go on in another assembly as well; the "
+            "exact motion is the smooth continuation."
+        ]
+
+    @property
+    def frame(self) -> str:
+        return self.described.frame
+
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """Crank angles [rad] of the one pass that an input makes which cannot turn fully; None for one that turns."""
+        return self.mechanism().driver.span
+
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        return dict(self.described.values)
+
+    def parameter_facts(self) -> dict[str, Parameter]:
+        return dict(self.described.facts)
+
+    def with_parameters(self, **values: float) -> Self:
+        return type(self)(self.document, tuple(sorted((dict(self.given_anew) | values).items())))
+
+    def identity(self) -> dict[str, Any]:
+        """The mechanism and its speed, whatever a file calls things or in which order; not what is only told of it."""
+        mechanism = self.mechanism()
+        kinds = [type(joint).__name__ for joint in mechanism.joints]
+        # Start poses pick the assembly, and are worked out: their last digit may differ between machines.
+        poses = {body: [round(value, POSE_DIGITS) for value in pose] for body, pose in mechanism.poses.items()}
+        told = asdict(mechanism) | {"poses": poses, "loads": [load.identity() for load in mechanism.loads]}
+        if not mechanism.loads:
+            del told["loads"]  # as it was known before there were any
+        # The exact motion at a prescribed angle has nothing of it, and was known without it.
+        rates = {"start_rates": dict(self.described.rates)} if self.described.rates else {}
+        return {"mechanism": told, "kinds": kinds, "speed": self.speed} | rates
+
+    @property
+    def start_rates(self) -> dict[str, float]:
+        """Those that the file gives in [start]; where it gives none, the crank's at its speed."""
+        return dict(self.described.rates) or super().start_rates
+
+    @cached_property
+    def parameters_text(self) -> str:
+        return CANONICAL.encode(self.identity())
+
+    # -- motion --------------------------------------------------------------------------------------------------
+
+    def mechanism(self) -> Mechanism:
+        return self.described.mechanism
+
+    @cached_property
+    def _reference(self) -> GenericReference:
+        return GenericReference(self.mechanism(), self.speed)
+
+    def break_angles(self) -> tuple[float, ...]:
+        return self._break_angles
+
+    @cached_property
+    def _break_angles(self) -> tuple[float, ...]:
+        return self._reference.break_angles()
+
+    def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
+        exact = self.kinematics.point_derivatives(self.kinematics.derivatives(angle, side=side))
+        return {name: ([d[:, 0] for d in along], [d[:, 1] for d in along]) for name, along in exact.items()}
+
+    @cached_property
+    def lengths(self) -> dict[str, float]:
+        start, stop = self.span or (0.0, 2.0 * math.pi)
+        angles = np.linspace(start, stop, SAMPLES_PER_TURN, endpoint=self.span is not None)
+        return {name: diameter(p.position) for name, p in self.motion(angles, self.speed).points.items()}
+
+    # -- checks --------------------------------------------------------------------------------------------------
+
+    def _start(self) -> Array:
+        """Exact poses at crank angle 0; refuses a start where the crank does not determine them."""
+        given = np.array([self.mechanism().poses[body.name] for body in self.mechanism().bodies]).reshape(1, -1)
+        try:
+            start = self.kinematics.start
+            undetermined = self.kinematics.conditioning(start)[0] < SINGULAR
+        except InvalidInput:
+            # No iteration settles where links can move though the crank is held, not even from poses that fit.
+            if self.kinematics.conditioning(given)[0] >= SINGULAR:
+                raise
+            undetermined = True
+        if undetermined:
+            raise InvalidInput(
+                f"{self.kind}: at crank angle 0 the crank does not determine the other bodies: a dead centre or a "
+                "change point, or a part that moves by itself while another one is locked"
+            )
+        return start
+
+    def _check_geometry(self) -> None:
+        start = self._start()
+        poses: dict[str, Pose] = {
+            name: (float(start[0, 3 * i]), float(start[0, 3 * i + 1]), float(start[0, 3 * i + 2]))
+            for name, i in self.mechanism().body_index.items()
+        }
+        check_meshes(self.mechanism(), start)
+        for body, hint in self.described.hints.items():
+            off = 0.0 if hint.turn is None else math.remainder(poses[body][2] - hint.turn, 2.0 * math.pi)
+            if hint.turn is not None and abs(off) > STRAYED:
+                raise InvalidInput(
+                    f"start.{body}.turn = {math.degrees(hint.turn):.6g} deg leads to an assembly where it is "
+                    f"{math.degrees(hint.turn + off):.6g} deg: give it nearer to the one that is meant"
+                )
+        check_reach(self.kinematics)
+        check_travel(self.kinematics)
+
+
+@lru_cache(SCENES_KEPT)
+def _met(scene_class: type[DescribedScene], document: str, given_anew: tuple[tuple[str, float], ...]) -> DescribedScene:
+    return scene_class(document, given_anew)
+
+
+def read_scene(path: Path) -> DescribedScene:
+    """The scene that a file describes.
+
+    Raises:
+        InvalidInput: names the file, the field and what was expected.
+    """
+    tables = read_tables(path)
+    try:
+        return scene_of(tables)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+
+
+def scene_of(tables: Mapping[str, Any]) -> DescribedScene:
+    """The scene of tables that a TOML text gave.
+
+    Raises:
+        InvalidInput: names the field and what was expected.
+    """
+    # Read before it is written as JSON: what JSON does not know (dates, numbers that are none) is refused by its place.
+    read_description(tables, {})
+    return DescribedScene(CANONICAL.encode(tables))

@@ -1,0 +1,200 @@
+"""The ledger: what every finished run showed and cost, in one SQLite file that outlives the process."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from itertools import islice
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import platformdirs
+
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger_file import PATIENCE, connected, naming_ledger
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.results_table import tidy_row
+from conrod.studies.frame.timing import Timing
+
+# Keys asked for in one statement; SQLite takes at least 999 values.
+AT_ONCE = 500
+TIMING = "machine, seconds_per_revolution, reference_seconds, ratio, steps, repeats"
+
+
+def default_path() -> Path:
+    """CONROD_LEDGER where it is set, otherwise a file in the user's cache folder."""
+    named = os.environ.get("CONROD_LEDGER")
+    return Path(named) if named else platformdirs.user_cache_path("conrod") / "ledger.sqlite"
+
+
+class Ledger:
+    """Finished runs by the key of their cell; timings apart from them, by machine.
+
+    What `keep` returned from survives the process being killed at any moment. Several processes may use one ledger.
+    Every method raises InvalidInput, in one line, where the file is locked for long, on a full disk, read-only or
+    damaged; what was kept before stays.
+    """
+
+    def __init__(self, path: Path, connection: sqlite3.Connection, patience: float) -> None:
+        self.path = path
+        self._connection = connection
+        self._patience = patience
+
+    @classmethod
+    def open(cls, path: Path, patience: float = PATIENCE) -> Ledger:
+        """The ledger in a file; makes the file and its folders where there are none.
+
+        Args:
+            patience: how long to wait for another process that writes [s].
+
+        Raises:
+            InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod.
+        """
+        return cls(path, connected(path, patience), patience)
+
+    def close(self) -> None:
+        """Give the file back; closing twice does nothing."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    # -- runs --------------------------------------------------------------------------------------------------------
+
+    def finished(self, keys: Iterable[str]) -> set[str]:
+        """Those of the keys of which the ledger has a run, however it ended."""
+        wanted = set(keys)
+        with naming_ledger(self.path, self._patience):
+            ((rows,),) = self._connection.execute("SELECT ifnull(max(rowid), 0) FROM runs").fetchall()
+            # To read a key costs a third of looking one up.
+            if rows < 3 * len(wanted):
+                return wanted.intersection(key for (key,) in self._connection.execute("SELECT key FROM runs"))
+        return {key for (key,) in self._select("SELECT key FROM runs WHERE key IN", wanted)}
+
+    def stopped(self, keys: Iterable[str]) -> dict[str, tuple[str, float]]:
+        """Those of the keys whose run ended at a limit: outcome, and what it was allowed [s] or [bytes]."""
+        # They are few, and have an index of their own: all are read, whatever is asked for.
+        with naming_ledger(self.path, self._patience):
+            found = self._connection.execute(
+                "SELECT key, outcome, allowed FROM runs WHERE allowed IS NOT NULL"
+            ).fetchall()
+        wanted = set(keys)
+        return {key: (outcome, allowed) for key, outcome, allowed in found if key in wanted}
+
+    def measurement(self, key: str) -> Measurement | None:
+        """What the run of a key showed, None if it has not been run."""
+        return self.measurements([key]).get(key)
+
+    def measurements(self, keys: Iterable[str]) -> dict[str, Measurement]:
+        """What the runs of the keys showed, of those that have been run; in the order of the keys."""
+        wanted = list(keys)
+        found = dict(self._select("SELECT key, measurement FROM runs WHERE key IN", wanted))
+        return {key: _unpacked(found[key]) for key in wanted if key in found}
+
+    def keep(self, cell: Cell, measurement: Measurement, limit: float | None = None, *, replace: bool = False) -> None:
+        """Keep what a run showed, in the place of what was kept of it before.
+
+        Args:
+            limit: what a run that ended at a limit was allowed: time [s] where it timed out, memory [bytes] where it
+                ran out of that.
+            replace: let such a run take the place even of one that ended by itself, which may be another process's.
+        """
+        key = cell.key
+        with naming_ledger(self.path, self._patience), self._writing():
+            self._note(key, cell)
+            self._connection.execute(
+                "INSERT INTO runs VALUES (?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET outcome = excluded.outcome, "
+                "allowed = excluded.allowed, measurement = excluded.measurement "
+                "WHERE ? OR excluded.allowed IS NULL OR runs.allowed IS NOT NULL",
+                (key, measurement.outcome, limit, _packed(measurement), replace),
+            )
+
+    # -- timings -----------------------------------------------------------------------------------------------------
+
+    def keep_timing(self, cell: Cell, timing: Timing) -> None:
+        """Keep what a run cost, in the place of what it cost on the same machine before."""
+        key = cell.key
+        with naming_ledger(self.path, self._patience), self._writing():
+            self._note(key, cell)
+            self._connection.execute(
+                f"INSERT OR REPLACE INTO timings (key, {TIMING}) VALUES (:key, :machine, :seconds_per_revolution, "
+                ":reference_seconds, :ratio, :steps, :repeats)",
+                {"key": key, **asdict(timing)},
+            )
+
+    def timings(self, keys: Iterable[str], machine: str) -> dict[str, Timing]:
+        """What the runs of the keys cost on a machine, of those that were timed there."""
+        found = self._select(f"SELECT key, {TIMING} FROM timings WHERE machine = ? AND key IN", keys, machine)
+        return {key: _timing(values) for key, *values in found}
+
+    # -- all of it ---------------------------------------------------------------------------------------------------
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """A flat row for each run, and for each machine on which it was timed; in the order of the keys.
+
+        Columns: see `tidy_row`.
+        """
+        # In pieces, so that a reader who takes long holds nobody up; each begins behind the last row of the one before.
+        after = ("", "")
+        while piece := self._piece(*after):
+            for key, name, identity, measurement, *timing in piece:
+                yield tidy_row(
+                    key,
+                    name,
+                    json.loads(identity),
+                    None if measurement is None else _unpacked(measurement),
+                    None if timing[0] is None else _timing(timing),
+                )
+            after = (piece[-1][0], piece[-1][4] or "")
+
+    def _piece(self, key: str, machine: str) -> list[Any]:
+        with naming_ledger(self.path, self._patience):
+            return self._connection.execute(
+                f"SELECT cells.key, name, identity, measurement, {TIMING} FROM cells "
+                "LEFT JOIN runs ON runs.key = cells.key LEFT JOIN timings ON timings.key = cells.key "
+                "WHERE cells.key >= ? AND (cells.key, ifnull(machine, '')) > (?, ?) "
+                "ORDER BY cells.key, machine LIMIT ?",
+                (key, key, machine, AT_ONCE),
+            ).fetchall()
+
+    # -- SQLite ------------------------------------------------------------------------------------------------------
+
+    def _select(self, statement: str, keys: Iterable[str], *first: str) -> Iterator[Any]:
+        remaining = iter(keys)
+        while chunk := tuple(islice(remaining, AT_ONCE)):
+            with naming_ledger(self.path, self._patience):
+                marks = ", ".join("?" * len(chunk))
+                yield from self._connection.execute(f"{statement} ({marks})", (*first, *chunk)).fetchall()
+
+    def _writing(self) -> sqlite3.Connection:
+        """A transaction: committed at its end, undone by an error."""
+        # Locked for writing at once: waiting in the middle of a transaction is not possible in SQLite.
+        self._connection.execute("BEGIN IMMEDIATE")
+        return self._connection
+
+    def _note(self, key: str, cell: Cell) -> None:
+        identity = json.dumps(cell.identity(), sort_keys=True, allow_nan=False)
+        self._connection.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?)", (key, cell.name, identity))
+
+
+def _packed(measurement: Measurement) -> bytes:
+    # Its fields hold plain values: `as_dict` would copy them all, which takes longer than all the rest here. The
+    # lightest compression halves the file; a stronger one costs more than writing does.
+    return zlib.compress(json.dumps(vars(measurement), separators=(",", ":")).encode(), 1)
+
+
+def _unpacked(blob: bytes) -> Measurement:
+    return Measurement.of(json.loads(zlib.decompress(blob)))
+
+
+def _timing(values: list[Any]) -> Timing:
+    machine, seconds, reference, ratio, steps, repeats = values
+    return Timing(seconds, reference, ratio, steps, repeats, machine)

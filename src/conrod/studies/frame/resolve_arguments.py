@@ -1,0 +1,210 @@
+"""Names and values that a user typed, translated into scenes, engines, presets and plans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from conrod.engines import ENGINES, Engine, engine_named
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.units import check_count, check_number, parse_quantity
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.catalogue import CATALOGUE, catalogue_file, catalogue_names, scene_named
+from conrod.scenes.dynamics import dynamics_text, is_dynamics_name
+from conrod.studies.validation.plan import Plan
+
+MECHANISM_FILE = ".toml"
+STEPS = (2, 10_000_000)
+REVOLUTIONS = (1, 1_000_000)
+# A run is kept whole, at about 3 kB a sample (measured: 670 MB for 200 001 samples), so this is 1.5 GB.
+MOST_SAMPLES = 500_000
+TOLERANCES = ("position", "velocity", "acceleration", "total", "velocity_rms")
+LARGEST_TOLERANCE = 1e6
+
+
+def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:
+    """Scenes by name or from files, those in closed form where none is named; parameters may have other values.
+
+    The word `catalogue` stands for all machines of the catalogue. An assignment `name=value` applies to every selected
+    scene that has the parameter.
+
+    Raises:
+        InvalidInput: unknown scene, parameter or unit, or a value out of range.
+    """
+    scenes = _named(names or list(SCENES))
+    values = _split_all(assignments, "--set")
+    known = {name for scene in scenes.values() for name in scene.parameter_facts()}
+    for name in values:
+        if name not in known:
+            raise unknown_choice("parameter", name, known)
+    return {name: _with_values(scene, values) for name, scene in scenes.items()}
+
+
+def select_scene(name: str, assignments: Sequence[str]) -> tuple[str, Scene]:
+    """One scene, as `select_scenes` does, with the name that it goes by."""
+    if name == CATALOGUE:
+        raise InvalidInput(f"{name!r} stands for many machines: name one of them; `conrod show` lists them")
+    ((known_as, scene),) = select_scenes([name], assignments).items()
+    return known_as, scene
+
+
+def typed_names(names: Sequence[str]) -> dict[str, str]:
+    """What was typed for the scenes that come from files, by the names that `select_scenes` gives these.
+
+    Whoever makes a report again has to name the file, not the machine in it.
+    """
+    from conrod.mechanism.files.toml_file import read_tables
+
+    return {read_tables(Path(given))["name"]: given for given in names if is_file(given)}
+
+
+def is_file(given: str) -> bool:
+    """Whether what a user named is a mechanism file, and not the name of a scene."""
+    return given.lower().endswith(MECHANISM_FILE)
+
+
+def machine_text(given: str) -> bytes | None:
+    """The mechanism file of what a user named as one scene, as it is written; None of a scene in closed form."""
+    if given in SCENES:
+        return None
+    if is_dynamics_name(given):
+        return dynamics_text(given).encode()
+    return (Path(given) if is_file(given) else catalogue_file(given)).read_bytes()
+
+
+def _named(names: Sequence[str]) -> dict[str, Scene]:
+    """Scenes by name; one from a file goes by the name that stands in it, which can be a file's name anywhere.
+
+    A file may have the name of a machine of the catalogue, as a changed copy of it has, but not beside that machine.
+    """
+    scenes: dict[str, Scene] = {}
+    files: dict[str, str] = {}
+    for given in _spelt_out(names):
+        scene = _from_file(given) if is_file(given) else scene_named(given)
+        name = scene.kind if is_file(given) else given
+        if is_file(given) and (name in SCENES or name in scenes):
+            raise InvalidInput(f"{given}: name = {name!r} is taken by another scene; give it a name of its own")
+        if name in files:
+            raise InvalidInput(f"{name}: {files[name]} has this name too; give the one in the file another name")
+        if is_file(given):
+            files[name] = given
+        scenes[name] = scene
+    return scenes
+
+
+def _spelt_out(names: Sequence[str]) -> list[str]:
+    return [one for given in names for one in (catalogue_names() if given == CATALOGUE else (given,))]
+
+
+def _from_file(name: str) -> Scene:
+    from conrod.scenes.described_scene import read_scene  # what reads units takes its time to load
+
+    return read_scene(Path(name))
+
+
+def _with_values(scene: Scene, values: Mapping[str, str]) -> Scene:
+    facts = scene.parameter_facts()
+    chosen = {name: parse_quantity(name, text, facts[name].unit) for name, text in values.items() if name in facts}
+    return scene.with_parameters(**chosen) if chosen else scene
+
+
+def select_engines(name: str | None) -> list[Engine[Any]]:
+    """The engine of a name, or all."""
+    return [engine_named(n) for n in (ENGINES if name is None else [name])]
+
+
+def select_presets(engines: Sequence[Engine[Any]], preset: str | None) -> dict[str, tuple[str, ...]]:
+    """Presets to run, by engine name: the one asked for where an engine has it, or all.
+
+    Raises:
+        InvalidInput: no selected engine has the preset.
+    """
+    known = {name for engine in engines for name in engine.presets}
+    if preset is not None and preset not in known:
+        raise unknown_choice("preset", preset, known)
+    return {e.name: tuple(n for n in e.presets if preset in (None, n)) for e in engines}
+
+
+def make_plan(
+    scenes: Mapping[str, Scene], steps_per_revolution: int | None, revolutions: int, tolerance: str | None
+) -> Plan:
+    """The plan of a validation.
+
+    Raises:
+        InvalidInput: a count or a tolerance out of range, or more samples than can be kept.
+    """
+    if steps_per_revolution is not None:
+        check_count("--steps-per-rev", steps_per_revolution, *STEPS)
+    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    asked = None if tolerance is None else parse_tolerance(tolerance)
+    plan = Plan(steps_per_revolution, float(revolutions), asked)
+    for name, scene in scenes.items():
+        _check_samples(name, plan.steps(scene), revolutions)
+    return plan
+
+
+def check_model(steps_per_revolution: int | None, revolutions: int | None) -> None:
+    """Refuse what a model to export cannot be made with.
+
+    Raises:
+        InvalidInput: a count out of range, or revolutions, of which a model has none.
+    """
+    if revolutions is not None:
+        raise InvalidInput("--revolutions does not go with --format mjcf: a model has no revolutions")
+    if steps_per_revolution is not None:
+        check_count("--steps-per-rev", steps_per_revolution, *STEPS)
+
+
+def check_table(name: str, samples_per_revolution: int, revolutions: int) -> None:
+    """Refuse a table of the exact trajectory that is too long.
+
+    Raises:
+        InvalidInput: a count out of range, or more samples than can be kept.
+    """
+    check_count("--steps-per-rev", samples_per_revolution, *STEPS)
+    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    _check_samples(name, samples_per_revolution, revolutions)
+
+
+def _check_samples(name: str, steps: int, revolutions: int) -> None:
+    samples = steps * revolutions
+    if samples > MOST_SAMPLES:
+        raise InvalidInput(
+            f"{name}: {steps} steps x {revolutions} revolutions = {samples} samples are too many: "
+            f"at most {MOST_SAMPLES} are kept"
+        )
+
+
+def parse_tolerance(text: str, known: Sequence[str] = TOLERANCES) -> dict[str, float]:
+    """Tolerances from `position=1e-4,velocity=1e-3`; normalised errors.
+
+    Args:
+        known: what may be judged.
+
+    Raises:
+        InvalidInput: an unknown quantity, or a value that is not a positive number.
+    """
+    tolerances = {}
+    for name, value in _split_all(text.split(","), "--tolerance").items():
+        if name not in known:
+            raise unknown_choice("quantity", name, known)
+        tolerances[name] = parse_quantity(name, value, "")
+        check_number(f"tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE)
+    return tolerances
+
+
+def _split_all(texts: Sequence[str], option: str) -> dict[str, str]:
+    values: dict[str, str] = {}
+    for name, value in (_split(text, option) for text in texts):
+        if name in values:
+            raise InvalidInput(f"{option} {name}: given twice, as {values[name]!r} and {value!r}")
+        values[name] = value
+    return values
+
+
+def _split(text: str, option: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip() or not value.strip():
+        raise InvalidInput(f"{option} {text!r}: give name=value")
+    return name.strip(), value.strip()

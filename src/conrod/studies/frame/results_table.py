@@ -1,0 +1,192 @@
+"""A run of the ledger as one flat row of a tidy table.
+
+The ledger as a tidy table: a row a run (and machine that timed it), chosen by an expression, in three formats.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import sqlite3
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.runs.comparison import QUANTITIES as COMPARED
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.timing import Timing
+from conrod.studies.validation.results import QUANTITIES
+
+MEASURES = ("max", "rms", "final")
+
+
+def tidy_row(
+    key: str, name: str, identity: Mapping[str, Any], measurement: Measurement | None, timing: Timing | None
+) -> dict[str, Any]:
+    """The row of a run; what it does not have is None.
+
+    Columns, in this order:
+        key, scene, kind; parameter.NAME [SI], of a machine from a file its mechanism as JSON; engine, engine_version;
+        setting.NAME [SI];
+        steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
+        position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
+        closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
+        predicted_position, _velocity, _acceleration: told from the joints alone, and each with _difference;
+        seconds_per_revolution [s], reference_seconds [s], ratio, machine.
+    """
+    settings = dict(identity["settings"])
+    steps = settings.pop("steps_per_revolution")
+    return {
+        "key": key,
+        "scene": name,
+        "kind": identity["scene"],
+        **{f"parameter.{n}": _plain(value) for n, value in identity["parameters"].items()},
+        "engine": identity["engine"],
+        "engine_version": identity["engine_version"],
+        **{f"setting.{n}": _plain(value) for n, value in settings.items()},
+        "steps_per_revolution": steps,
+        "revolutions": identity["revolutions"],
+        "start_angle": identity["start_angle"],
+        "result_version": identity["result_version"],
+        **_measured(measurement),
+        **_timed(timing),
+    }
+
+
+def _plain(value: Any) -> Any:
+    """A value that a cell of a table can hold: what a setting holds several of becomes text."""
+    if isinstance(value, Mapping):
+        return json.dumps(value, sort_keys=True)
+    return " ".join(str(part) for part in value) if isinstance(value, list | tuple) else value
+
+
+def _measured(measurement: Measurement | None) -> dict[str, Any]:
+    m = measurement if measurement is not None else Measurement(outcome="")
+    closure, phase, drive, prediction = m.closure or {}, m.phase or {}, m.drive or {}, m.prediction or {}
+    told = {q: prediction.get(q, {}) for q in QUANTITIES}
+    return {
+        "outcome": m.outcome or None,
+        "reason": m.reason or None,
+        **{f"{q}_{measure}": m.largest(q, measure) for q in COMPARED for measure in MEASURES},
+        **{f"closure_{q}": closure.get(q) for q in QUANTITIES},
+        **{f"phase_{measure}": phase.get(measure) for measure in ("max", "final")},
+        **{f"drive_{q}": drive.get(q) for q in ("speed", "acceleration")},
+        **{f"predicted_{q}": told[q].get("predicted") for q in QUANTITIES},
+        **{f"predicted_{q}_difference": told[q].get("difference") for q in QUANTITIES},
+    }
+
+
+def _timed(timing: Timing | None) -> dict[str, Any]:
+    columns = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
+    return {name: None if timing is None else getattr(timing, name) for name in columns}
+
+
+Row = Mapping[str, Any]
+FORMATS = ("csv", "json", "parquet")
+QUOTED_TEXT, QUOTED_NAME = re.compile(r"'[^']*'"), re.compile(r'"([^"]*)"')
+NO_COLUMN = "no such column: "
+
+
+@dataclass(frozen=True)
+class ResultsTable:
+    """Columns by name, in order; every row has all of them, None where it has no value."""
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+
+    def as_csv(self) -> str:
+        """Comma-separated values; an empty cell where there is no value."""
+        if not self.columns:
+            return ""
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows(self.rows)
+        return stream.getvalue()
+
+    def as_json(self) -> str:
+        """A list of objects, one a line."""
+        lines = [json.dumps(dict(zip(self.columns, row, strict=True)), allow_nan=False) for row in self.rows]
+        return "[\n" + ",\n".join(lines) + "\n]\n"
+
+    def as_parquet(self) -> bytes:
+        """Apache Parquet.
+
+        Raises:
+            InvalidInput: pyarrow is not installed.
+        """
+        try:
+            import pyarrow
+            import pyarrow.parquet
+        except ImportError:
+            raise InvalidInput("--parquet needs pyarrow: pip install 'conrod[parquet]'") from None
+        values = {name: [row[i] for row in self.rows] for i, name in enumerate(self.columns)}
+        stream = io.BytesIO()
+        pyarrow.parquet.write_table(pyarrow.table(values), stream)
+        return stream.getvalue()
+
+    def content(self, kind: str) -> str | bytes:
+        """The table in one of `FORMATS`."""
+        ways: Mapping[str, Callable[[], str | bytes]]
+        ways = {"csv": self.as_csv, "json": self.as_json, "parquet": self.as_parquet}
+        return ways[kind]()
+
+
+def results_table(rows: Iterable[Row], where: Sequence[str] = ()) -> ResultsTable:
+    """The rows for which all expressions hold, with the union of their columns.
+
+    Args:
+        where: SQL expressions on the columns, such as `engine = 'mujoco' and position_max < 1e-6`; names with a point
+            are put in double quotes.
+
+    Raises:
+        InvalidInput: an expression that SQLite does not understand; says what it stumbled on.
+    """
+    kept = list(rows)
+    columns = tuple(dict.fromkeys(name for row in kept for name in row))
+    if not columns:
+        return ResultsTable((), ())
+    names = ", ".join(_quoted(name) for name in columns)
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as memory:
+        memory.execute(f"CREATE TABLE results ({names})")
+        marks = ", ".join("?" * len(columns))
+        memory.executemany(f"INSERT INTO results VALUES ({marks})", ([row.get(c) for c in columns] for row in kept))
+        # Only what reads is allowed from here on: an expression is a user's, and may come from anywhere.
+        memory.set_authorizer(_reading_only)
+        for expression in where:
+            _check(memory, expression, columns)
+        condition = " AND ".join(f"({expression})" for expression in where) or "1"
+        return ResultsTable(columns, tuple(_selected(memory, condition, columns)))
+
+
+def _check(memory: sqlite3.Connection, expression: str, columns: Sequence[str]) -> None:
+    """Refuse what is no expression of its own, or names a column that there is not."""
+    # SQLite takes a name in double quotes that is no column for a text, and then selects nothing.
+    for name in QUOTED_NAME.findall(QUOTED_TEXT.sub("", expression)):
+        if name not in columns:
+            raise unknown_choice("column", name, columns)
+    # Without parentheses around it: what only they would balance is not an expression.
+    _selected(memory, f"{expression}\n", columns, most=0)
+
+
+def _selected(memory: sqlite3.Connection, condition: str, columns: Sequence[str], most: int = -1) -> list[Any]:
+    try:
+        return memory.execute(f"SELECT * FROM results WHERE {condition} ORDER BY rowid LIMIT {most}").fetchall()
+    except (sqlite3.Error, sqlite3.Warning) as error:
+        text = str(error)
+        if text.startswith(NO_COLUMN):
+            raise unknown_choice("column", text.removeprefix(NO_COLUMN), columns) from None
+        raise InvalidInput(f"--where: {text}; write SQL on the columns, e.g. engine = 'mujoco'") from None
+
+
+def _reading_only(action: int, *_: Any) -> int:
+    reading = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION)
+    return sqlite3.SQLITE_OK if action in reading else sqlite3.SQLITE_DENY
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"'

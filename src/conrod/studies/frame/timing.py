@@ -1,0 +1,135 @@
+"""CPU time of a cell, with nothing recorded, and as a ratio to the engine's fixed reference loop.
+
+The reference loop is timed just before each repeat, in the same process, so that a ratio carries from one machine to
+another.
+
+What a run costs, apart from what it shows.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from conrod.engines import Engine
+from conrod.engines.engine import Machine, run_of
+from conrod.runs.trajectory import Settings
+
+REPEATS = 3
+REFERENCE_STEPS = 1000
+# A repeat is at least this long [s], in whole revolutions: far above what the clock and the calls cost.
+LEAST_TIME = 5e-3
+MOST_REVOLUTIONS = 1000
+# Steps in one call of the engine, after which the limit is looked at.
+BLOCK = 2000
+LIMIT = 600.0  # [s]
+
+# CPU time of the calling thread [ns]; both engines run in it.
+Clock = Callable[[], int]
+
+
+def time_run(
+    engine: Engine[Any],
+    machine: Machine,
+    settings: Settings,
+    *,
+    repeats: int = REPEATS,
+    limit: float = LIMIT,
+    clock: Clock = time.thread_time_ns,
+) -> Timing | None:
+    """The least CPU time of a revolution in so many repeats, after a warm-up of one revolution, or of its first steps.
+
+    An input that makes one pass makes it as often as a repeat is long, and each time a new machine.
+
+    Args:
+        settings: of this engine, such that a run with them completes: what a step costs after a run has diverged is
+            of no use, and may be fifty times as much (MuJoCo, cam).
+        repeats: how often; fewer (at least one) where the limit is reached.
+        limit: longest CPU time [s] that this may take.
+
+    Returns:
+        The timing; None where the limit does not allow the warm-up and one repeat.
+    """
+    end = clock() + round(1e9 * limit)
+    reference, advance = engine.reference_loop(), engine.stepper(machine, settings)
+    turns, turn = machine.kinematics.mechanism.driver.span is None, settings.steps_per_revolution
+    length = max(1, round(turn * run_of(machine, turn, 1.0)[1]))  # a revolution, or the pass
+    reference(REFERENCE_STEPS)
+    first = min(length, BLOCK)
+    warm_up = _spent([(advance, first)], clock, end)
+    if warm_up is None:
+        return None
+    runs = max(1, min(MOST_REVOLUTIONS, math.ceil(1e9 * LEAST_TIME / max(1.0, warm_up * length / first))))
+    steps = runs * length
+    references, spent = list[int](), list[int]()
+    for _ in range(repeats):
+        # In turns, so that whatever else the machine is doing then slows both alike.
+        timed = [(advance, steps)] if turns else [(engine.stepper(machine, settings), length) for _ in range(runs)]
+        one, other = _spent([(reference, REFERENCE_STEPS)], clock, end), _spent(timed, clock, end)
+        if one is None or other is None:
+            break
+        references.append(one)
+        spent.append(other)
+    if not spent:
+        return None
+    seconds, reference_seconds = 1e-9 * min(spent) * turn / steps, 1e-9 * min(references) / REFERENCE_STEPS
+    return Timing(seconds, reference_seconds, seconds / reference_seconds, steps, len(spent), fingerprint())
+
+
+def _spent(timed: Sequence[tuple[Callable[[int], None], int]], clock: Clock, end: float) -> int | None:
+    """CPU time [ns] of so many steps of each; None where it is not over by the `end` of the clock."""
+    begin = clock()
+    for advance, steps in timed:
+        for done in range(0, steps, BLOCK):
+            if done and clock() > end:
+                return None
+            advance(min(BLOCK, steps - done))
+    now = clock()
+    return None if now > end else now - begin
+
+
+@cache
+def fingerprint() -> str:
+    """This machine, as far as timings depend on it: processor, number of cores, version of Python.
+
+    The engine's version is not in it: it is part of a cell's key.
+    """
+    return f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or platform.machine()
+
+
+@dataclass(frozen=True)
+class Timing:
+    """CPU time of a cell on one machine, the least of several repeats.
+
+    Attributes:
+        seconds_per_revolution: CPU time of one simulated revolution [s].
+        reference_seconds: CPU time of one step of the engine's fixed reference loop, timed just before in the same
+            process [s].
+        ratio: the first over the second: a revolution costs as much as so many steps of the reference loop.
+        steps: time steps that were timed in each repeat.
+        repeats: how often it was timed.
+        machine: fingerprint of the machine, for people and to tell machines apart.
+    """
+
+    seconds_per_revolution: float
+    reference_seconds: float
+    ratio: float
+    steps: int
+    repeats: int
+    machine: str

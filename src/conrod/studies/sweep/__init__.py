@@ -1,0 +1,1 @@
+"""The trade of speed for accuracy over a grid of settings."""

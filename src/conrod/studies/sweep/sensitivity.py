@@ -1,0 +1,164 @@
+"""Sensitivity of soft settings: the mass of the output link, and gravity.
+
+The exact motion of a linkage with a driven crank depends on no mass and no gravity (docs/design.md, guard 5). What an
+engine's motion depends on of these is softness. The settings stay as they are, whatever a preset would make of the
+other masses; the flywheel stays too, and the ripple of the drive is printed to show that it is ample.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from conrod.engines import engine_named
+from conrod.errors import InvalidInput
+from conrod.runs.trajectory import Settings
+from conrod.scenes import Scene
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.validation.results import QUANTITIES
+
+BASE, GRAVITY = "as is", "gravity switched"
+# The ends show whether it matters at all. Soft joints may not hold there: what lies between shows how it depends.
+MASS_FACTORS = (0.01, 0.5, 2.0, 100.0)
+DRIVE_KEPT = 1e-9  # ripple of the crank's speed, relative: a ripple is not softness
+
+
+@dataclass(frozen=True)
+class Variation:
+    """One run with something else than the motion changed.
+
+    Attributes:
+        name: what was changed.
+        value: of the parameter that was changed [kg], clipped to its range; None where it is not a parameter.
+        errors: largest of each quantity, normalised; None unless the run completed.
+        ratios: errors over those of the settings as they are; None where either is missing or that one is zero.
+        drive: relative ripple of the crank's speed; None unless the run completed.
+    """
+
+    name: str
+    value: float | None
+    outcome: str
+    errors: Mapping[str, float] | None
+    ratios: Mapping[str, float | None]
+    drive: float | None
+
+    @property
+    def drive_kept(self) -> bool | None:
+        """Whether the crank turned evenly enough for the errors to be the joints'; None unless the run completed."""
+        return None if self.drive is None else self.drive <= DRIVE_KEPT
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How far the errors of one setting depend on what the exact motion does not depend on.
+
+    Attributes:
+        parameter: name of the mass that was varied. A follower that a constant force holds down is held by a multiple
+            of its mass, so that one moves alike at any mass.
+        variations: the settings as they are first.
+    """
+
+    scene: str
+    engine: str
+    preset: str
+    settings: Mapping[str, Any]
+    parameter: str
+    variations: tuple[Variation, ...]
+
+    def largest_ratio(self, quantity: str) -> float | None:
+        """The factor by which an error changes at most, up or down.
+
+        Infinite where only the settings as they are run to their end; None where these do not.
+        """
+        base, *others = self.variations
+        if base.errors is None:
+            return None
+        ratios = [variation.ratios[quantity] for variation in others]
+        return max(max(r, 1.0 / r) if r else math.inf for r in ratios)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        return asdict(self)
+
+
+def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, Cell]:
+    """The runs, by what they change; gravity only where the machine feels it.
+
+    Raises:
+        InvalidInput: the output link's mass is no parameter, or the engine is not in the table.
+    """
+    parameter = output_mass(scene)
+    cells = {BASE: Cell(name, scene, settings)}
+    for factor in MASS_FACTORS:
+        value = varied_mass(scene, parameter, factor)
+        cells[mass_label(parameter, factor)] = Cell(name, scene.with_parameters(**{parameter: value}), settings)
+    if math.hypot(*scene.kinematics.mechanism.gravity) > 0.0:
+        cells[GRAVITY] = Cell(name, scene, engine_named(settings.engine).variations.gravity_switched(settings))
+    return cells
+
+
+def sensitivity_of(name: str, scene: Scene, settings: Settings, measurements: Mapping[str, Measurement]) -> Sensitivity:
+    """The result from the measurements of the cells.
+
+    Raises:
+        KeyError: a cell has not been measured.
+        InvalidInput: as `sensitivity_cells`.
+    """
+    parameter = output_mass(scene)
+    runs = {label: (cell, measurements[cell.key]) for label, cell in sensitivity_cells(name, scene, settings).items()}
+    base = runs[BASE][1]
+    return Sensitivity(
+        scene=name,
+        engine=settings.engine,
+        preset=settings.preset,
+        settings=settings.as_dict(),
+        parameter=parameter,
+        variations=tuple(
+            Variation(
+                name=label,
+                value=None if cell.scene is scene else cell.scene.parameters[parameter],
+                outcome=run.outcome,
+                errors=None if run.errors is None else {q: run.largest(q) or 0.0 for q in QUANTITIES},
+                ratios={q: _ratio(run.largest(q), base.largest(q)) for q in QUANTITIES},
+                drive=None if run.drive is None else run.drive["speed"],
+            )
+            for label, (cell, run) in runs.items()
+        ),
+    )
+
+
+def output_mass(scene: Scene) -> str:
+    """The parameter that is the mass of the link which carries the scene's output point.
+
+    It is found by what it does: of the parameters in kg, the one that moves this link's mass and no other's.
+
+    Raises:
+        InvalidInput: there is none.
+    """
+    mechanism = scene.mechanism()
+    link = next(observed.body for observed in mechanism.observed if observed.name == scene.output)
+    for parameter in (p for p in scene.parameter_facts().values() if p.unit == "kg"):
+        value = scene.parameters[parameter.name]
+        other = 0.5 * value if 2.0 * value > parameter.highest else 2.0 * value
+        changed = scene.with_parameters(**{parameter.name: other}).mechanism()
+        if [b.name for b in mechanism.bodies if changed.body(b.name).mass != b.mass] == [link]:
+            return parameter.name
+    raise InvalidInput(f"{scene.kind}: the mass of {link!r}, the link with the output point, is no parameter")
+
+
+def varied_mass(scene: Scene, parameter: str, factor: float) -> float:
+    """A mass [kg] times a factor, clipped to the range of the parameter."""
+    facts = scene.parameter_facts()[parameter]
+    return min(max(scene.parameters[parameter] * factor, facts.lowest), facts.highest)
+
+
+def mass_label(parameter: str, factor: float) -> str:
+    """Name of a variation of a mass."""
+    return f"{parameter} x {factor:g}"
+
+
+def _ratio(error: float | None, base: float | None) -> float | None:
+    return error / base if error is not None and base else None

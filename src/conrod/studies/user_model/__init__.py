@@ -1,1 +1,0 @@
-"""Is a user's own model the machine that it is to be, and how accurate is it with its own settings?"""

@@ -1,0 +1,1 @@
+"""Engines against the exact motion at constant crank speed."""

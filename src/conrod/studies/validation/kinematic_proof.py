@@ -1,0 +1,69 @@
+"""Kinematic mode: the engine's own joints against the exact poses, which proves the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from conrod.engines import Engine
+from conrod.engines.crank_sweep import MEETING
+from conrod.engines.engine import KinematicResult, default_steps
+from conrod.runs.comparison import QUANTITIES as COMPARED
+from conrod.runs.outcome import joint_gaps
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
+from conrod.studies.validation.results import Result, Tolerance, result_of, sizes_of
+
+# The model is right when its joints, solved by the engine itself, give the exact pose to rounding (guard 4).
+KINEMATIC_POSITION, KINEMATIC_VELOCITY, KINEMATIC_DIGITS = 1e-12, 1e-9, 0.1
+KINEMATIC_ANGLES = 360
+# The preset whose model kinematic mode solves; what it cannot have, no other can.
+KINEMATIC_PRESET = "tuned"
+
+
+def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Result:
+    """Prove the model: the engine's own joints against the exact poses, over one turn, or the driver's span."""
+    refusal = engine.refusal(scene, engine.presets[KINEMATIC_PRESET](scene, default_steps(scene)))
+    if refusal:
+        outcome = Outcome.UNSUPPORTED
+        return result_of(name, scene, engine, "kinematic", outcome=outcome, reason=refusal, revolutions=1.0)
+    angle = scene.kinematics.angles(KINEMATIC_ANGLES)
+    angle = angle[~scene.kinematics.near_change(angle, MEETING)]
+    solved = engine.solve_kinematics(scene, angle)
+    exact = scene.motion(angle, scene.speed)
+    errors: dict[str, dict[str, Mapping[str, float] | None]] = {}
+    for point, (position, velocity) in solved.points.items():
+        length, truth = scene.lengths[point], exact.point(point)
+        errors[point] = dict.fromkeys(COMPARED)
+        errors[point]["position"] = sizes_of(np.linalg.norm(position - truth.position, axis=1) / length)
+        if velocity is not None:
+            off = np.linalg.norm(velocity - truth.velocity, axis=1)
+            errors[point]["velocity"] = sizes_of(off / (length * abs(scene.speed)))
+    tolerance = _kinematic_tolerance(scene, solved)
+    result = result_of(name, scene, engine, "kinematic", errors=errors, tolerance=tolerance, revolutions=1.0)
+    gaps = joint_gaps(scene.kinematics.mechanism, [solved.poses]).values()
+    gap = max(float(np.abs(g).max()) for g in gaps) / max(scene.lengths.values())
+    closure = {"position": gap, "velocity": None, "acceleration": None}
+    result = replace(result, closure=closure, passed=not result.exceeded())
+    other = scene.kinematics.branch(solved.poses) != scene.kinematics.branch_at(angle)
+    if not other.any():
+        return result
+    reason = f"on the other branch at {math.degrees(angle[other.argmax()]):.1f} deg"
+    return replace(result, outcome=Outcome.FLIPPED.slug, reason=reason, passed=False)
+
+
+def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
+    if solved.shape_error is None:
+        reason = "rounding: the engine's own joint equations are solved to the last digit"
+        # A machine many times larger than its travel loses digits of the travel, by the ratio of the two.
+        kinematics = scene.kinematics
+        cancelled = max(1.0, KINEMATIC_DIGITS * kinematics.size / kinematics.travel)
+        return Tolerance(KINEMATIC_POSITION * cancelled, KINEMATIC_VELOCITY * cancelled, reason=reason)
+    length = max(scene.lengths.values())
+    return Tolerance(
+        solved.shape_error / length, reason="the collision shape's own error: half a sagitta of its polygon"
+    )

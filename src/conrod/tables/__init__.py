@@ -1,1 +1,0 @@
-"""Trajectories of any tool, as tables: read, put on the scene's clock and frame, judged against the exact motion."""
