@@ -1,0 +1,147 @@
+"""`conrod audit` as a user calls it."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from conrod.cli import cli
+from conrod.errors import InvalidInput
+from conrod.scenes.catalogue import catalogue_file
+
+ROOT = Path(__file__).parents[2]
+HEADING = "scene,quantity,angle_deg,printed,unit\n"
+GOOD = "shear-press,G velocity y,10,-33.3,mm/s\n"
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(cli, ["audit", *arguments])
+
+
+def refusal(*arguments: str) -> str:
+    result = run(*arguments)
+    assert isinstance(result.exception, InvalidInput)
+    assert "\n" not in str(result.exception)
+    return str(result.exception)
+
+
+def written(folder: Path, text: str, name: str = "values.csv") -> str:
+    path = folder / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_example_of_the_documentation_gives_what_it_says(here: Path) -> None:
+    text = (ROOT / "docs" / "audit.md").read_text(encoding="utf-8")
+    table = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)[0]
+    told = re.findall(r"```text\n(.*?)```", text, re.DOTALL)[0]
+    written(here, table, "velocities.csv")
+    result = run("velocities.csv")
+    assert (result.exit_code, result.output) == (0, told)
+    # Negative control: with the digits put right nothing is told.
+    written(here, table.replace("-146.1", "-164.1"), "velocities.csv")
+    assert "misprint (" not in run("velocities.csv").output
+
+
+def test_every_column_of_the_documentation_is_one_and_the_other_way_round() -> None:
+    from conrod.own.printed.user_rows import NEEDED, OPTIONAL
+
+    text = (ROOT / "docs" / "audit.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`[^|]*`) \| (needed)? ?\|", text, re.MULTILINE)
+    named = {column: bool(needed) for cells, needed in rows for column in re.findall("`([a-z_]+)`", cells)}
+    assert named == dict.fromkeys(NEEDED, True) | dict.fromkeys(OPTIONAL, False)
+
+
+def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
+    written(here, HEADING + GOOD + GOOD.replace("-33.3", "-33.4"), "My table.csv")
+    result = run("My table.csv", "--out", "found")
+    assert result.exit_code == 0
+    assert result.output.endswith("report: found/README.md\n")
+    assert sorted(path.name for path in (here / "found").iterdir()) == ["README.md", "my-table.md", "results.json"]
+    results = json.loads((here / "found" / "results.json").read_text(encoding="utf-8"))
+    assert results["command"] == "conrod audit 'My table.csv' --out found"
+    assert [item["verdict"] for item in results["audit"]["my-table"]["items"]] == [
+        "agrees",
+        "not reproducible as printed",
+    ]
+    # A page that the next report does not have goes.
+    written(here, HEADING + GOOD, "other.csv")
+    assert run("other.csv", "--out", "found").exit_code == 0
+    assert not (here / "found" / "my-table.md").exists()
+
+
+def test_a_table_is_tied_to_a_mechanism_file_beside_it(here: Path) -> None:
+    shutil.copy(catalogue_file("slider-crank"), here / "mine.toml")
+    row = "mine.toml,B position x,0,860.0,mm\n"
+    assert "1" in run(written(here, HEADING + row)).output.splitlines()[1].split()
+    from conrod.own.printed.user_file import audit_file
+
+    own = audit_file(here / "values.csv", "values").verdicts
+    written(here, HEADING + row.replace("mine.toml", "slider-crank"), "shipped.csv")
+    shipped = audit_file(here / "shipped.csv", "shipped").verdicts
+    assert [(v.exact, v.kind) for v in own] == [(v.exact, v.kind) for v in shipped]
+
+
+@pytest.mark.parametrize("name", ["../mine.toml", "sub/../../mine.toml", "{here}/mine.toml", "link.toml"])
+def test_a_mechanism_file_outside_the_tables_folder_is_refused(here: Path, name: str) -> None:
+    shutil.copy(catalogue_file("slider-crank"), here / "mine.toml")
+    table = written(here / "tables", HEADING + f"{name.format(here=here)},B position x,0,860.0,mm\n")
+    (here / "tables" / "link.toml").symlink_to(here / "mine.toml")
+    assert "leads out of the folder of the table" in refusal(table)
+
+
+@pytest.mark.parametrize(("row", "message"), [
+    (GOOD.replace("shear-press", "shear-pres"), "values.csv, row 2: unknown scene .* did you mean 'shear-press'"),
+    (GOOD.replace("-33.3", "33 or so"), "values.csv, row 2: printed value '33 or so'"),
+    (GOOD.replace("mm/s", ""), "values.csv, row 2: unit: nothing is given"),
+    (GOOD.replace("mm/s", "kg"), "values.csv, row 2: unit = '1 kg': 'kg' is not a unit of m/s"),
+    (GOOD.replace("-33.3", "9" * 400), "values.csv, row 2: printed value '9999"),
+    (GOOD.replace(",10,", ",1e308,"), "values.csv, row 2: angle_deg = 1e"),
+    (GOOD.replace("mm/s", "mm/s\0"), "values.csv, row 2: unit = "),
+    (GOOD + GOOD.replace(",10,", ",ten,"), "values.csv, row 3: angle_deg = 'ten'"),
+    ("\n" + GOOD.replace("G vel", "Q vel"), "values.csv, row 3: unknown point 'Q'"),
+    (GOOD.replace("mm/s", "mm/s,more"), "values.csv, row 2: more fields than the heading"),
+    ("missing.toml,G velocity y,0,1.0,mm/s\n", r"values.csv, row 2: .*missing.toml: it cannot be read"),
+    ("swinging-four-bar,B velocity x,170,1.0,m/s\n", "row 2: angle_deg = 170: swinging-four-bar is driven from"),
+])  # fmt: skip
+def test_an_error_in_a_file_is_one_line_that_names_file_row_and_field(here: Path, row: str, message: str) -> None:
+    assert re.search(message, refusal(written(here, HEADING + row)))
+
+
+def test_files_that_are_no_tables_are_refused(here: Path) -> None:
+    assert "there is no such file" in refusal("missing.csv")
+    assert "no regular file" in refusal(str(here))
+    (here / "bytes.csv").write_bytes(b"\xff\xfe\x00")
+    assert "no text in UTF-8" in refusal("bytes.csv")
+    assert "unknown column 'scnee'" in refusal(written(here, "# scnee: shear-press\n" + HEADING + GOOD))
+    assert "is taken" in refusal(written(here, HEADING + GOOD), written(here / "again", HEADING + GOOD))
+    written(here, HEADING + GOOD, "README.csv")
+    assert "is taken" in refusal("README.csv")
+
+
+def test_a_report_replaces_nothing_that_is_not_its_own(here: Path) -> None:
+    written(here, HEADING + GOOD)
+    (here / "mine").mkdir()
+    (here / "mine" / "README.md").write_text("mine", encoding="utf-8")
+    assert "README.md that is not the report of an audit" in refusal("values.csv", "--out", "mine")
+    assert (here / "mine" / "README.md").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_files_name_is_told_as_it_is(here: Path) -> None:
+    written(here, HEADING + GOOD, "[red]mine.csv")
+    result = run("[red]mine.csv", "--out", "found")
+    assert "[red]mine.csv" in result.output
+    page = (here / "found" / "red-mine.md").read_text(encoding="utf-8")
+    assert page.startswith("# Printed values of \\[red\\]mine")

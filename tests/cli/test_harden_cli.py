@@ -1,0 +1,203 @@
+"""`conrod harden`: what it writes, prints and refuses."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from conrod.cli import main
+
+LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"
+WITH_A_MESH = (
+    LEGGED.read_text()
+    .replace("<worldbody>", '<asset><mesh name="shell" file="shell.obj"/></asset><worldbody>')
+    .replace('<geom name="base"', '<geom type="mesh" mesh="shell" mass="0"/><geom name="base"')
+)
+ARM = '<mujoco><worldbody><body name="a"><joint/><geom size="0.1" pos="0.3 0 0"/></body></worldbody>{}</mujoco>'
+SOFT = ARM.format('<equality><connect name="belt" body1="a" anchor="0.3 0 0" solref="0.5 1"/></equality>')
+
+
+def harden(*arguments: str | Path) -> int:
+    """The command in this process; its exit status."""
+    before = sys.argv
+    sys.argv = ["conrod", "harden", *map(str, arguments)]
+    try:
+        main()
+    except SystemExit as end:
+        return int(str(end.code))
+    finally:
+        sys.argv = before
+    return 0
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command's work in this process: to begin another takes longer than what is looked at."""
+    monkeypatch.setattr(
+        "conrod.studies.execution.confined.confined", lambda task, path, *arguments: task(path, *arguments)
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model with an asset, whose place MuJoCo keeps, in a folder that a run of the command may spoil."""
+    made = tmp_path_factory.mktemp("harden")
+    (made / "legged.xml").write_text(WITH_A_MESH)
+    (made / "shell.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    return made
+
+
+def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_not_touched(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    before = Path("legged.xml").stat()
+    # A time constant of its own, so that all kinds of lines are there.
+    arguments = (
+        "--keyframe",
+        "swing",
+        "--seconds",
+        "0.03",
+        "--solref",
+        "0.03",
+        "-o",
+        "hard.mjb",
+        "--json",
+        "hard.json",
+    )
+    assert harden("legged.xml", *arguments) == 0
+    out = capsys.readouterr().out
+    lines = out.split("in Python:\n", 1)[1].split("note:", 1)[0]
+    for field in ("body_invweight0", "dof_invweight0", "eq_solref", "integrator"):
+        assert field in lines
+    # A fresh interpreter in another folder. Control: a line left out is seen.
+    fewer = "\n".join(line for line in lines.splitlines() if "dof_invweight0" not in line)
+    code = "\n".join(
+        f"{some}\nmujoco.mj_saveModel(model, {name!r}, None)"
+        for name, some in (("pasted.mjb", lines), ("fewer.mjb", fewer))
+    )
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=elsewhere)
+    assert (elsewhere / "pasted.mjb").read_bytes() == Path("hard.mjb").read_bytes()
+    assert (elsewhere / "fewer.mjb").read_bytes() != Path("hard.mjb").read_bytes()
+
+    after = Path("legged.xml").stat()
+    assert (after.st_mtime_ns, after.st_size, after.st_ino) == (before.st_mtime_ns, before.st_size, before.st_ino)
+    assert Path("legged.xml").read_text() == WITH_A_MESH
+    model = mujoco.MjModel.from_binary_path("hard.mjb")
+    stock = mujoco.MjModel.from_xml_path("legged.xml")
+    assert model.eq_solref[:, 0].tolist() == [0.03] * 3
+    assert model.body("left-rod").invweight0[0] < 1e-7 * stock.body("left-rod").invweight0[0]
+
+    document = json.loads(Path("hard.json").read_text())
+    assert document["schema"] == 1
+    assert "content" not in document
+    assert [variant["name"] for variant in document["variants"]] == ["as it is", "weights alone", "hardened"]
+    assert document["variants"][0]["openings"][0] > 100 * document["variants"][2]["openings"][0]
+    assert document["cost"]["ratio"] > 0.0
+    assert document["lines"].strip() == lines.strip()
+    for word in ("mj_setConst", "single precision", "order in the step", "drift", "energy", "cost of a step"):
+        assert word in out
+
+
+@pytest.mark.usefixtures("at_once")
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (ARM.format(""), "it has no closed loop"),
+        (SOFT, "belt: softer than MuJoCo's stock"),
+    ],
+    ids=["no loop", "soft"],
+)
+def test_what_should_not_be_hardened_is_not_written(
+    text: str, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "model.xml").write_text(text)
+    assert harden(tmp_path / "model.xml", "-o", tmp_path / "hard.mjb", "--seconds", "0.1") == 1
+    assert f"not hardened: {why}" in capsys.readouterr().out
+    assert [path.name for path in tmp_path.iterdir()] == ["model.xml"]
+
+
+@pytest.mark.usefixtures("at_once")
+def test_a_hardened_model_is_not_hardened_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = mujoco.MjModel.from_xml_path(str(LEGGED))
+    model.body_invweight0[:] *= 1e-8
+    model.dof_invweight0[:] *= 1e-8
+    mujoco.mj_saveModel(model, str(tmp_path / "hard.mjb"), None)
+    assert harden(tmp_path / "hard.mjb") == 1
+    assert "hardened already" in capsys.readouterr().out
+
+
+def test_a_file_that_is_no_model_is_told_though_it_is_looked_at_in_another_process(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "rubbish.mjb").write_text("rubbish" * 1000)
+    assert harden(tmp_path / "rubbish.mjb") == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert "rubbish.mjb: MuJoCo cannot load it" in error
+
+
+def linked(folder: Path) -> None:
+    """A link to a model, and a folder that is one to its folder."""
+    (folder / "link.mjb").symlink_to(folder / "model.mjb")
+    (folder / "there").symlink_to(folder)
+
+
+@pytest.mark.usefixtures("at_once")
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("none.xml",), "there is no such file"),
+        (("broken.xml",), "MuJoCo cannot load it"),
+        (("includes.xml",), "MuJoCo cannot load it"),
+        (("model.xml", "--keyframe", "swung"), "did you mean 'swing'?"),
+        (("model.xml", "--seconds", "nan"), "--seconds nan"),
+        (("model.xml", "--seconds", "1e9"), "out of range"),
+        (("model.xml", "--solref", "soft"), "--solref 'soft'"),
+        (("model.xml", "--solref", "-1"), "--solref '-1'"),
+        (("model.xml", "--integrator", "rk4"), "choose from RK4, keep"),
+        (("model.xml", "-o", "model.xml"), "e.g. model.mjb"),
+        (("model.mjb", "-o", "./model.mjb"), "the same file as the model"),
+        (("model.xml", "--json", "model.xml"), "e.g. model.json"),
+        (("model.mjb", "-o", "link.mjb"), "the same file as the model"),
+        (("link.mjb", "-o", "model.mjb"), "the same file as the model"),
+        (("model.mjb", "-o", "there/model.mjb"), "the same file as the model"),
+        (("includes.xml", "--json", "part.inc"), "part.inc, which the model is made of"),
+        (("model.xml", "-o", "hard.mjb", "--json", "there/hard.mjb"), "name of a model"),
+        (("model.xml", "-o", "there"), "it is a folder"),
+        (("model.xml", "-o", "none/model.mjb"), "there is no folder"),
+        (("there",), "it is not a file"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_bad_input_is_told_in_one_line_and_nothing_is_written(
+    arguments: tuple[str, ...],
+    says: str,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = {
+        "broken.xml": "<mujoco><worldbody>",
+        "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
+        "part.inc": "<mujoco/>",
+        "model.xml": LEGGED.read_text(),
+        "model.mjb": "",
+    }
+    for name, text in files.items():
+        Path(name).write_text(text)
+    linked(tmp_path)
+    assert harden(*arguments) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert says in error
+    assert {path.name: path.read_text() for path in tmp_path.iterdir() if not path.is_symlink()} == files
+    assert sorted(path.name for path in tmp_path.iterdir() if path.is_symlink()) == ["link.mjb", "there"]

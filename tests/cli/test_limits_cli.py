@@ -1,0 +1,156 @@
+"""`conrod limits` as a user types it, mistakes among them."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import command_line
+import pytest
+
+from conrod.cli.limits import EPILOG, MOST_RUNS
+from conrod.studies.frame.resolve_arguments import select_engines, select_scenes
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.maps import PAIRS
+from conrod.studies.limits.parts import PARTS
+from conrod.studies.limits.plan import Request, check_runs, plan_limits
+from conrod.studies.limits.study import LimitStudy
+
+# Two dozen runs of a second or two in all.
+QUICK = ("saw-500rpm", "--axis", "steps", "--engine", "pymunk", "--preset", "stock", "--range", "400..2")
+
+
+def conrod(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    named = (*arguments, "--ledger", "ledger.sqlite")
+    return command_line.conrod("limits", *named, cwd=cwd, ledger=cwd / "default.sqlite")
+
+
+def runs_in(ledger: Path) -> int:
+    with sqlite3.connect(ledger) as connection:
+        (count,) = connection.execute("SELECT count(*) FROM runs").fetchone()
+    return int(count)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the results and the report of a quick study."""
+    made = tmp_path_factory.mktemp("limits")
+    done = conrod(*QUICK, "--json", "limits.json", "--out", "report", cwd=made)
+    assert done.returncode == 0, done.stderr
+    (made / "first.txt").write_text(done.stdout)
+    return made
+
+
+def study_in(folder: Path) -> LimitStudy:
+    document: dict[str, Any] = json.loads((folder / "limits.json").read_text())
+    (study,) = (LimitStudy.of(values) for values in document["limits"])
+    return study
+
+
+def test_boundaries_are_printed_and_kept_as_json(folder: Path) -> None:
+    (walk,) = study_in(folder).walks
+    boundary = {b.criterion: b for b in walk.boundaries}
+    # Saw at 500 rpm, stock pymunk: a joint gapes by a twentieth of the travel between 30 and 100 steps.
+    assert boundary["wrong"].last_good is not None
+    assert boundary["wrong"].first_bad is not None
+    assert 20 < boundary["wrong"].first_bad < boundary["wrong"].last_good < 100
+    assert boundary["wrong"].last_good <= 1.02 * boundary["wrong"].first_bad + 1.0
+    assert boundary["wrong"].outcome == "opened"
+    assert boundary["wrong"].quiet
+    printed = (folder / "first.txt").read_text()
+    for words in ("steps", "opened (quiet)", "within 1 %", "in one piece", "bounded"):
+        assert words in printed
+
+
+def test_the_same_command_runs_nothing_again_and_finds_the_same(folder: Path) -> None:
+    before, first = runs_in(folder / "ledger.sqlite"), study_in(folder)
+    done = conrod(*QUICK, "--json", "again.json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert runs_in(folder / "ledger.sqlite") == before
+    again = json.loads((folder / "again.json").read_text())["limits"]
+    assert [LimitStudy.of(values) for values in again] == [first]
+
+
+def test_the_report_says_in_plain_words_where_it_is_wrong_and_quiet(folder: Path) -> None:
+    page = (folder / "report" / "saw-500rpm.md").read_text()
+    assert "opened" in page
+    assert "quiet" in page
+    assert (folder / "report" / "README.md").is_file()
+    assert list((folder / "report" / "figures").glob("saw-500rpm-*.svg"))
+
+
+MISTAKES = {
+    "unknown axis": (("--axis", "step"), ("unknown axis 'step'", "did you mean 'steps'?")),
+    "unknown scene": (("saw", "--axis", "steps"), ("unknown scene 'saw'",)),
+    "axis of a cam on a saw": (("saw-500rpm", "--axis", "float"), ("saw", "float")),
+    "axis of a linkage on a cam": (("cam-follower", "--axis", "mass-ratio"), ("mass-ratio", "connecting rod")),
+    "pair of a linkage on a cam": (("cam-follower", "--axis", "steps-x-nearness"), ("nearness",)),
+    "empty range": (("saw-500rpm", "--axis", "steps", "--range", "100..100"), ("--range 100..100 is empty",)),
+    "no range": (("saw-500rpm", "--axis", "steps", "--range", "100"), ("'100' is no range", "20000..2")),
+    "half a range": (("saw-500rpm", "--axis", "steps", "--range", "100.."), ("'100..' is no range", "20000..2")),
+    "range out of bounds": (("saw-500rpm", "--axis", "steps", "--range", "100..1"), ("1 is out of range",)),
+    "half a step": (("saw-500rpm", "--axis", "steps", "--range", "99.5..10"), ("99.5 is not a whole number",)),
+    "range of two axes": (("--axis", "steps", "--axis", "speed", "--range", "9..3"), ("one --axis",)),
+    "range of no axis": (("saw-500rpm", "--range", "9..3"), ("one --axis",)),
+    "range of a list": (("saw-500rpm", "--axis", "rounding", "--range", "0..1"), ("its values are a list",)),
+    "no runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "0"), ("--most-runs = 0 is out of range",)),
+    "too many runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "40"), ("--most-runs", "40", "up to")),
+    "no time": (("saw-500rpm", "--axis", "steps", "--cell-timeout", "0"), ("time limit of 0 s",)),
+    "no memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "0"), ("memory limit of 0",)),
+    "too little memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "10MB"), ("memory limit of 10000000",)),
+    "memory for no run": (("saw-500rpm", "--axis", "steps", "--cell-memory", "200MB"), ("is too little", "may need")),
+    "flight of a saw": (("saw-500rpm", "--axis", "flight"), ("no cam",)),
+    "no revolutions": (("saw-500rpm", "--axis", "run-length", "--revolutions", "0"), ("--revolutions", "1")),
+    "revolutions of no long run": (("--axis", "steps", "--revolutions", "9"), ("--revolutions 9", "run-length")),
+    "two lengths": (("--axis", "run-length", "--range", "1..9", "--revolutions", "5"), ("--range 1..9", "give one")),
+    "unknown preset": (("saw-500rpm", "--axis", "steps", "--preset", "hard"), ("unknown preset 'hard'",)),
+    "preset that no engine has here": (("cam-follower", "--axis", "steps", "--preset", "hardened"), ("hardened",)),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_told_in_one_line_and_nothing_is_written(mistake: str, tmp_path: Path) -> None:
+    arguments, words = MISTAKES[mistake]
+    done = conrod(*arguments, "--json", "limits.json", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("runs: ")]
+    assert len(lines) == 1, done.stderr
+    assert lines[0].startswith("conrod: ")
+    for word in words:
+        assert word in lines[0]
+    assert not (tmp_path / "limits.json").exists()
+
+
+@pytest.mark.parametrize("command", ["limits", "sweep"])
+@pytest.mark.parametrize("name", ["results.json", "README.md", "saw-500rpm.md", "figures/steps.svg"])
+def test_results_are_not_written_over_a_file_of_the_report(command: str, name: str, tmp_path: Path) -> None:
+    (tmp_path / "report" / "figures").mkdir(parents=True)
+    outputs = ("--out", "report", "--json", f"report/{name}", "--ledger", "l.sqlite")
+    done = command_line.conrod(command, "saw-500rpm", *outputs, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == f"conrod: cannot write report/{name}: the report in report has a file of that name\n"
+
+
+def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> None:
+    engines = select_engines(None)
+    plans = [plan_limits(name, scene, engines, None, Request()) for name, scene in select_scenes((), ()).items()]
+    assert len(plans) > 1
+    check_runs(plans, MOST_RUNS)
+
+
+def test_help_names_every_axis_and_every_pair() -> None:
+    named = {word.strip(",;.") for word in EPILOG.split()}
+    assert {*AXES, *(pair.name for pair in PAIRS), *PARTS} <= named
+
+
+def test_the_report_names_the_limits_of_a_run_that_it_was_made_with(folder: Path) -> None:
+    bounds = ("--axis", "run-length", "--revolutions", "3", "--cell-timeout", "50")
+    done = conrod("saw-500rpm", "--engine", "pymunk", "--preset", "tuned", *bounds, "--out", "short", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    page = (folder / "short" / "saw-500rpm.md").read_text()
+    options = "--axis run-length --engine pymunk --preset tuned --revolutions 3 --cell-timeout 50"
+    assert f"`conrod limits saw-500rpm {options} --out short`" in page

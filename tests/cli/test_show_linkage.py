@@ -1,0 +1,254 @@
+"""What `conrod show` tells of a linkage, against closed forms; its figures, its JSON, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import conrod
+
+from conrod.scenes import SCENES, Saw
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "linkages.md"
+CRANK, ROD, OFFSET = 0.1, 0.3, 0.09  # of the saw [m]
+
+CRANK_ROCKER = """
+name = "rocking"
+title = "Crank-rocker"
+source = "a test"
+
+[driver]
+joint = "shaft"
+speed = "3 rad/s"
+{span}
+
+[ground.points]
+O = [0, 0]
+Q = [0.3, 0]
+
+[bodies]
+crank = {{ points = {{ A = [0.1, 0] }}, mass = 1, inertia = 0.01 }}
+coupler = {{ points = {{ B = [0.3, 0], P = [0.15, 0.1] }}, mass = 1, inertia = 0.01 }}
+rocker = {{ points = {{ B = [0.25, 0] }}, mass = 1, inertia = 0.01 }}
+
+[joints]
+shaft = {{ kind = "revolute", connects = ["ground.O", "crank"] }}
+A = {{ kind = "revolute", connects = ["crank.A", "coupler"] }}
+B = {{ kind = "revolute", connects = ["coupler.B", "rocker.B"] }}
+pivot = {{ kind = "revolute", connects = ["ground.Q", "rocker"] }}
+
+[start]
+coupler = {{ turn = "50 deg" }}
+
+[observed]
+P = "coupler.P"
+"""
+
+
+@pytest.fixture
+def rocking(tmp_path: Path) -> Path:
+    (tmp_path / "rocking.toml").write_text(CRANK_ROCKER.format(span=""))
+    (tmp_path / "pass.toml").write_text(CRANK_ROCKER.format(span='from = "-20 deg"\nto = "40 deg"'))
+    return tmp_path
+
+
+def told(*arguments: str, folder: Path) -> dict[str, Any]:
+    """The JSON that a command writes."""
+    done = conrod("show", *arguments, "--json", "out.json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    document: dict[str, Any] = json.loads((folder / "out.json").read_text())
+    return document
+
+
+def numbers_after(word: str, text: str) -> list[float]:
+    line = next(line for line in text.splitlines() if line.startswith(word))
+    return [float(number) for number in re.findall(r"-?\d+\.?\d*", line.removeprefix(word))]
+
+
+# -- a turn ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_saws_stroke_dead_centres_time_ratio_and_transmission_are_those_of_an_offset_slider_crank() -> None:
+    out = conrod("show", "saw-40rpm").stdout
+    far, near = math.asin(OFFSET / (ROD + CRANK)), math.asin(OFFSET / (ROD - CRANK))
+    slow = math.pi + near - far
+    stroke = math.sqrt((ROD + CRANK) ** 2 - OFFSET**2) - math.sqrt((ROD - CRANK) ** 2 - OFFSET**2)
+    found = numbers_after("slider       slide", out)
+    # The saw's slide is above its shaft, and its blade on the left.
+    dead = sorted(math.degrees(angle) for angle in (math.pi - far, 2.0 * math.pi - near))
+    ways = sorted(math.degrees(angle) for angle in (slow, 2.0 * math.pi - slow))
+    wanted = [1e3 * stroke, *dead, *ways, slow / (2.0 * math.pi - slow)]
+    assert found == pytest.approx(wanted, rel=1e-5)
+    pressure = math.degrees(math.asin((CRANK + OFFSET) / ROD))
+    least = math.degrees(math.acos((CRANK - OFFSET) / ROD))
+    found = numbers_after("slider       rod", out)
+    assert found == pytest.approx(
+        [least, 90.0, 90.0 + pressure, 270.0, 90.0 - pressure, 270.0, pressure, 270.0], abs=1e-4
+    )
+    assert "instant centres: 6" in out
+    assert "crank: turns fully" in out
+
+
+def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) -> None:
+    (angle,) = told("cam-follower", folder=tmp_path)["turn"]["transmission"]
+    scene = SCENES["cam-follower"]
+    # For a follower that moves through the shaft, tan(pressure angle) = (ds/dt) / s with s from the shaft.
+    here = np.linspace(0.0, 2.0 * np.pi, 200_001)
+    moved = scene.motion(here, 1.0).point("roller")
+    exact = float(np.abs(np.arctan2(moved.velocity[:, 1], moved.position[:, 1])).max())
+    assert angle["greatest_pressure_angle"]["value"] == pytest.approx(exact, abs=1e-9)
+    assert angle["through"] == "cam"
+    # Negative control: without the base circle the same formula gives another angle.
+    wrong = np.arctan2(moved.velocity[:, 1], moved.position[:, 1] - moved.position[0, 1] + 0.03)
+    assert abs(float(np.abs(wrong).max()) - exact) > 0.01
+
+
+def test_quantities_of_a_file_are_those_of_its_four_bar_linkage(rocking: Path) -> None:
+    turn = told("rocking.toml", folder=rocking)["turn"]
+    (rocker,) = turn["outputs"]
+    a, b, c, d = 0.1, 0.3, 0.25, 0.3
+    swing = [math.acos((c * c + d * d - reach**2) / (2.0 * c * d)) for reach in (b - a, b + a)]
+    assert rocker["stroke"] == pytest.approx(swing[1] - swing[0], rel=1e-12)
+    (angle,) = turn["transmission"]
+    ends = [math.acos((b * b + c * c - (d + sign * a) ** 2) / (2.0 * b * c)) for sign in (-1.0, 1.0)]
+    assert (angle["least"]["value"], angle["greatest"]["value"]) == pytest.approx(tuple(ends), abs=1e-12)
+    assert angle["least"]["value"] != pytest.approx(angle["greatest"]["value"], abs=0.1)
+
+
+def test_a_coupler_point_that_does_not_rest_has_no_dead_centre(rocking: Path) -> None:
+    done = conrod("show", "rocking.toml", cwd=rocking)
+    assert "dead centre of P" not in done.stdout
+    assert "dead centre of C" in conrod("show", "saw-40rpm").stdout
+
+
+def test_an_input_that_makes_one_pass_is_told_its_limits(rocking: Path) -> None:
+    # This crank could turn; its driver makes a part of it.
+    document = told("pass.toml", folder=rocking)
+    assert document["turn"]["crank"]["turns_fully"] is True
+    assert document["turn"]["looked_at"] == pytest.approx([math.radians(-20.0), math.radians(40.0)])
+    out = conrod("show", "pass.toml", cwd=rocking).stdout
+    assert "of the pass from -20 to 40 deg" in out
+
+
+# -- at a crank angle -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("degrees", ["20", "130", "-75.5"])
+def test_links_centres_and_points_at_an_angle_are_those_of_the_slider_cranks_closed_form(
+    degrees: str, tmp_path: Path
+) -> None:
+    here = told("saw-40rpm", f"--angle={degrees} deg", folder=tmp_path)["instant"]
+    angle, saw = math.radians(float(degrees)), Saw(speed=40.0 * 2.0 * math.pi / 60.0)
+    w = saw.speed
+    shaft = np.array([math.sqrt(ROD**2 - OFFSET**2) - CRANK, -OFFSET])
+    pin = shaft + CRANK * np.array([math.cos(angle), math.sin(angle)])
+    down = math.sqrt(ROD**2 - pin[1] ** 2)
+    # The rod from pin to slider, to the left: -rod sin(turn of it) = height of the pin.
+    rod_speed = CRANK * math.cos(angle) * w / down
+    rod_change = (pin[1] * rod_speed**2 - CRANK * math.sin(angle) * w**2) / down
+    links = {link["link"]: link for link in here["links"]}
+    assert links["rod"]["angular_velocity"] == pytest.approx(rod_speed, rel=1e-11)
+    assert links["rod"]["angular_acceleration"] == pytest.approx(rod_change, rel=1e-11)
+    centres = {centre["name"]: centre for centre in here["centres"]}
+    assert len(centres) == 6
+    slider = pin[0] - down
+    # On the crank's line, above or below the slider.
+    assert centres["O13"]["place"] == pytest.approx(
+        [slider, shaft[1] + math.tan(angle) * (slider - shaft[0])], rel=1e-10
+    )
+    assert centres["O14"]["place"] is None
+    assert centres["O14"]["direction"] == pytest.approx([0.0, 1.0], abs=1e-14)
+    motion = saw.motion(angle, w)
+    points = {point["name"]: point for point in here["points"]}
+    for name in ("C", "M"):
+        exact = motion.point(name)
+        assert points[name]["velocity"] == pytest.approx(list(exact.velocity[0]), abs=1e-13)
+        assert points[name]["acceleration"] == pytest.approx(list(exact.acceleration[0]), abs=1e-12)
+        parts = np.array(points[name]["normal"]) + np.array(points[name]["tangential"])
+        assert parts == pytest.approx(list(exact.acceleration[0]), abs=1e-12)
+    # rho = V^2 / A_n of the point on the crank is the crank's length.
+    assert points["A"]["curvature"] == pytest.approx(1.0 / CRANK, rel=1e-12)
+    assert points["C"]["curvature"] == 0.0
+
+
+def test_vectors_of_a_point_add_up_to_the_motion_of_the_solver(rocking: Path) -> None:
+    here = told("rocking.toml", "--angle", "1.1", folder=rocking)["instant"]
+    vectors = {vector["name"]: np.array(vector["value"]) for vector in here["accelerations"]}
+    points = {point["name"]: point for point in here["points"]}
+    through_coupler = vectors["A^n_A"] + vectors["A^t_A"] + vectors["A^n_B/A"] + vectors["A^t_B/A"]
+    assert through_coupler == pytest.approx(points["B"]["acceleration"], abs=1e-13)
+    # Negative control: one part left out is far off.
+    assert np.linalg.norm(through_coupler - vectors["A^t_B/A"] - points["B"]["acceleration"]) > 0.01
+
+
+def test_what_is_printed_at_an_angle_is_what_is_written(tmp_path: Path) -> None:
+    done = conrod("show", "saw-40rpm", "--angle", "60deg", "--json", "out.json", cwd=tmp_path)
+    here = json.loads((tmp_path / "out.json").read_text())["instant"]
+    for vector in [*here["velocities"], *here["accelerations"]]:
+        size = math.hypot(*vector["value"])
+        assert numbers_after(f"{vector['name']} ", done.stdout)[0] == pytest.approx(size, rel=1e-5, abs=1e-12)
+    for centre in here["centres"]:
+        if centre["place"]:
+            assert numbers_after(f"{centre['name']} ", done.stdout) == pytest.approx(
+                [1e3 * value for value in centre["place"]], abs=1e-3
+            )
+    assert "at infinity  at 90 deg" in done.stdout
+
+
+def test_without_an_angle_nothing_is_told_of_one(tmp_path: Path) -> None:
+    assert told("saw-40rpm", folder=tmp_path)["instant"] is None
+    assert "at crank angle" not in conrod("show", "saw-40rpm").stdout
+
+
+def test_the_example_of_the_document_is_what_is_printed() -> None:
+    example = DOCUMENT.read_text().split("```text\n")[1].split("```")[0].rstrip("\n")
+    printed = [line.rstrip() for line in conrod("show", "saw-40rpm", "--angle", "60deg").stdout.splitlines()]
+    assert "\n".join(printed).endswith(example)
+    assert example.startswith("links: 1 ground")
+
+
+# -- files ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("scene", "angle"), [("saw-40rpm", 60.0), ("pass.toml", 10.0)])
+def test_figures_are_drawn_at_the_angle_or_at_a_usual_one(scene: str, angle: float, rocking: Path) -> None:
+    done = conrod("show", scene, "--figures", "usual", cwd=rocking)
+    assert done.returncode == 0, done.stderr
+    assert f"at crank angle {angle:g} deg" in done.stdout
+    conrod("show", scene, "--figures", "asked", f"--angle={angle} deg", cwd=rocking)
+    conrod("show", scene, "--figures", "other", "--angle", "30 deg", cwd=rocking)
+    for name in ("centres.svg", "velocities.svg", "accelerations.svg"):
+        usual, asked, other = ((rocking / folder / name).read_text() for folder in ("usual", "asked", "other"))
+        assert usual.rstrip().endswith("</svg>")
+        assert usual == asked != other
+
+
+REFUSED = {
+    "a scene is missing": (("--angle", "60deg"), "SCENE"),
+    "no angle": (("saw-40rpm", "--angle", "soon"), "60deg"),
+    "an angle without end": (("saw-40rpm", "--angle", "1e9"), "out of range"),
+    "an angle in mm": (("saw-40rpm", "--angle", "60mm"), "'mm' is not a unit of rad"),
+    "outside the pass": (("pass.toml", "--angle", "50 deg"), "one pass, from -20 to 40 deg"),
+    "no folder": (("saw-40rpm", "--figures", ""), "name of a folder"),
+    "a figure in place of another file": (
+        ("saw-40rpm", "--figures", ".", "--svg", "centres.svg"),
+        "it is the same file as --svg",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", REFUSED)
+def test_mistakes_are_told_in_one_line_with_nothing_written(mistake: str, rocking: Path) -> None:
+    arguments, words = REFUSED[mistake]
+    before = sorted(rocking.iterdir())
+    done: subprocess.CompletedProcess[str] = conrod("show", *arguments, cwd=rocking)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert len(done.stderr.splitlines()) == 1
+    assert words in done.stderr
+    assert sorted(rocking.iterdir()) == before

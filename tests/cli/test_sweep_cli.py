@@ -1,0 +1,257 @@
+"""`conrod sweep`, `recommend` and `results` as a user types them, mistakes among them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import signal
+import sqlite3
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import command_line
+import pytest
+
+from conrod import SCENES, PymunkSettings, compare, run
+from conrod.studies.execution.cluster import DaskCluster
+
+# Runs of a coarse grid that take a second or two.
+QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
+
+
+def conrod(*arguments: str, cwd: Path, ledger: str | None = "ledger.sqlite") -> subprocess.CompletedProcess[str]:
+    named = () if ledger is None else ("--ledger", ledger)
+    return command_line.conrod(*arguments, *named, cwd=cwd, ledger=cwd / "default.sqlite")
+
+
+def told_in_one_line(done: subprocess.CompletedProcess[str], *words: str) -> None:
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1, done.stderr
+    assert done.stderr.startswith("conrod: ")
+    for word in words:
+        assert word in done.stderr
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder whose ledger has the coarse grid."""
+    made = tmp_path_factory.mktemp("recommend")
+    done = conrod("recommend", *QUICK, "--position", "1e-3", cwd=made)
+    assert done.returncode == 0, done.stderr
+    (made / "first.txt").write_text(done.stdout)
+    return made
+
+
+# -- recommend -------------------------------------------------------------------------------------------------------
+
+
+def test_a_recommendation_is_ready_to_paste_and_was_confirmed(folder: Path) -> None:
+    text = (folder / "first.txt").read_text()
+    for words in ("pymunk: error_bias 0", "largest errors: position", "allowed 0.001", "margin", "ms of CPU time",
+                  "confirmed: start at 37 deg", "five revolutions", "speed -10%", "speed +10%", "against stock",
+                  "steps per revolution", "mass ratio", "transmission angle", "space.iterations = ",
+                  "constraint.error_bias = 0.0", "space.step("):  # fmt: skip
+        assert words in text, words
+
+
+class PastedInto:
+    """Stands for a `pymunk.Space`; keeps what the pasted statements say."""
+
+    def __init__(self) -> None:
+        self.constraints = [SimpleNamespace()]
+        self.steps: list[float] = []
+
+    def step(self, length: float) -> None:
+        self.steps.append(length)
+
+
+def test_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
+    """The pasted statements are run, and what they set is run on the machine."""
+    text = (folder / "first.txt").read_text()
+    space: Any = PastedInto()
+    exec(textwrap.dedent(text.split("to paste:\n")[1]), {"space": space})
+    saw = SCENES["saw-500rpm"]
+    (step,) = space.steps
+    settings = PymunkSettings(
+        "custom",
+        round(saw.period / step),
+        step,
+        iterations=space.iterations,
+        error_bias=space.constraints[0].error_bias,
+    )
+    assert compare(run(saw, settings), saw).worst("position") <= 1e-3
+
+
+def test_an_output_that_is_the_ledger_or_another_output_is_refused(folder: Path) -> None:
+    ledger = (folder / "ledger.sqlite").read_bytes()
+    told_in_one_line(conrod("results", "--csv", "ledger.sqlite", cwd=folder), "same file as the ledger")
+    told_in_one_line(conrod("results", "--csv", "x.out", "--json", "x.out", cwd=folder), "same file as --csv")
+    told_in_one_line(conrod("sweep", *QUICK, "--json", "./ledger.sqlite", cwd=folder), "same file as the ledger")
+    assert (folder / "ledger.sqlite").read_bytes() == ledger
+    assert not (folder / "x.out").exists()
+
+
+def test_finished_runs_are_not_run_again(folder: Path) -> None:
+    again = conrod("recommend", *QUICK, "--position", "1e-3", cwd=folder)
+    assert again.returncode == 0
+    assert again.stdout == (folder / "first.txt").read_text()
+    assert "to do" not in again.stderr.replace(" 0 to do", "")
+
+
+def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path) -> None:
+    done = conrod("recommend", *QUICK, "--position", "1e-12", cwd=folder)
+    assert done.returncode == 1
+    assert "nothing qualifies: position is" in done.stdout
+    assert "times what is allowed" in done.stdout
+    assert "nearest: " in done.stdout
+
+
+@pytest.mark.parametrize("bad", ["0", "-1e-6", "nan", "inf"])
+def test_an_impossible_tolerance_is_refused(bad: str, tmp_path: Path) -> None:
+    told_in_one_line(conrod("recommend", "saw-500rpm", f"--position={bad}", cwd=tmp_path), "--position")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recommendation_without_a_tolerance_is_refused(tmp_path: Path) -> None:
+    told_in_one_line(conrod("recommend", "saw-500rpm", cwd=tmp_path), "--position", "--acceleration")
+
+
+# -- results ---------------------------------------------------------------------------------------------------------
+
+
+def test_results_are_a_tidy_table(folder: Path) -> None:
+    done = conrod("results", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader(io.StringIO(done.stdout)))
+    assert {row["scene"] for row in rows} == {"saw-500rpm"}
+    assert {row["outcome"] for row in rows} >= {"completed", "opened"}
+    failed = [row for row in rows if row["outcome"] == "opened"]
+    assert all(row["position_max"] == "" and row["reason"] for row in failed)
+    assert len({row["key"] for row in rows}) == len(rows)
+
+
+def test_results_are_chosen_by_an_expression_and_the_same_in_all_formats(folder: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow.parquet")
+    where = ("--where", "outcome = 'completed'", "--where", "position_max < 1e-3")
+    done = conrod("results", *where, "--csv", "a.csv", "--json", "a.json", "--parquet", "a.parquet", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    objects = json.loads((folder / "a.json").read_text())
+    rows = list(csv.DictReader(io.StringIO((folder / "a.csv").read_text())))
+    table = pyarrow.read_table(folder / "a.parquet").to_pylist()
+    assert objects
+    assert all(row["position_max"] < 1e-3 for row in objects)
+    assert [float(row["position_max"]) for row in rows] == [row["position_max"] for row in objects]
+    assert table == objects
+
+
+@pytest.mark.parametrize(
+    ("expression", "nearest"), [("positon_max < 1", "position_max"), ('"setting.iteration" = 10', "setting.iterations")]
+)
+def test_an_expression_with_an_unknown_column_names_the_nearest(expression: str, nearest: str, folder: Path) -> None:
+    told_in_one_line(conrod("results", "--where", expression, cwd=folder), f"did you mean '{nearest}'?")
+
+
+@pytest.mark.parametrize(
+    "harm",
+    ["outcome = 'x') or (1", "1); DROP TABLE results; --", "(SELECT writefile('x', 'y'))", "load_extension('x')"],
+)
+def test_an_expression_can_only_read(harm: str, folder: Path) -> None:
+    before = sorted(path.name for path in folder.iterdir())
+    told_in_one_line(conrod("results", "--where", harm, cwd=folder), "--where")
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_results_of_no_ledger_make_none(tmp_path: Path) -> None:
+    told_in_one_line(conrod("results", cwd=tmp_path), "there is no ledger", "conrod sweep")
+    assert list(tmp_path.iterdir()) == []
+
+
+# -- mistakes --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--grid", "corse"), ("unknown grid 'corse'", "did you mean 'coarse'?")),
+        (("--engine", "mujco"), ("unknown engine 'mujco'", "did you mean 'mujoco'?")),
+        (("--jobs", "0"), ("0 jobs", "1 to")),
+        (("--cell-timeout", "-1"), ("time limit", "-1")),
+        (("--cell-memory", "lots"), ("--cell-memory", "lots")),
+        (("--cluster", "tcp://127.0.0.1:9", "--jobs", "2"), ("--jobs does not go with --cluster",)),
+        (("--set", "crnk=80mm"), ("unknown parameter 'crnk'", "did you mean 'crank'?")),
+        (("--out", "ledger.sqlite/x"), ("--out",)),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_in_one_line_and_costs_nothing(
+    arguments: tuple[str, ...], words: tuple[str, ...], tmp_path: Path
+) -> None:
+    if "--out" in arguments:
+        (tmp_path / "ledger.sqlite").write_bytes(b"")
+        words = ("cannot write into",)
+    told_in_one_line(conrod("sweep", "saw-500rpm", *arguments, cwd=tmp_path), *words)
+    assert not list(tmp_path.glob("*/*"))
+
+
+def test_a_file_that_is_no_ledger_is_left_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "ledger.sqlite").write_text("my thesis\n" * 500)
+    other = sqlite3.connect(tmp_path / "other.sqlite")
+    other.execute("CREATE TABLE mine (x)")
+    other.commit()
+    other.close()
+    for name in ("ledger.sqlite", "other.sqlite"):
+        before = (tmp_path / name).read_bytes()
+        told_in_one_line(conrod("sweep", *QUICK, cwd=tmp_path, ledger=name), name)
+        assert (tmp_path / name).read_bytes() == before
+
+
+def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # A refused connection is tried again until patience ends, ten seconds unless told otherwise.
+    monkeypatch.setitem(DaskCluster.__init__.__kwdefaults__, "patience", 1.0)
+    done = conrod("recommend", *QUICK, "--position", "1e-3", "--cluster", "tcp://127.0.0.1:9", cwd=tmp_path)
+    told_in_one_line(done, "tcp://127.0.0.1:9")
+
+
+def test_a_cell_that_takes_too_long_is_an_outcome(tmp_path: Path) -> None:
+    done = conrod("recommend", *QUICK, "--position", "1e-3", "--cell-timeout", "0.3", "--jobs", "1", cwd=tmp_path)
+    assert done.returncode in (0, 1), done.stderr
+    assert "timed-out" in conrod("results", cwd=tmp_path).stdout
+
+
+def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "conrod", "sweep", "saw-500rpm", "--engine", "pymunk", "--ledger", "l.sqlite"],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    for _ in range(600):
+        time.sleep(0.1)
+        if (tmp_path / "l.sqlite").exists() and conrod("results", cwd=tmp_path, ledger="l.sqlite").stdout.count(
+            "\n"
+        ) > 1:
+            break
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "the same command goes on from there" in errors
+    assert "Traceback" not in errors
+    assert conrod("results", cwd=tmp_path, ledger="l.sqlite").stdout.count("\n") > 1
+
+
+# -- sweep -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_sweep_writes_its_report_and_results_and_goes_on_from_its_ledger(tmp_path: Path) -> None:
+    first = conrod("sweep", *QUICK, "--out", "report", "--json", "sweep.json", cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    assert "report: report/README.md" in first.stdout
+    before = json.loads((tmp_path / "sweep.json").read_text())
+    again = conrod("sweep", *QUICK, "--json", "again.json", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert json.loads((tmp_path / "again.json").read_text()) == before

@@ -1,0 +1,166 @@
+"""`conrod validate TABLE --scene SCENE` as a user types it."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conrod.scenes import SCENES
+from tests.support.command_line import conrod
+from tests.support.table_files import ROWS, Columns, csv_text, exact_table
+
+SAW = SCENES["saw-500rpm"]
+VALIDATE = ("validate", "t.csv", "--scene", "saw-500rpm")
+
+
+def late_table() -> Columns:
+    """Three tenths of a millisecond late: so much of a step."""
+    table = exact_table(SAW, ("position", "velocity"))
+    table["time"] = table["time"] + 3e-4
+    return table
+
+
+@pytest.fixture(autouse=True)
+def _read_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process for each table takes longer than what is claimed here; `confined` ones have theirs."""
+    if "confined" not in request.node.name:
+        monkeypatch.setattr(
+            "conrod.studies.execution.confined.confined", lambda task, *arguments, timeout: task(*arguments)
+        )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "t.csv").write_text(csv_text(late_table()))
+    return tmp_path
+
+
+def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(folder: Path) -> None:
+    before = (folder / "t.csv").read_bytes()
+    done = conrod(
+        *VALIDATE, "--tolerance", "position=1e-4,velocity=1e-3", "--json", "o.json", "--out", "rep", cwd=folder
+    )
+    assert done.returncode == 1, done.stderr
+    assert "OUT OF TOLERANCE: position" in done.stdout
+    assert "likely cause: each row belongs 0.0003 s (0.3 of a step) earlier than its time says" in done.stdout
+    assert "largest position error / L over 2 revolutions: 0.0" in done.stdout
+    document = json.loads((folder / "o.json").read_text())
+    assert document["passed"] is False
+    assert document["table"]["rows"] == 2 * ROWS + 1
+    assert document["figure"] == max(errors["total"]["max"] for errors in document["errors"].values())
+    assert document["causes"][0]["kind"] == "time offset"
+    assert document == json.loads((folder / "rep/results.json").read_text())
+    page = (folder / "rep/README.md").read_text()
+    assert "## Likely causes" in page
+    assert "conrod validate t.csv --scene saw-500rpm --tolerance position=1e-4,velocity=1e-3 --out rep" in page
+    assert (folder / "rep/figures/error.svg").read_text().rstrip().endswith("</svg>")
+    assert (folder / "t.csv").read_bytes() == before
+
+
+def test_estimated_it_is_within_tolerance_status_0(folder: Path) -> None:
+    command = (*VALIDATE, "--estimate", "time", "--tolerance", "position=1e-9,velocity=1e-9", "--json", "o.json")
+    done = conrod(*command, cwd=folder)
+    assert done.returncode == 0, done.stdout
+    assert "within tolerance: position" in done.stdout
+    found = json.loads((folder / "o.json").read_text())["estimation"]["estimates"]
+    assert [one["name"] for one in found] == ["time"]
+    assert found[0]["value"] == pytest.approx(3e-4, rel=1e-9)
+
+
+def test_confined_and_without_a_tolerance_it_is_measured_status_0(folder: Path) -> None:
+    done = conrod(*VALIDATE, cwd=folder)
+    assert done.returncode == 0
+    assert "measured, not judged" in done.stdout
+
+
+def test_the_scene_takes_other_parameters(folder: Path) -> None:
+    scene = SAW.with_parameters(crank=0.08)
+    (folder / "t.csv").write_text(csv_text(exact_table(scene)))
+    assert conrod(*VALIDATE, "--tolerance", "position=1e-9", cwd=folder).returncode == 1
+    done = conrod(*VALIDATE, "--set", "crank=80mm", "--tolerance", "position=1e-9", cwd=folder)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("t.csv",), "t.csv: a file is judged on its own, but it is named twice"),
+        (("saw-40rpm",), "t.csv: a file is judged on its own, without saw-40rpm"),
+        (("--engine", "mujoco"), "--engine does not go with a table"),
+        (("--revolutions", "3"), "--revolutions does not go with a table"),
+        (("--crank", "hinge"), "--crank does not go with a table"),
+        (("--estimate", "fase"), "unknown thing to estimate 'fase'"),
+        (("--column", "C.z=px"), "unknown quantity 'C.z'"),
+        (("--tolerance", "speed=1"), "unknown quantity 'speed': choose from acceleration, phase, position"),
+        (("--tolerance", "acceleration=1"), "no acceleration column; conrod does not differentiate"),
+        (("--json", "t.csv"), "--json t.csv: it is the same file as the table"),
+        (("--json", "link.csv"), "--json link.csv: it is the same file as the table"),
+        (("--json", "hard.csv"), "--json hard.csv: it is the same file as the table"),
+        (("--out", "t.csv"), "t.csv is a file, not a folder"),
+        (("--out", "mine"), "it holds a README.md that is not the report of a table"),
+        (("--out", ".", "--json", "README.md"), "the report in . has a file of that name"),
+    ],
+)
+def test_bad_usage_is_status_2_and_loses_nothing(arguments: tuple[str, ...], message: str, folder: Path) -> None:
+    (folder / "link.csv").symlink_to("t.csv")
+    os.link(folder / "t.csv", folder / "hard.csv")
+    (folder / "mine").mkdir()
+    (folder / "mine/README.md").write_text("my notes\n")
+    kept = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    done = conrod(*VALIDATE, *arguments, cwd=folder)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == kept
+
+
+def test_a_table_of_two_rows_is_measured_and_what_it_lacks_is_told(folder: Path) -> None:
+    # So little is fitted by any frame and any clock: no cause is named, and none is missed.
+    (folder / "t.csv").write_text("time,C_x,C_vx_m_s\n0,0.1,0\n0.1,0.1,0\n")
+    done = conrod(*VALIDATE, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "columns not used: C_vx_m_s" in done.stdout
+    assert "likely cause" not in done.stdout
+
+
+def test_a_missing_file_a_folder_and_a_missing_scene_are_bad_usage(folder: Path) -> None:
+    (folder / "d.csv").mkdir()
+    for name, message in (("no.csv", "there is no such file"), ("d.csv", "it is a folder, not a file")):
+        done = conrod("validate", name, "--scene", "saw-500rpm", cwd=folder)
+        assert (done.returncode, message in done.stderr) == (2, True)
+    done = conrod("validate", "t.csv", cwd=folder)
+    assert done.returncode == 2
+    assert "say with --scene" in done.stderr
+
+
+def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(folder: Path) -> None:
+    # Its header promises 10^13 numbers; what reads it is told so by the system, in a process of its own.
+    head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000000,), }"
+    entry = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head
+    with zipfile.ZipFile(folder / "t.npz", "w") as archive:
+        archive.writestr("time.npy", entry)
+    done = conrod("validate", "t.npz", "--scene", "saw-500rpm", cwd=folder)
+    assert done.returncode == 2
+    assert done.stderr.startswith("conrod: t.npz: it")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_report_may_be_made_again_in_its_folder(folder: Path) -> None:
+    assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
+    first = (folder / "rep/figures/error.svg").read_bytes()
+    (folder / "rep/notes.txt").write_text("mine")
+    assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
+    assert (folder / "rep/figures/error.svg").read_bytes() == first
+    # A table without points has no errors to draw, and the old figure does not stay beside its page.
+    times = np.linspace(0.0, 0.1, 50)
+    (folder / "t.csv").write_text(csv_text({"time": times, "crank_angle": SAW.speed * times}))
+    assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
+    assert not (folder / "rep/figures/error.svg").exists()
+    assert "error.svg" not in (folder / "rep/README.md").read_text()
+    assert (folder / "rep/notes.txt").read_text() == "mine"

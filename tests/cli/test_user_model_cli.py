@@ -1,0 +1,175 @@
+"""`conrod validate MODEL.xml`: what a user types, sees and gets, and what is said of models that cannot be used."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
+
+from conrod.cli import cli
+from conrod.cli.model_options import ModelOptions, given_frame, question_of
+from conrod.errors import InvalidInput
+from conrod.own.models.scanning import scan
+from conrod.scenes import SCENES
+from conrod.studies.execution.confined import confined
+
+SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
+ASKED = ("--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--point", "M=geom:rod")
+
+
+def validate(*arguments: object) -> tuple[int, str]:
+    """Exit status and output of a call in this process; the model's own process is one more."""
+    done = CliRunner().invoke(cli, ["validate", *(str(a) for a in arguments)], standalone_mode=False)
+    if isinstance(done.exception, InvalidInput):
+        return 2, str(done.exception)
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    return done.exit_code, done.output
+
+
+def digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> None:
+    file = tmp_path / "my saw.xml"
+    file.write_text(HACKSAW.read_text())
+    before = digest(file)
+    out, document = tmp_path / "report", tmp_path / "result.json"
+    status, told = validate(file, *ASKED, "--revolutions", 1, "--out", out, "--json", document)
+    assert status == 0, told
+    assert "It is saw-40rpm" in told
+    assert "worked out: plane xz, turned by 0 deg, crank zero at 90 deg, unit m" in told
+    assert digest(file) == before
+    found = json.loads(document.read_text())
+    assert found["passed"]
+    assert found["identity"]["frame"]["crank_zero"] == pytest.approx(1.5707963267948966)
+    assert set(found["runs"]) == {"as it is", "as it is, solver tolerance 0", "tuned", "hardened"}
+    assert json.loads((out / "my saw.json").read_text()) == found
+    page = (out / "my saw.md").read_text()
+    assert "It is saw-40rpm" in page
+    assert "figures/my%20saw-model.svg" in page
+    assert (out / "figures" / "my saw-model.svg").read_text().rstrip().endswith("</svg>")
+    assert "conrod validate" in page
+    assert {p.name for p in out.iterdir()} == {"my saw.md", "my saw.json", "figures"}
+
+
+def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(tmp_path: Path) -> None:
+    file = tmp_path / "saw.xml"
+    file.write_text(replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"'))
+    status, told = validate(file, "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--revolutions", 1)
+    assert status == 1
+    assert "It is not saw-40rpm as it stands: rod is 0.01 % too long: 300.03 mm, wanted 300 mm." in told
+    assert "not given, so not judged: M" in told
+    # Negative control: a machine with such a rod is what it is.
+    same = ("--scene", "saw-40rpm", "--set", "rod=300.03mm", "--crank", "crank", "--point", "C=C", "--revolutions", 1)
+    status, told = validate(file, *same)
+    assert status == 0, told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--point", "C=C"], "say which joint of the model is driven: --crank JOINT"),
+        (["--crank", "motor"], "say where an observed point of the scene is: --point C=site:NAME"),
+        (["--crank", "motor", "--point", "C"], "--point 'C': give it as C=site:SITE"),
+        (["--crank", "motor", "--point", "D=x"], "unknown observed point 'D': choose from C, M"),
+        (["--crank", "motor", "--point", "C=a", "--point", "C=b"], "--point C: given twice, as 'a' and 'b'"),
+        (["--crank", "a", "--point", "C=x", "--length-unit", "furlong"], "unknown --length-unit 'furlong'"),
+        (["--crank", "a", "--point", "C=x", "--rotation", "90mm"], "--rotation = '90mm'"),
+        (["--crank", "a", "--point", "C=x", "--touching", "cam"], "--touching 'cam': give two geoms"),
+        (["--crank", "motor", "--point", "C=bow", "--touching", "a,b"], "the machine has no cam that touches anything"),
+        (["--crank", "a", "--point", "C=x", "--preset", "tuned"], "--preset does not go with a model"),
+        (["--crank", "a", "--point", "C=x", "--json", str(HACKSAW)], "it is the same file as the model"),
+        (["--crank", "a", "--point", "C=x", "--column", "x=y"], "--column does not go with a model"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused_before_anything_is_done(arguments: list[str], words: str) -> None:
+    before = digest(HACKSAW)
+    status, told = validate(HACKSAW, "--scene", "saw-40rpm", *arguments)
+    assert status == 2
+    assert words in told
+    assert "\n" not in told
+    assert digest(HACKSAW) == before
+
+
+def test_another_name_of_the_models_file_is_not_written_to(tmp_path: Path) -> None:
+    file, other = tmp_path / "saw.xml", tmp_path / "other.json"
+    file.write_text(SAW)
+    other.hardlink_to(file)
+    asked = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C")
+    assert validate(file, *asked, "--json", other) == (2, f"--json {other}: it is the same file as the model")
+    assert other.read_text() == SAW
+
+
+@pytest.mark.parametrize("name", ["saw.urdf", "saw"])
+def test_a_file_is_known_by_its_ending(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text(SAW)
+    status, told = validate(tmp_path / name, "--scene", "saw-40rpm", "--crank", "crank")
+    assert (status, told.partition(": ")[2][:46]) == (2, "a file is known by its ending, one of .xml, .m")
+
+
+def test_the_options_of_a_model_do_not_go_with_a_scene() -> None:
+    assert validate("saw-40rpm", "--crank", "a") == (2, "--crank does not go with a scene: it is for a file")
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"crank": "moter"}, "unknown joint 'moter': choose from bed slide, motor, wrist; did you mean 'motor'?"),
+        (
+            {"crank": "bed slide"},
+            "--crank bed slide: it is a slide joint, a crank is a hinge; its hinges: motor, wrist",
+        ),
+        ({"points": ("C=site:crank pin",)}, "unknown site 'crank pin': choose from big end, crankpin; did you mean"),
+        ({"points": ("C=body:bo",)}, "did you mean 'bow'?"),
+        ({"points": ("C=bow",)}, "--point C=bow: there is a body and a geom of that name; say which: C=body:bow"),
+        ({"points": ("C=bowl",)}, "unknown site, body or geom 'bowl'"),
+        ({"keyframe": "start"}, "--keyframe start: the model has no keyframe with a name"),
+    ],
+)
+def test_names_that_a_model_has_not_are_told_with_the_nearest(asked: dict[str, object], words: str) -> None:
+    options = {"crank": "motor", "points": ("C=body:bow",)} | asked
+    put = question_of(ModelOptions(**options), SCENE)  # type: ignore[arg-type]
+    with pytest.raises(InvalidInput) as refused:
+        scan(HACKSAW, put)
+    assert words in str(refused.value)
+    assert str(refused.value).startswith(str(HACKSAW))
+
+
+def test_a_given_frame_is_read_with_its_units() -> None:
+    given = given_frame(ModelOptions(plane="-xz", rotation="90deg", crank_zero="0.5", length_unit="mm"))
+    assert (given.plane, given.zero, given.unit) == ("-xz", 0.5, 1e-3)
+    assert given.rotation == pytest.approx(1.5707963267948966)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (SAW[:4000], "MuJoCo cannot load it: XML parse error"),
+        (replaced(SAW, "<worldbody>", '<worldbody><include file="gone.xml"/>'), "gone.xml"),
+        (replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="nan 0 0"'), "pos of site slider-pin.rod is not finite"),
+        (replaced(SAW, 'timestep="0.0015"', 'timestep="nan"'), "timestep = nan is not a positive number"),
+    ],
+    ids=["not-xml", "include", "nan", "nan-step"],
+)
+def test_a_model_that_cannot_be_read_is_told_in_a_line(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "model.xml"
+    file.write_text(text)
+    with pytest.raises(InvalidInput) as refused:
+        scan(file, question("saw"))
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_model_that_never_ends_costs_its_own_process_alone(tmp_path: Path) -> None:
+    file = tmp_path / "model.xml"
+    many = '<worldbody><replicate count="1000000000" offset="0 0 1"><geom size="1"/></replicate>'
+    file.write_text(replaced(SAW, "<worldbody>", many))
+    with pytest.raises(InvalidInput, match="it cannot be used: the run took longer than its limit"):
+        confined(scan, file, question("saw"), timeout=1.0)
+    file.write_text(SAW)
+    assert confined(scan, file, question("saw"), timeout=60.0).name == "conrod-saw-40rpm"

@@ -1,0 +1,82 @@
+"""A mesh whose convex hull MuJoCo kept compiles to the same model, to the last bit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from catalogue import CAM, CAMS, SAW
+
+from conrod import MuJoCoSettings
+from conrod.engines.massless_rod import model_form
+from conrod.engines.mujoco import model as compiling
+from conrod.engines.mujoco.mjcf import mjcf
+from conrod.engines.mujoco.model import compiled
+from conrod.engines.tree import tree_of
+
+# The path of the mesh's file, and the size of all, that with it.
+PATHS = {"mesh_pathadr", "npaths", "nbuffer"}
+
+
+def text_of(scene: Any, steps: int = 1000, **changes: Any) -> str:
+    settings = replace(MuJoCoSettings.tuned(scene, steps), **changes)
+    return mjcf(tree_of(scene, model_form(scene.kinematics.mechanism, settings.rod)), settings, "model")
+
+
+def differing(one: Any, other: Any) -> set[str]:
+    """Names of all numbers and arrays of two compiled models, or of their options, that are not the same bits."""
+    names = {name for name in dir(one) if not name.startswith("_")}
+    found = {name for name in names if not same(getattr(one, name), getattr(other, name))}
+    return found | (differing(one.opt, other.opt) if hasattr(one, "opt") else set())
+
+
+def same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray):
+        return one.shape == other.shape and one.tobytes() == other.tobytes()
+    return not isinstance(one, int | float) or bool(one == other)
+
+
+def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> None:
+    cam = {"cam_vertices": 400}
+    for steps in (1000, 2000):  # the second time the hull is at hand, for another step
+        text = text_of(CAM, steps, **cam)
+        plain = mujoco.MjModel.from_xml_string(text)
+        assert plain.nmeshgraph > 0
+        assert differing(compiled(text), plain) == PATHS
+    # Negative control: another step, and one vertex off by a bit.
+    assert "timestep" in differing(compiled(text_of(CAM, 1000, **cam)), plain)
+    first = text.split('vertex="')[1].split()[0]
+    off = text.replace(first, f"{np.nextafter(np.float32(first), np.float32(1.0)):.9g}", 1)
+    assert "mesh_vert" in differing(compiled(off), plain)
+
+
+def test_a_hull_is_kept_once_whatever_else_of_the_model_changes() -> None:
+    cache = mujoco.mj_getCache()
+    mujoco.mj_clearCache(cache)
+    compiled(text_of(CAM, 1000, cam_vertices=300))
+    kept = mujoco.mj_getCacheSize(cache)
+    assert kept > 0
+    compiled(text_of(CAM, 2000, cam_vertices=300))
+    assert mujoco.mj_getCacheSize(cache) == kept
+    compiled(text_of(CAM, 2000, cam_vertices=301))
+    assert mujoco.mj_getCacheSize(cache) > kept
+
+
+def test_cams_of_one_name_are_not_taken_for_each_other() -> None:
+    made = [compiled(text_of(CAMS[name], cam_vertices=400)) for name in ("cam-36-118", "cam-66-88", "cam-36-118")]
+    assert made[0].mesh_vert.tobytes() == made[2].mesh_vert.tobytes() != made[1].mesh_vert.tobytes()
+
+
+def test_nothing_is_done_to_a_model_without_a_mesh() -> None:
+    assert differing(compiled(text_of(SAW)), mujoco.MjModel.from_xml_string(text_of(SAW))) == set()
+
+
+@pytest.mark.parametrize("more", ['face="0 2 1 0 1 3 0 3 2 1 2 3"', 'normal="0 0 1 0 0 1 0 0 1 0 0 1"'])
+def test_a_mesh_of_more_than_vertices_is_left_as_it_is(more: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    corners = "0 0 0  1 0 0  0 1 0  0 0 1"
+    text = f'<mujoco><asset><mesh name="m" vertex="{corners}" {more}/></asset></mujoco>'
+    monkeypatch.delattr(compiling, "_file_of")
+    assert compiled(text).nmesh == 1

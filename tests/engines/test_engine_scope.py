@@ -1,0 +1,143 @@
+"""What users' files may ask of the engines: slides anywhere on moving links, and cams within the laws of contact."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+from conrod import PymunkSettings, compare, run
+from conrod.engines import engine_named
+from conrod.engines.pymunk import space
+from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
+from conrod.studies.validation import kinematic_proof
+from conrod.studies.validation.kinematic_proof import validate_kinematic
+from tests.support.described import CATALOGUE, changed
+
+# A crank's block slides beside a lever's middle line; block and lever have turned frames and centres of gravity
+# away from both line and points.
+OFFSET_SLIDE = """
+name = "offset-slide"
+title = "Quick return with an offset slide"
+source = "made for this test"
+[driver]
+joint = "shaft"
+speed = "100 rpm"
+start = "90 deg"
+[ground.points]
+O = [0, 0]
+Q = [0, "-250 mm"]
+[bodies.crank]
+points = { A = ["70 mm", 0] }
+uniform = "disc"
+radius = "80 mm"
+mass = 1.5
+[bodies.block]
+points = { G = ["3 mm", "15 mm"] }
+mass = 0.3
+inertia = 2e-4
+centre_of_gravity = ["2 mm", "-4 mm"]
+[bodies.lever]
+points = { Q = [0, 0], T = ["450 mm", 0], S = ["20 mm", "20 mm"] }
+mass = 2
+inertia = 0.05
+centre_of_gravity = ["220 mm", "10 mm"]
+[joints.shaft]
+kind = "revolute"
+connects = ["ground.O", "crank"]
+[joints.pin]
+kind = "revolute"
+connects = ["crank.A", "block"]
+[joints.slide]
+kind = "prismatic"
+guide = "lever.S"
+direction = "4 deg"
+slider = "block.G"
+angle = "25 deg"
+[joints.pivot]
+kind = "revolute"
+connects = ["ground.Q", "lever.Q"]
+[start]
+lever = { turn = "90 deg" }
+[observed]
+T = "lever.T"
+"""
+SWINGING = {
+    "points": {"Q": [0, 0], "P": ["127 mm", 0]},
+    "mass": 0.45,
+    "inertia": 3e-3,
+    "centre_of_gravity": ["100 mm", 0],
+}
+
+
+@pytest.fixture(autouse=True)
+def few_angles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kinematic_proof, "KINEMATIC_ANGLES", 24)
+
+
+def offset_slide(*changes: tuple[str, str]) -> DescribedScene:
+    text = OFFSET_SLIDE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return scene_of(tomllib.loads(text))
+
+
+# -- slides ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["guide on the lever", "guide on the block"])
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_a_slide_beside_the_centres_of_gravity_is_proved_in_kinematic_mode(engine: str, turned: bool) -> None:
+    other = ('guide = "lever.S"', 'guide = "block.G"'), ('slider = "block.G"', 'slider = "lever.S"')
+    result = validate_kinematic("offset", offset_slide(*(other if turned else ())), engine_named(engine))
+    assert result.passed, result.exceeded()
+
+
+def test_a_slide_beside_the_centres_of_gravity_is_of_second_order_in_pymunk() -> None:
+    scene = offset_slide()
+    errors = []
+    for steps in (500, 1000):
+        settings = PymunkSettings.tuned(scene, steps)
+        errors.append(compare(run(scene, settings, revolutions=1), scene).worst("velocity"))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_groove_where_the_file_has_it_would_leak_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(space, "_through_centres", lambda joint, anchor, point: (anchor, point))
+    result = validate_kinematic("offset", offset_slide(), engine_named("pymunk"))
+    position, velocity = result.largest("position"), result.largest("velocity")
+    assert position is not None
+    assert velocity is not None
+    assert position < 1e-12
+    assert velocity > 1e-3
+
+
+# -- cams ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_a_swinging_follower_is_solved_exactly_and_refused_by_engines_in_words(engine: str) -> None:
+    whole = changed(CATALOGUE / "cam-3-4-5.toml", "title", "A cam with a swinging follower")
+    contact = next(joint for joint in whole["joints"].values() if joint["kind"] == "cam")
+    follower = contact["roller"].partition(".")[0]
+    whole["bodies"][follower] = SWINGING
+    whole["ground"] = {"points": {"Q": ["150 mm", 0]}}
+    slide = next(name for name, joint in whole["joints"].items() if joint["kind"] == "prismatic")
+    whole["joints"][slide] = {"kind": "revolute", "connects": ["ground.Q", f"{follower}.Q"]}
+    contact["roller"] = f"{follower}.P"
+    whole["start"] = {follower: {"turn": "140 deg"}}
+    whole["observed"] = {"P": f"{follower}.P"}
+    whole.pop("output", None)
+    scene = scene_of(whole)
+    assert scene.lengths["P"] > 0.01
+    result = validate_kinematic("swinging", scene, engine_named(engine))
+    assert result.outcome == "unsupported"
+    assert f"the follower {follower} is on no such slide" in (result.reason or "")
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_a_translating_follower_is_not_refused(engine: str) -> None:
+    scene = read_scene(CATALOGUE / "cam-3-4-5.toml")
+    found = engine_named(engine)
+    assert found.refusal(scene, found.presets["tuned"](scene, 1000)) is None

@@ -1,0 +1,497 @@
+"""What the engines must reach, and that their errors are the ones their laws predict.
+
+N is steps per revolution, two revolutions, h = 2 pi / N.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from catalogue import CAM, CAMS, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
+
+from conrod import Comparison, MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, harden, run
+from conrod.engines import ENGINES, engine_named
+from conrod.engines.mujoco.law import regularisation_error
+from conrod.engines.mujoco.model import build
+from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.engines.pymunk import stepping
+from conrod.engines.pymunk.space import build as build_space
+from conrod.exact.motion import Array
+from conrod.runs.convergence import observed_order
+from conrod.runs.outcome import joint_gaps
+from conrod.scenes import CamFollower, Saw, Scene, ShearPress
+
+QUANTITIES = ("position", "velocity", "acceleration")
+TURN = 2.0 * math.pi
+
+
+@cache
+def ran(scene: Scene, engine: str, preset: str, steps: int, revolutions: float = 2.0) -> Trajectory:
+    return run(scene, engine_named(engine).presets[preset](scene, steps), revolutions)
+
+
+@cache
+def measured(scene: Scene, engine: str, preset: str, steps: int) -> Comparison:
+    trajectory = ran(scene, engine, preset, steps)
+    assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
+    return compare(trajectory, scene)
+
+
+def fitted_order(scene: Scene, engine: str, preset: str, steps: tuple[int, ...], quantity: str) -> float:
+    errors = [measured(scene, engine, preset, n).worst(quantity) for n in steps]
+    return float(-np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def expected(scene: Scene, engine: str, preset: str, steps: int) -> Any:
+    found = engine_named(engine)
+    return found.expected_error(scene, found.presets[preset](scene, steps))
+
+
+# -- kinematic mode: the model ---------------------------------------------------------------------------------------
+
+KINEMATIC = {"mujoco": 1e-13, "pymunk": 1e-12}
+ANGLES = np.linspace(0.0, TURN, 72, endpoint=False)
+
+
+def kinematic_errors(scene: Scene, machine: Scene, engine: str) -> tuple[float, float]:
+    """Largest position and velocity error of `machine`, solved by the engine, against `scene`."""
+    solved = engine_named(engine).solve_kinematics(machine, ANGLES)
+    exact = scene.motion(ANGLES, scene.speed)
+    position = velocity = 0.0
+    for name, (x, v) in solved.points.items():
+        truth, length = exact.point(name), scene.lengths[name]
+        position = max(position, float(np.linalg.norm(x - truth.position, axis=1).max()) / length)
+        if v is not None:
+            off = float(np.linalg.norm(v - truth.velocity, axis=1).max())
+            velocity = max(velocity, off / (length * abs(scene.speed)))
+    return position, velocity
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", LINKAGES)
+def test_the_engines_own_joints_give_the_exact_pose(name: str, engine: str) -> None:
+    scene = LINKAGES[name]
+    position, velocity = kinematic_errors(scene, scene, engine)
+    assert position <= KINEMATIC[engine]
+    assert velocity <= 1e-9
+    poses = engine_named(engine).solve_kinematics(scene, ANGLES).poses
+    assert max(np.abs(gap).max() for gap in joint_gaps(scene.mechanism(), [poses]).values()) <= 1e-12
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", ["press-reversed", "press-long-crank", "saw-reversed", "saw-slide-below"])
+def test_the_model_is_right_for_other_parameters_too(name: str, engine: str) -> None:
+    position, velocity = kinematic_errors(EVERY_SCENE[name], EVERY_SCENE[name], engine)
+    assert position <= KINEMATIC[engine]
+    assert velocity <= 1e-9
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
+def test_kinematic_mode_catches_a_rod_a_ten_thousandth_too_long(scene: Any, engine: str) -> None:
+    position, velocity = kinematic_errors(scene, replace(scene, rod=1.0001 * scene.rod), engine)
+    assert position > 1e6 * KINEMATIC[engine]
+    assert velocity > 1e-6
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", ["cam-36-118", "cam-36-72.5", "cam-76-128"])
+def test_the_cams_collision_shape_is_as_exact_as_it_says(name: str, engine: str) -> None:
+    cam = CAMS[name]
+    solved = engine_named(engine).solve_kinematics(cam, ANGLES)
+    assert solved.shape_error is not None
+    off = np.abs(solved.points["roller"][0] - cam.motion(ANGLES, 1.0).point("roller").position).max()
+    assert off <= solved.shape_error
+    # The statement is worth something: a cam turned by 0.01 degrees is not within it.
+    turned = cam.motion(ANGLES + math.radians(0.01), 1.0).point("roller").position
+    assert np.abs(solved.points["roller"][0] - turned).max() > solved.shape_error
+
+
+# -- MuJoCo, hardened ------------------------------------------------------------------------------------------------
+
+HARDENED_PATH = (125, 250, 500, 1000)
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_hardened_mujoco_reaches_its_bars_at_500_steps(name: str) -> None:
+    found = measured(LINKAGES[name], "mujoco", "hardened", 500)
+    assert found.worst("position") <= 1.5e-9
+    assert found.worst("velocity") <= 1e-8
+    assert found.worst("acceleration") <= 2e-8
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_hardened_mujoco_reaches_its_bars_at_5000_steps(name: str) -> None:
+    found = measured(LINKAGES[name], "mujoco", "hardened", 5000)
+    assert found.worst("position") <= 1e-12
+    assert found.worst("acceleration") <= 1e-11
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("name", LINKAGES)
+def test_hardened_mujoco_is_of_order_four(name: str, quantity: str) -> None:
+    scene = LINKAGES[name]
+    assert fitted_order(scene, "mujoco", "hardened", HARDENED_PATH, quantity) == pytest.approx(4.0, abs=0.15)
+    errors = [measured(scene, "mujoco", "hardened", n).worst(quantity) for n in HARDENED_PATH]
+    assert observed_order(HARDENED_PATH, errors).claimed == pytest.approx(4.0, abs=0.15)
+
+
+def test_hardening_does_not_apply_to_contact() -> None:
+    engine = engine_named("mujoco")
+    assert "contact" in (engine.refusal(CAM, engine.presets["hardened"](CAM, 1000)) or "")
+    assert all(engine.refusal(s, engine.presets["hardened"](s, 1000)) is None for s in LINKAGES.values())
+
+
+def test_harden_works_on_any_compiled_model() -> None:
+    model = build(SAW, MuJoCoSettings.tuned(SAW, 100)).model
+    body, dof = model.body_invweight0.copy(), model.dof_invweight0.copy()
+    assert body.max() > 0.0
+    harden(model, 1e-3)
+    np.testing.assert_allclose(model.body_invweight0, 1e-3 * body, rtol=1e-15)
+    np.testing.assert_allclose(model.dof_invweight0, 1e-3 * dof, rtol=1e-15)
+    for factor in (0.0, -1.0, 1.5, math.nan):
+        with pytest.raises(ValueError, match="out of range"):
+            harden(model, factor)
+
+
+# -- MuJoCo, stock ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_stock_mujoco_acceleration_does_not_converge(name: str) -> None:
+    path = (500, 1000, 2000, 4000)
+    errors = [measured(LINKAGES[name], "mujoco", "stock", n).worst("acceleration") for n in path]
+    assert observed_order(path, errors).claimed is None
+    assert errors[-1] > 0.5 * errors[0]
+    assert errors[-1] > 1e-3
+
+
+@pytest.mark.parametrize("scene", [SAW, PRESS], ids=["saw", "press"])
+def test_stock_errors_depend_on_the_sliders_mass_and_hardened_ones_do_not(scene: Any) -> None:
+    heavy = replace(scene, slider_mass=10.0 * scene.slider_mass)
+    for quantity in ("position", "acceleration"):
+        stock = [measured(s, "mujoco", "stock", 1000).worst(quantity) for s in (scene, heavy)]
+        hard = [measured(s, "mujoco", "hardened", 1000).worst(quantity) for s in (scene, heavy)]
+        assert abs(stock[1] / stock[0] - 1.0) > 0.2
+        assert hard[1] == pytest.approx(hard[0], rel=0.05)
+
+
+def test_stock_errors_depend_on_gravity_along_the_slide() -> None:
+    press: Any = PRESS
+    with_weight = measured(press, "mujoco", "stock", 1000).worst("position")
+    without = measured(replace(press, gravity=0.0), "mujoco", "stock", 1000).worst("position")
+    assert abs(without / with_weight - 1.0) > 0.2
+
+
+# -- pymunk, tuned ---------------------------------------------------------------------------------------------------
+
+PYMUNK_PATH = (250, 500, 1000, 2000)
+
+
+@pytest.mark.parametrize("steps", PYMUNK_PATH)
+@pytest.mark.parametrize("name", LINKAGES)
+def test_tuned_pymunk_reaches_its_bars(name: str, steps: int) -> None:
+    found, h = measured(LINKAGES[name], "pymunk", "tuned", steps), TURN / steps
+    assert found.worst("position") <= 0.4 * h**2
+    assert found.worst("velocity") <= h**2
+
+
+@pytest.mark.parametrize("quantity", ["position", "velocity"])
+@pytest.mark.parametrize("name", LINKAGES)
+def test_tuned_pymunk_is_of_order_two(name: str, quantity: str) -> None:
+    assert fitted_order(LINKAGES[name], "pymunk", "tuned", PYMUNK_PATH, quantity) == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_stock_pymunk_is_of_a_lower_order(name: str) -> None:
+    assert fitted_order(LINKAGES[name], "pymunk", "stock", PYMUNK_PATH, "position") < 1.5
+
+
+# -- the drive -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("engine", "preset"), [("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "tuned")]
+)
+@pytest.mark.parametrize("name", LINKAGES)
+def test_the_drive_keeps_its_speed(name: str, engine: str, preset: str) -> None:
+    found = measured(LINKAGES[name], engine, preset, 500)
+    assert found.drive_speed <= 1e-12
+    assert found.phase_max <= 1e-12 * 2.0 * TURN
+    assert found.worst("total") <= found.worst("position") + 1e-10
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_drive_keeps_its_speed_on_the_cam(engine: str) -> None:
+    assert measured(CAM, engine, "tuned", 3927).drive_speed <= 1e-12
+
+
+# -- the laws --------------------------------------------------------------------------------------------------------
+
+OTHERS = {
+    "press-reversed": EVERY_SCENE["press-reversed"],
+    "saw-reversed": EVERY_SCENE["saw-reversed"],
+    "saw-slide-below": EVERY_SCENE["saw-slide-below"],
+    "saw-heavy": Saw(slider_mass=30.0, speed=20.0),
+    "press-fast": ShearPress(speed=60.0),
+}
+LAWFUL = {**LINKAGES, **OTHERS}
+
+
+@pytest.mark.parametrize(
+    ("name", "steps"), [*((name, n) for name in LINKAGES for n in (125, 500, 2000)), *((name, 1000) for name in OTHERS)]
+)
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "tuned")])
+def test_runs_lie_within_what_the_engines_law_allows(name: str, engine: str, preset: str, steps: int) -> None:
+    scene = LAWFUL[name]
+    found, law = measured(scene, engine, preset, steps), expected(scene, engine, preset, steps)
+    shares = {quantity: found.worst(quantity) / getattr(law, quantity) for quantity in QUANTITIES}
+    assert max(shares.values()) <= 1.0, shares
+    assert law.law
+
+
+@pytest.mark.parametrize("steps", [500, 1000])
+@pytest.mark.parametrize("name", LAWFUL)
+def test_pymunks_law_is_sharp(name: str, steps: int) -> None:
+    scene = LAWFUL[name]
+    found, law = measured(scene, "pymunk", "tuned", steps), expected(scene, "pymunk", "tuned", steps)
+    for quantity in ("position", "velocity"):
+        assert 0.9 <= found.worst(quantity) / getattr(law, quantity) <= 1.0
+
+
+@pytest.mark.parametrize("steps", [500, 1000])
+@pytest.mark.parametrize("name", LAWFUL)
+def test_tuned_mujocos_error_is_the_regularisation_of_the_exact_reactions(name: str, steps: int) -> None:
+    scene = LAWFUL[name]
+    law = regularisation_error(scene, MuJoCoSettings.tuned(scene, steps))
+    assert measured(scene, "mujoco", "tuned", steps).worst("position") == pytest.approx(law, rel=0.3)
+
+
+def test_there_is_no_law_where_an_engine_documents_none() -> None:
+    for engine in ENGINES:
+        law = expected(SAW, engine, "stock", 500)
+        assert (law.position, law.velocity, law.acceleration) == (None, None, None)
+
+
+def test_the_laws_do_not_hold_for_a_wrong_model() -> None:
+    # Negative control: a rod 0.01% too long in the engine is outside of every bound.
+    scene: Any = SAW
+    wrong = replace(scene, rod=1.0001 * scene.rod)
+    for engine, preset in (("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "tuned")):
+        found = compare(ran(wrong, engine, preset, 2000), scene)
+        assert found.worst("position") > 3.0 * expected(scene, engine, preset, 2000).position
+
+
+# -- the cam, by contact ---------------------------------------------------------------------------------------------
+
+CONTACT_PATH = (3927, 7854, 15708)
+
+
+def lift_error(cam: CamFollower, trajectory: Trajectory) -> float:
+    """Largest error of the lift over the full lift."""
+    return compare(trajectory, cam).worst("position")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_contact_is_of_order_two(engine: str) -> None:
+    cam = CAM
+    assert fitted_order(cam, engine, "tuned", CONTACT_PATH, "position") == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("steps", CONTACT_PATH)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_contact_lies_within_what_the_engines_law_allows(engine: str, steps: int) -> None:
+    cam = CAM
+    found, law = measured(cam, engine, "tuned", steps), expected(cam, engine, "tuned", steps)
+    assert found.worst("position") <= law.position
+    assert found.worst("velocity", "rms") <= law.velocity_rms
+    # The law is worth something: it allows no more than three times what is there.
+    assert law.position <= 3.0 * found.worst("position")
+
+
+def test_stock_mujoco_contact_sinks_whatever_the_step() -> None:
+    cam = CAM
+    coarse, fine = (measured(cam, "mujoco", "stock", n).worst("position") for n in CONTACT_PATH[:2])
+    assert fine > 0.9 * coarse
+    assert fine > 1e-3
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_contact_runs_in_both_senses(engine: str) -> None:
+    cam = EVERY_SCENE["cam-reversed"]
+    found, law = measured(cam, engine, "tuned", 3927), expected(cam, engine, "tuned", 3927)
+    assert found.worst("position") <= law.position
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+def test_contact_reaches_its_bar_at_full_steps(engine: str) -> None:
+    cam = CAM
+    assert isinstance(cam, CamFollower)
+    assert lift_error(cam, ran(cam, engine, "tuned", 62832)) <= 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", CAMS)
+def test_every_cam_reaches_its_bar_at_full_steps(name: str, engine: str) -> None:
+    cam = CAMS[name]
+    trajectory = run(cam, engine_named(engine).presets["tuned"](cam, 62832), 1.0)
+    assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
+    found, law = compare(trajectory, cam), expected(cam, engine, "tuned", 62832)
+    assert found.worst("position") <= law.position
+    assert found.worst("position") <= 1e-5
+
+
+# -- the MJCF files --------------------------------------------------------------------------------------------------
+
+MJCF = Path(__file__).parents[2] / "mjcf"
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_committed_mjcf_file_is_what_the_translator_writes(name: str) -> None:
+    assert (MJCF / f"{name}.xml").read_text(encoding="utf-8") == standalone_mjcf(name, SCENES[name])
+
+
+def test_there_is_one_mjcf_file_a_scene() -> None:
+    assert {path.stem for path in MJCF.glob("*.xml")} == set(SCENES)
+
+
+@pytest.fixture(params=list(SCENES), scope="module")
+def standalone(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, Any]:
+    """A committed file, copied away and loaded by plain MuJoCo from another folder."""
+    folder = tmp_path_factory.mktemp("standalone")
+    copy = folder / "models" / "model.xml"
+    copy.parent.mkdir()
+    copy.write_text((MJCF / f"{request.param}.xml").read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as elsewhere:
+        elsewhere.chdir(folder)
+        return SCENES[request.param], mujoco.MjModel.from_xml_path(str(copy))
+
+
+def test_a_standalone_model_has_its_parts(standalone: tuple[Scene, Any]) -> None:
+    scene, model = standalone
+    assert model.key("start").id == 0
+    crank = model.joint("crank")
+    assert model.key("start").qvel[crank.dofadr[0]] == pytest.approx(scene.speed, rel=1e-15)
+    assert np.all(model.key("start").qpos == 0.0)
+    kinds = ("mjSENS_FRAMEPOS", "mjSENS_FRAMELINVEL", "mjSENS_FRAMELINACC")
+    for point in scene.lengths:
+        assert model.site(point).id >= 0
+        for quantity, kind in zip(QUANTITIES, kinds, strict=True):
+            assert model.sensor(f"{point}.{quantity}").type[0] == getattr(mujoco.mjtSensor, kind)
+    hinges_and_slides = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
+    assert set(model.jnt_type.tolist()) <= hinges_and_slides
+
+
+def test_geoms_of_a_standalone_model_cannot_collide_and_weigh_nothing(standalone: tuple[Scene, Any]) -> None:
+    scene, model = standalone
+    assert model.ngeom > 0
+    assert not model.geom_contype.any()
+    assert not model.geom_conaffinity.any()
+    assert model.npair == (1 if isinstance(scene, CamFollower) else 0)
+    masses = {body.name: body.mass for body in scene.mechanism().bodies}
+    for name, mass in masses.items():
+        assert model.body(name).mass[0] == pytest.approx(mass, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_header_says_what_the_file_is_and_what_to_load(name: str) -> None:
+    text = (MJCF / f"{name}.xml").read_text(encoding="utf-8")
+    head = text[: text.index("<option")]
+    assert name in head
+    assert "'start'" in head
+    assert SCENES[name].title in head
+    ET.fromstring(text)
+
+
+def standalone_positions(model: Any, scene: Scene, revolutions: float) -> tuple[Array, dict[str, Array]]:
+    """Crank angles and sensor positions over a run from the keyframe, by nothing but MuJoCo's own API."""
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    crank = model.joint("crank").qposadr[0]
+    steps = round(revolutions * scene.period / model.opt.timestep)
+    angles = np.empty(steps)
+    positions = {point: np.empty((steps, 2)) for point in scene.lengths}
+    # Views of the engine's own memory, which each step writes into.
+    sensed = [(values, data.sensor(f"{point}.position").data[:2]) for point, values in positions.items()]
+    coordinates = data.qpos
+    for k in range(steps):
+        angles[k] = coordinates[crank]
+        mujoco.mj_step(model, data)
+        for values, now in sensed:
+            values[k] = now
+    return angles, positions
+
+
+def test_a_standalone_model_follows_the_exact_motion_for_a_turn(standalone: tuple[Scene, Any]) -> None:
+    scene, model = standalone
+    angles, positions = standalone_positions(model, scene, 1.0)
+    # A whole turn but for the last step.
+    last = scene.speed * (scene.period - model.opt.timestep)
+    assert angles[-1] == pytest.approx(last, abs=1e-9)
+    exact = scene.motion(angles, scene.speed)
+    law = expected(scene, "mujoco", "tuned", round(scene.period / model.opt.timestep)).position
+    for point, values in positions.items():
+        off = np.linalg.norm(values - exact.point(point).position, axis=1).max() / scene.lengths[point]
+        assert off <= law
+        # Negative control: paired with the instant after the step, the same samples are off by a step.
+        late = np.linalg.norm(values[:-1] - exact.point(point).position[1:], axis=1).max() / scene.lengths[point]
+        assert late > 2.0 * law
+
+
+def test_without_its_keyframe_a_standalone_model_stands_still(standalone: tuple[Scene, Any]) -> None:
+    _, model = standalone
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 50)
+    assert abs(data.qpos[model.joint("crank").qposadr[0]]) < 1e-9
+
+
+# -- settings --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("settings", [MuJoCoSettings, PymunkSettings])
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_presets_follow_one_rule_in_period_and_step(name: str, settings: Any) -> None:
+    scene = EVERY_SCENE[name]
+    for preset in engine_named(settings.engine).presets:
+        made = getattr(settings, preset)(scene, 720)
+        assert made.preset == preset
+        assert made.timestep * 720 == pytest.approx(scene.period, rel=1e-14)
+        assert made.as_dict()["timestep"] == made.timestep
+        assert made.gravity
+
+
+def test_a_run_is_the_same_every_time() -> None:
+    scene: Any = SAW
+    for settings in (MuJoCoSettings.tuned(scene, 100), PymunkSettings.tuned(scene, 100)):
+        first, second = run(scene, settings), run(scene, settings)
+        for point in scene.lengths:
+            np.testing.assert_array_equal(first.points[point].position.values, second.points[point].position.values)
+
+
+@pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
+def test_pymunks_private_reader_and_its_public_properties_give_the_same_bits(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert stepping.memory_is_known()
+    scene = SCENES[name]
+    settings = PymunkSettings.tuned(scene, 400)
+    turns = scene.kinematics.mechanism.driver.start + 2.0 * np.pi / 400 * np.arange(401)
+    poses, slopes = scene.kinematics.derivatives(np.zeros(1), 1)
+    recorded = []
+    for private in (True, False):
+        monkeypatch.setattr(stepping, "memory_is_known", lambda private=private: private)
+        made = build_space(scene, settings)
+        made.place(poses[0], slopes[0] * scene.speed)
+        recorded.append(stepping.advance(made, settings, turns))
+    for by_memory, by_properties in zip(*recorded, strict=True):
+        assert np.array_equal(by_memory, by_properties)

@@ -1,0 +1,141 @@
+"""MuJoCo's free motion against the exact one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import mujoco
+import numpy as np
+import pytest
+from free_chains import chain
+
+from conrod.engines.capabilities import FreeRun
+from conrod.engines.mujoco.engine import ENGINE
+from conrod.engines.mujoco.free_run import free_run, free_settings
+from conrod.errors import InvalidInput
+from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
+from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
+from conrod.mechanism.mechanism import Mechanism
+
+TIMES = np.linspace(0.0, 10.0, 101)
+FIRST = 21  # samples of them where two seconds are enough
+STEP = 0.005  # [s]; ten seconds then cost less than 0.1 s of CPU time
+LENGTH = 1.0  # [m], of a link of the chains
+LOADS = (
+    Load("spring", Distance("ground", "bar0", (0.0, -0.5), (0.3, 0.0)), Elastic(20.0, 0.7)),
+    Load("damper", Distance("ground", "rocker1", (0.0, 0.6), (0.5, 0.1)), Viscous(0.4)),
+    Load("turn-spring", Turn("rocker0", "bar0"), Elastic(3.0, 0.2)),
+    Load("motor", Turn("ground", "rocker0"), SpeedLine(-2.0, -9.0)),
+    Load("friction", Turn("ground", "rocker1"), Friction(0.5, 0.5)),
+    Load("pulse", Turn("ground", "bar0"), TimePulse(3.0, 0.2, 1.7)),
+    Load("push", Distance("ground", "rocker1", (-1.0, 0.0), (0.5, 0.0)), Steady(1.5)),
+)
+
+
+@cache
+def exact(loads: int, count: int) -> FreeMotion:
+    return ForwardDynamics(loaded(count, loads)).motion(TIMES[:FIRST] if loads else TIMES, 1.0)
+
+
+def loaded(count: int, loads: int) -> Mechanism:
+    return replace(chain(count), loads=LOADS[:loads])
+
+
+def swing(mechanism: Mechanism, motion: FreeMotion, preset: str = "hardened", step: float = STEP) -> FreeRun:
+    start = motion.poses[0], motion.rates[0]
+    steps = round(float(motion.times[-1]) / step)
+    return ENGINE.free_run(mechanism, preset, step, steps, *start, every=round(0.1 / step))
+
+
+def error(run: FreeRun, motion: FreeMotion) -> float:
+    """Largest distance [m] or turn [rad] from the exact motion."""
+    assert run.outcome.slug == "completed", run.reason
+    np.testing.assert_allclose(run.times, motion.times, atol=1e-12)
+    return float(np.abs(run.poses - motion.poses).max())
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_chains_turn_over_through_their_change_points_to_a_millionth_of_their_length(count: int) -> None:
+    motion = exact(0, count)
+    assert np.ptp(motion.poses[:, 2]) > 2.0 * np.pi  # through two change points a turn
+    run = swing(chain(count), motion)
+    assert error(run, motion) < 1e-6 * LENGTH
+    exchanged = 2.0 * 9.81 * (count + 1 + 2 * count) * 0.5 * LENGTH  # [J], from the top to the bottom
+    assert np.abs(run.energy - run.energy[0]).max() < 1e-7 * exchanged
+
+
+def test_tuned_and_stock_leave_the_branch_at_change_points() -> None:
+    motion = exact(0, 2)
+    for preset in ("stock", "tuned"):
+        run = swing(chain(2), motion, preset)
+        assert not np.abs(run.poses - motion.poses).max() < 0.1
+
+
+def test_a_pendulum_is_of_order_four_at_least() -> None:
+    """Without a loop nothing but RK4 itself is left; it was found to be 4.8."""
+    pendulum = replace(chain(1), bodies=chain(1).bodies[:1], joints=chain(1).joints[:1])
+    pendulum = replace(pendulum, poses={"rocker0": (0.0, 0.0, 0.5 * np.pi)}, name="pendulum")
+    motion = ForwardDynamics(pendulum).motion(TIMES[:FIRST], 1.0)
+    errors = [error(swing(pendulum, motion, step=step), motion) for step in (0.02, 0.01, 0.005)]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(orders > 3.5), orders
+
+
+def test_loads_act_at_every_stage() -> None:
+    """An error of first order in the step, as a law held over it would have, would be a hundred times the bound."""
+    mechanism, motion = loaded(1, len(LOADS)), exact(len(LOADS), 1)
+    free = exact(0, 1)
+    assert np.abs(motion.poses - free.poses[:FIRST]).max() > 0.1
+    assert error(swing(mechanism, motion), motion) < 1e-5
+    assert mujoco.get_mjcb_act_bias() is None
+
+
+def test_laws_are_taken_back_when_a_run_fails() -> None:
+    mechanism, motion = loaded(1, len(LOADS)), exact(len(LOADS), 1)
+    settings = free_settings(mechanism, "hardened", STEP)
+
+    class Broken(Exception):
+        pass
+
+    def refuse(*_: object) -> float:
+        raise Broken
+
+    law = replace(LOADS[5], law=TimePulse(1.0, 0.0, 1.0))
+    object.__setattr__(law.law, "force", refuse)
+    with pytest.raises((Broken, ValueError, RuntimeError, mujoco.FatalError)):
+        free_run(replace(mechanism, loads=(law,)), settings, 10, motion.poses[0], motion.rates[0])
+    assert mujoco.get_mjcb_act_bias() is None
+
+
+def wrong_mass(mechanism: Mechanism) -> Mechanism:
+    first, *others = mechanism.bodies
+    return replace(mechanism, bodies=(replace(first, mass=1.01 * first.mass), *others))
+
+
+def wrong_centre(mechanism: Mechanism) -> Mechanism:
+    first, *others = mechanism.bodies
+    return replace(mechanism, bodies=(replace(first, centre_of_gravity=(0.51, 0.0)), *others))
+
+
+def wrong_inertia(mechanism: Mechanism) -> Mechanism:
+    first, *others = mechanism.bodies
+    return replace(mechanism, bodies=(replace(first, inertia=1.05 * first.inertia), *others))
+
+
+@pytest.mark.parametrize("defect", [wrong_mass, wrong_centre, wrong_inertia])
+def test_a_wrong_body_is_seen(defect) -> None:  # type: ignore[no-untyped-def]  # a parameter
+    motion = exact(0, 2)
+    assert error(swing(defect(chain(2)), motion), motion) > 1e-3
+
+
+def test_a_wrong_stiffness_is_seen() -> None:
+    mechanism, motion = loaded(1, 1), exact(1, 1)
+    right = error(swing(mechanism, motion), motion)
+    wrong = replace(mechanism, loads=(replace(LOADS[0], law=Elastic(20.2, 0.7)),))
+    assert error(swing(wrong, motion), motion) > 100.0 * right
+
+
+def test_an_unknown_preset_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="hardned"):
+        free_settings(chain(1), "hardned", STEP)

@@ -1,0 +1,369 @@
+"""What a MuJoCo model may carry: each ingredient is really there, runs, and does to the motion what is said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
+
+from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
+from conrod.engines import engine_named
+from conrod.engines.capabilities import Ingredient
+from conrod.engines.mobility import MobilityCount, Row, count_mobility
+from conrod.engines.mujoco import model_edits as dressing
+from conrod.engines.mujoco.model import build
+from conrod.exact.dynamics.inverse import reactions
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Piece
+from conrod.studies.frame.cell import Cell
+
+MUJOCO: Any = engine_named("mujoco")
+FAST_SAW = SCENES["saw-500rpm"]
+MACHINES: dict[str, Any] = {"press": PRESS, "saw": FAST_SAW, "cam": CAM}
+STEPS = 1000
+TURN = np.linspace(0.0, 2.0 * np.pi, 25)
+# What does harm by itself: contact forces where links overlap; accelerations told from forces that have lost digits.
+HARMFUL = ("touching-geoms", "noslip")
+EQUAL = 1e-9
+
+
+@cache
+def minimal_of(machine: str) -> MuJoCoSettings:
+    scene = MACHINES[machine]
+    made: MuJoCoSettings = MUJOCO.minimal(scene, 62832 if scene is CAM else STEPS)
+    return replace(made, cam_vertices=250)  # a coarse cam is compiled in no time
+
+
+@cache
+def ingredients_of(machine: str) -> dict[str, Ingredient[MuJoCoSettings]]:
+    return {one.name: one for one in MUJOCO.ingredients(MACHINES[machine], minimal_of(machine))}
+
+
+def with_one(machine: str, name: str) -> MuJoCoSettings:
+    """The minimal model with an ingredient, or without one of its own."""
+    one = ingredients_of(machine)[name]
+    return (one.removed if one.minimal else one.added)(minimal_of(machine))
+
+
+def fully_dressed(machine: str, but: Sequence[str] = ()) -> MuJoCoSettings:
+    """All that the minimal model lacks; of a group its last."""
+    extra = [one for one in ingredients_of(machine).values() if not one.minimal and one.name not in but]
+    settings = minimal_of(machine)
+    for one in {one.group or one.name: one for one in extra}.values():
+        settings = one.added(settings)
+    return settings
+
+
+# The equivalent linkage is models of its own, one an arc, and no dressing of this one.
+EVERY = [(machine, name) for machine in MACHINES for name in ingredients_of(machine) if name != "cam-by-contact"]
+EXTRA = [(machine, name) for machine, name in EVERY if not ingredients_of(machine)[name].minimal]
+LINKAGE_EXTRA = [(machine, name) for machine, name in EXTRA if machine != "cam"]
+OWN = [(machine, name) for machine, name in EVERY if ingredients_of(machine)[name].minimal]
+
+
+def compiled(scene: Any, settings: MuJoCoSettings) -> bytes:
+    """All numbers and names of the model that is timed."""
+    model = MUJOCO.stepper(scene, settings).model
+    content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, content)
+    return content.tobytes()
+
+
+def changes_the_model(machine: str, name: str) -> bool:
+    scene = MACHINES[machine]
+    return compiled(scene, with_one(machine, name)) != compiled(scene, minimal_of(machine))
+
+
+@cache
+def piece(machine: str, settings: MuJoCoSettings, revolutions: float = 1.0) -> Piece:
+    steps = round(settings.steps_per_revolution * revolutions)
+    found: Piece = next(MUJOCO.pieces(MACHINES[machine], settings, revolutions, 0.0, steps))
+    return found
+
+
+def change(machine: str, settings: MuJoCoSettings, quantity: str = "position") -> float:
+    """Largest change of the observed points against the minimal model, normalised."""
+    scene = MACHINES[machine]
+    one, other = (piece(machine, s).trajectory.points for s in (settings, minimal_of(machine)))
+    order = ("position", "velocity", "acceleration").index(quantity)
+    return max(
+        float(np.linalg.norm(getattr(one[p], quantity).values - getattr(other[p], quantity).values, axis=1).max())
+        / (scene.lengths[p] * abs(scene.speed) ** order)
+        for p in one
+    )
+
+
+# -- the ingredients -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("machine", "name"), EVERY)
+def test_an_ingredient_really_changes_the_compiled_model(machine: str, name: str) -> None:
+    assert changes_the_model(machine, name)
+
+
+def test_an_ingredient_that_does_nothing_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    edits = dict(dressing.EDITS)
+    monkeypatch.setattr(dressing, "EDITS", edits | {"noslip": lambda root, tree, settings: None})
+    assert not changes_the_model("saw", "noslip")
+    assert changes_the_model("saw", "fwdinv")
+
+
+@pytest.mark.parametrize(("machine", "name"), EVERY)
+def test_what_is_added_can_be_taken_away_again(machine: str, name: str) -> None:
+    one, minimal = ingredients_of(machine)[name], minimal_of(machine)
+    first, second = (one.removed, one.added) if one.minimal else (one.added, one.removed)
+    assert replace(second(first(minimal)), preset=minimal.preset) == minimal
+    full = fully_dressed(machine)
+    in_full = one.minimal or name not in ("touching-geoms", "sensors-1", "sensors-8", "condim-3", "condim-4")
+    assert (one.removed(full) != full) == in_full
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_every_ingredient_says_what_it_is_once(machine: str) -> None:
+    found = MUJOCO.ingredients(MACHINES[machine], minimal_of(machine))
+    for texts in zip(*((one.name, one.title, one.meaning) for one in found), strict=True):
+        assert all(texts)
+    assert len({one.name for one in found}) == len({one.title for one in found}) == len(found)
+    assert {"closure", "contact"} & {one.name for one in found if one.minimal}
+    assert all(MUJOCO.refusal(MACHINES[machine], s) is None for s in (minimal_of(machine), fully_dressed(machine)))
+
+
+def test_only_what_applies_to_a_machine_is_offered() -> None:
+    offered = {machine: {name for of, name in EVERY if of == machine} for machine in MACHINES}
+    on_linkages, on_cams = offered["press"], offered["cam"]
+    assert offered["saw"] == on_linkages
+    assert on_linkages - on_cams == {
+        *("closure", "hardening", "slow-closure", "gravity"),  # the cam's scene has no gravity
+        *("free-bodies", "redundant-closures", "touching-geoms"),
+    }
+    assert on_cams - on_linkages == {"contact", "stiff-contact", "condim-3", "condim-4", "condim-6", "fine-cam"}
+
+
+def test_the_guard_of_short_time_constants_is_offered_where_it_acts() -> None:
+    names = {n: {one.name for one in MUJOCO.ingredients(SAW, MUJOCO.minimal(SAW, n))} for n in (10, 100)}
+    assert names[10] - names[100] == {"refsafe"}
+
+
+@pytest.mark.parametrize("name", ["sensors-1", "sensors-8", "sensors-64"])
+def test_sensors_are_there_when_they_are_timed(name: str) -> None:
+    assert MUJOCO.stepper(SAW, minimal_of("saw")).model.nsensor == 0
+    assert MUJOCO.stepper(SAW, with_one("saw", name)).model.nsensor == int(name.removeprefix("sensors-"))
+
+
+@pytest.mark.parametrize("machine", ["press", "saw"])
+def test_geoms_of_links_in_one_plane_touch_and_those_in_layers_do_not(machine: str) -> None:
+    contacts = {}
+    for name in ("visual-geoms", "colliding-geoms", "touching-geoms"):
+        steps, touched = MUJOCO.stepper(MACHINES[machine], with_one(machine, name)), 0
+        for _ in range(10):
+            steps(STEPS // 10)
+            touched += steps.data.ncon
+        contacts[name] = touched
+    assert contacts["visual-geoms"] == contacts["colliding-geoms"] == 0 < contacts["touching-geoms"]
+    # What lies in layers may collide all the same.
+    model = MUJOCO.stepper(MACHINES[machine], with_one(machine, "colliding-geoms")).model
+    assert model.ngeom == model.geom_contype.sum() > 0 == model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+
+
+# -- settings and keys -----------------------------------------------------------------------------------------------
+
+
+def test_equal_dressings_are_one_run_and_others_are_others() -> None:
+    plain = MuJoCoSettings.hardened(SAW, 100)
+    one, other = (replace(plain, dressing=names) for names in (("energy", "noslip"), ("noslip", "energy", "noslip")))
+    assert one == other
+    keys = [Cell("saw", SAW, s).key for s in (plain, one, other, replace(plain, dressing=("energy",)))]
+    assert keys[1] == keys[2]
+    assert len(set(keys)) == 3
+    assert "dressing" not in plain.as_dict()
+
+
+def test_a_dressing_that_does_not_exist_or_does_not_apply_is_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"unknown dressing 'enregy'.*did you mean 'energy'"):
+        run(SAW, replace(MuJoCoSettings.hardened(SAW, 100), dressing=("enregy",)))
+    for scene, name in ((CAM, "free-bodies"), (CAM, "redundant-closures"), (SAW, "condim-3"), (SAW, "no-contact")):
+        assert name in MUJOCO.refusal(scene, replace(MuJoCoSettings.tuned(scene, 100), dressing=(name,)))
+    left_out = replace(MuJoCoSettings.tuned(SAW, 100), rod="distance-joint", dressing=("free-bodies",))
+    assert "cannot be a free body" in MUJOCO.refusal(SAW, left_out)
+
+
+# -- the motion ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("machine", ["press", "saw"])
+def test_the_minimal_model_has_the_motion_of_the_best_preset(machine: str) -> None:
+    scene = MACHINES[machine]
+    assert change(machine, MuJoCoSettings.hardened(scene, STEPS)) < 1e-12
+    assert compare(piece(machine, minimal_of(machine)).trajectory, scene).worst("position") < 1e-10
+
+
+@pytest.mark.parametrize(("machine", "name"), LINKAGE_EXTRA)
+def test_all_but_the_harmful_leave_the_motion_alone(machine: str, name: str) -> None:
+    settings = with_one(machine, name)
+    changed = change(machine, settings)
+    if name in HARMFUL:
+        assert changed > 100.0 * EQUAL
+        return
+    assert piece(machine, settings).trajectory.outcome is Outcome.COMPLETED
+    assert changed < EQUAL
+
+
+@pytest.mark.parametrize("machine", ["press", "saw"])
+def test_the_dressed_model_moves_as_the_minimal_one_unless_a_harmful_ingredient_is_in_it(machine: str) -> None:
+    worn = fully_dressed(machine, but=HARMFUL)
+    assert {"free-bodies", "redundant-closures", "sensors-64", "sparse-jacobian"} < set(worn.dressing)
+    assert piece(machine, worn).trajectory.outcome is Outcome.COMPLETED
+    assert change(machine, worn) < EQUAL
+    assert change(machine, fully_dressed(machine)) > 100.0 * EQUAL
+
+
+@pytest.mark.parametrize("machine", ["press", "saw"])
+def test_noslip_costs_the_more_digits_the_harder_the_closures(machine: str) -> None:
+    minimal = minimal_of(machine)
+    changed = []
+    for factor in (1e-9, 1e-7):
+        harder = replace(minimal, hardening=factor)
+        with_it = piece(machine, replace(harder, dressing=(*harder.dressing, "noslip"))).trajectory.points
+        without = piece(machine, harder).trajectory.points
+        changed.append(max(np.abs(with_it[p].position.values - without[p].position.values).max() for p in with_it))
+    assert changed[0] > 20.0 * changed[1] > 0.0
+
+
+@pytest.mark.parametrize("name", ["closure", "hardening", "rk4", "flywheel", "iteration"])
+@pytest.mark.parametrize("machine", ["press", "saw"])
+def test_without_what_the_minimal_model_consists_of_the_motion_is_another(machine: str, name: str) -> None:
+    assert change(machine, with_one(machine, name)) > 1e-6
+
+
+def test_a_tolerance_of_0_takes_all_of_a_line_search_for_the_same_motion() -> None:
+    evaluations = []
+    for settings in (minimal_of("saw"), with_one("saw", "line-search")):
+        steps = MUJOCO.stepper(FAST_SAW, settings)
+        steps(200)
+        evaluations.append(int(steps.data.solver[0].neval))
+    assert evaluations == [5, 50]
+    assert change("saw", with_one("saw", "line-search")) < 1e-15
+
+
+def test_the_default_tolerance_is_no_trap_where_closures_are_hard_and_one_where_they_are_soft() -> None:
+    hard = minimal_of("saw")
+    soft = replace(MuJoCoSettings.tuned(SAW, STEPS), iterations=1)
+    assert change("saw", replace(hard, tolerance=1e-8)) < 1e-12
+    opened = run(SAW, replace(soft, tolerance=1e-8), 0.2)
+    kept = run(SAW, soft, 0.2)
+    assert opened.outcome is Outcome.OPENED or compare(opened, SAW).worst("position") > 1e-3
+    assert compare(kept, SAW).worst("position") < 1e-4
+
+
+CAM_EXTRA = [name for machine, name in EXTRA if machine == "cam" and not name.startswith("condim")]
+
+
+@pytest.mark.parametrize("name", CAM_EXTRA)
+def test_a_dressed_cam_runs(name: str) -> None:
+    found = piece("cam", with_one("cam", name), 0.01).trajectory
+    assert found.outcome is Outcome.COMPLETED
+
+
+def test_without_its_contact_the_follower_falls_through_the_cam() -> None:
+    gone = piece("cam", with_one("cam", "contact"), 0.05).trajectory
+    assert gone.outcome is not Outcome.COMPLETED
+
+
+@pytest.mark.parametrize("machine", ["press", "saw"])
+def test_the_drive_torque_of_a_dressed_model_is_that_of_the_exact_motion(machine: str) -> None:
+    scene = MACHINES[machine]
+    worn = fully_dressed(machine, but=(*HARMFUL, "passive-damping", "passive-armature"))
+    found = piece(machine, worn)
+    angle = found.trajectory.bodies.position.instants.angle  # type: ignore[union-attr]  # a run that completed
+    exact = reactions(scene.kinematics, angle, scene.speed).drive_torque * scene.kinematics.mechanism.driver.sense
+    error = np.abs(found.drive_torque - exact) / np.abs(exact).max()
+    assert error[1:].max() < 1e-6
+    # Negative control: the weight is in it.
+    light = piece(machine, minimal_of(machine)).drive_torque
+    assert np.abs(light - exact)[1:].max() / np.abs(exact).max() > 1e-3  # type: ignore[operator]
+
+
+# -- free bodies -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [n for n in EVERY_SCENE if n in LINKAGES or n.startswith(("press", "saw"))])
+def test_a_free_body_starts_where_the_exact_motion_has_it(name: str) -> None:
+    scene: Any = EVERY_SCENE[name]
+    settings = replace(MuJoCoSettings.hardened(scene, 100), dressing=("free-bodies",))
+    made = build(scene, settings)
+    poses, slopes = scene.kinematics.derivatives(TURN, 1)
+    back, rates = made.forward(made.coordinates(poses), made.rates(poses, slopes * scene.speed))
+    assert (made.model.nq, made.model.nv) == (9, 8)
+    assert np.abs(np.exp(1j * back) - np.exp(1j * poses)).max() < 1e-12
+    assert np.abs(rates - slopes * scene.speed).max() < 1e-10 * abs(scene.speed)
+
+
+def test_a_run_of_free_bodies_told_in_pieces_is_the_whole_run() -> None:
+    settings = replace(with_one("saw", "free-bodies"), steps_per_revolution=100, timestep=FAST_SAW.period / 100)
+    whole = run(FAST_SAW, settings, 1.0, 7.0).bodies
+    parts = [p.trajectory.bodies for p in MUJOCO.pieces(FAST_SAW, settings, 1.0, 7.0, 30)]
+    assert np.array_equal(np.concatenate([part.position.poses for part in parts]), whole.position.poses)
+
+
+# -- mobility --------------------------------------------------------------------------------------------------------
+
+
+def counted(machine: str, name: str = "") -> MobilityCount:
+    found: MobilityCount = MUJOCO.mobility(
+        MACHINES[machine], with_one(machine, name) if name else minimal_of(machine), TURN
+    )
+    return found
+
+
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_the_compiled_model_has_the_mobility_that_gruebler_counts(name: str) -> None:
+    scene: Any = EVERY_SCENE[name]
+    settings = replace(MuJoCoSettings.tuned(scene, 100), cam_vertices=250)
+    found = MUJOCO.mobility(scene, settings, TURN)
+    assert (found.freedom, found.most_freedom) == (scene.mechanism().mobility,) * 2 == (1, 1)
+    assert (found.missing, found.redundant) == (0, {})
+
+
+def test_a_planar_closure_has_an_empty_row_which_is_not_redundant() -> None:
+    found = counted("saw")
+    assert (found.coordinates, found.rows, found.most_rank) == (3, 3, 2)
+    assert found.empty == (Row("slider-pin", "z"),)
+    assert str(found.empty[0]) == "slider-pin z"
+
+
+def test_a_closure_said_twice_is_named_redundant() -> None:
+    found = counted("press", "redundant-closures")
+    assert found.redundant == {"slider-pin/again": 2}
+    assert (found.freedom, found.missing) == (1, 0)
+
+
+def test_free_bodies_bring_freedoms_that_their_pins_take_away_again() -> None:
+    # Crank 1, rod 6, slider 1; two pins of nine rows, of which a machine in space may have seven.
+    found = counted("saw", "free-bodies")
+    assert (found.coordinates, found.rows, found.most_rank) == (8, 18, 7)
+    assert (found.freedom, found.empty, sum(found.redundant.values())) == (1, (), 11)
+
+
+def test_an_open_loop_lacks_two_constraints_and_a_cam_without_contact_one() -> None:
+    assert (counted("saw", "closure").freedom, counted("saw", "closure").missing) == (3, 2)
+    assert (counted("cam").rows, counted("cam").freedom) == (1, 1)
+    assert (counted("cam", "contact").freedom, counted("cam", "contact").missing) == (2, 1)
+
+
+def test_a_contact_with_friction_is_still_one_row() -> None:
+    assert counted("cam", "condim-6") == counted("cam")
+
+
+def test_a_rank_that_falls_at_a_singular_pose_is_seen() -> None:
+    regular, singular = np.eye(2), np.array([[1.0, 0.0], [1.0, 0.0]])
+    jacobians: Array = np.stack([regular, singular])
+    found = count_mobility([Row("first"), Row("second")], jacobians)
+    assert (found.least_rank, found.most_rank, found.freedom, found.most_freedom) == (1, 2, 0, 1)
+    assert found.redundant == {}
+    assert count_mobility([Row("first"), Row("second")], jacobians[1:]).redundant == {"second": 1}

@@ -1,0 +1,235 @@
+"""Change points: the exact motion goes on smoothly through them, and nowhere else."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from described import CATALOGUE, changed, tables
+
+from conrod.cli.console import print_verdicts
+from conrod.engines import engine_named
+from conrod.errors import InvalidInput
+from conrod.exact import branch_continuation as smooth_course
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.runs.outcome import judge
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.studies.validation.plan import Plan, validate_dynamic
+from conrod.studies.validation.results import SceneStudy
+
+PARALLELOGRAM, DOUBLE_ROCKER = CATALOGUE / "parallelogram.toml", CATALOGUE / "double-rocker.toml"
+START, CRANK, GROUND = math.radians(60.0), 0.1, 0.25
+CHANGES = np.radians([120.0, 300.0])
+# Beside a change point, from rounding to outside the window of its series, and in later turns.
+BESIDE = [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 0.05, 0.0799, 0.0801, 0.12]
+CENTRES = (*CHANGES, CHANGES[0] - 2.0 * math.pi)
+ANGLES = np.concatenate(
+    [np.linspace(-7.0, 14.0, 401), *(centre + side * np.array(BESIDE) for centre in CENTRES for side in (1.0, -1.0))]
+)
+
+
+@pytest.fixture(scope="module")
+def parallelogram() -> DescribedScene:
+    return scene_of(tables(PARALLELOGRAM))
+
+
+def circle(turn: Array, centre: float) -> list[Array]:
+    """Position of the end of a crank of the ground, and its derivatives by the turn."""
+    away = np.column_stack([np.cos(turn), np.sin(turn)]) * CRANK
+    across = np.column_stack([-np.sin(turn), np.cos(turn)]) * CRANK
+    return [away + np.array([centre, 0.0]), across, -away, -across]
+
+
+def errors(scene: DescribedScene, point: str, centre: float, angle: Array, start: float = START) -> list[float]:
+    """Largest errors of position, velocity, acceleration and jerk at unit speed, over the travel."""
+    motion = scene.motion(angle, 1.0).point(point)
+    found = (motion.position, motion.velocity, motion.acceleration, motion.jerk)
+    exact = circle(angle + start, centre)
+    return [float(np.abs(f - e).max()) / (2.0 * CRANK) for f, e in zip(found, exact, strict=True)]
+
+
+def with_third_crank() -> dict[str, Any]:
+    """Three coupled wheels, as of a locomotive: both loops have their change points at once."""
+    whole = tables(PARALLELOGRAM)
+    whole["bodies"]["rod"] = {"points": {"B": [0, 0], "C": [0.3, 0]}, "uniform": "bar", "mass": 2.0}
+    whole["bodies"]["third"] = {"points": {"O": [0, 0], "C": [CRANK, 0]}, "uniform": "bar", "mass": 1.0}
+    whole["ground"]["points"]["O6"] = [GROUND + 0.3, 0]
+    for name, ends in {
+        "B2": ["follower.B", "rod.B"],
+        "C": ["rod.C", "third.C"],
+        "O6": ["ground.O6", "third.O"],
+    }.items():
+        whole["joints"][name] = {"kind": "revolute", "connects": ends}
+    whole["start"]["rod"] = {"turn": 0}
+    whole["observed"]["C"] = "third.C"
+    return whole
+
+
+def test_the_change_points_of_a_parallelogram_are_where_all_links_lie_in_one_line(
+    parallelogram: DescribedScene,
+) -> None:
+    assert parallelogram.kinematics.turns_fully
+    assert np.abs(parallelogram.kinematics.change_angles - CHANGES).max() < 1e-12
+
+
+def test_the_motion_through_change_points_is_the_closed_form_to_jerk(parallelogram: DescribedScene) -> None:
+    position, velocity, acceleration, jerk = errors(parallelogram, "B", GROUND, ANGLES)
+    assert position < 1e-13
+    assert velocity < 1e-12
+    assert acceleration < 2e-11
+    assert jerk < 1e-9
+
+
+def test_newton_iteration_alone_loses_the_motion_there(parallelogram: DescribedScene) -> None:
+    equations = parallelogram.kinematics._equations
+    angle = CHANGES[:1] + 1e-9
+    exact = parallelogram.kinematics.poses(angle)
+    slope = equations.slope(equations.newton(exact, angle))
+    assert not np.abs(slope - parallelogram.kinematics.derivatives(angle)[1]).max() < 1e-3
+
+
+def test_without_a_step_over_them_the_crank_cannot_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(smooth_course, "crossing", lambda *_: None)
+    # Another name, so that no solved machine is at hand.
+    with pytest.raises(InvalidInput, match="cannot turn fully"):
+        scene_of(changed(PARALLELOGRAM, "name", "not-stepped-over"))
+
+
+def test_several_loops_may_have_their_change_points_at_once() -> None:
+    scene = scene_of(with_third_crank())
+    assert np.abs(scene.kinematics.change_angles - CHANGES).max() < 1e-12
+    found = errors(scene, "C", GROUND + 0.3, ANGLES[::3])
+    assert found[0] < 1e-13
+    assert found[3] < 1e-9
+
+
+def test_an_antiparallelogram_stays_one() -> None:
+    """tan(crank / 2) / tan(follower / 2) is constant, -(ground - crank) / (ground + crank) (half-angle formulas)."""
+    whole = tables(PARALLELOGRAM)
+    a, o = np.array([CRANK * math.cos(START), CRANK * math.sin(START)]), np.array([GROUND, 0.0])
+    along = (o - a) / np.linalg.norm(o - a)
+    b = a + np.array([GROUND, 0.0])
+    whole["start"] = {"coupler": {"B": list(map(float, 2.0 * (a + along * (along @ (b - a))) - b))}}
+    kinematics = scene_of(whole).kinematics
+    angle = np.linspace(0.01, 6.28, 300)
+    follower = kinematics.poses(angle)[:, 3 * kinematics.mechanism.body_index["follower"] + 2]
+    ratio = np.tan(0.5 * (angle + START)) / np.tan(0.5 * follower)
+    assert np.abs(kinematics.change_angles - CHANGES).max() < 1e-9
+    assert np.abs(ratio + (GROUND - CRANK) / (GROUND + CRANK)).max() < 1e-8
+
+
+@pytest.mark.parametrize("before", [1e-4, 0.01, 0.5])
+def test_a_start_just_before_a_change_point_is_no_obstacle(before: float) -> None:
+    start = math.pi - math.radians(before)
+    scene = scene_of(changed(PARALLELOGRAM, "driver.start", start))
+    assert scene.kinematics.change_angles[0] == pytest.approx(math.radians(before), abs=1e-11)
+    assert errors(scene, "B", GROUND, np.linspace(0.0, 7.0, 200), start)[0] < 1e-12
+
+
+@pytest.mark.parametrize("start", [0.0, math.pi])
+def test_a_start_at_a_change_point_is_refused_with_a_hint(start: float) -> None:
+    with pytest.raises(InvalidInput, match="a dead centre or a change point"):
+        scene_of(changed(PARALLELOGRAM, "driver.start", start))
+
+
+@pytest.mark.parametrize("stop", [119.9, 120.0, 120.1])
+def test_a_pass_may_end_at_a_change_point(stop: float) -> None:
+    whole = changed(PARALLELOGRAM, "driver.from", 0.0)
+    whole["driver"]["to"] = math.radians(stop)
+    scene = scene_of(whole)
+    assert max(errors(scene, "B", GROUND, np.linspace(0.0, math.radians(stop), 50))[:2]) < 1e-12
+
+
+def test_a_crank_rocker_that_is_almost_a_parallelogram_turns_round_instead() -> None:
+    scene = scene_of(changed(PARALLELOGRAM, "bodies.follower.points.B", [CRANK + 1e-8, 0]))
+    assert not scene.kinematics.change_angles.size
+    follower = scene.kinematics.poses(np.linspace(0.0, 2.0 * math.pi, 100))[:, -1]
+    assert np.ptp(follower) < math.pi  # it rocks; that of a parallelogram goes round
+
+
+def test_a_dead_centre_is_no_change_point() -> None:
+    """The double rocker's input ends where coupler and follower lie in line, b + c = 100 mm apart: at acos(0.4)."""
+    whole = changed(DOUBLE_ROCKER, "driver.from", None)
+    del whole["driver"]["to"]
+    with pytest.raises(InvalidInput, match=r"reaches -22.67 to 21.42 deg"):
+        scene_of(whole)
+    kinematics = scene_of(tables(DOUBLE_ROCKER)).kinematics
+    assert kinematics.reach(math.pi) == pytest.approx(math.acos(0.4) - math.radians(45.0), abs=1e-7)
+    assert not kinematics.change_angles.size
+
+
+def tracks(kinematics: Kinematics, angle: Array, poses: Array) -> BodyTracks:
+    """States that stand where poses are, turning steadily."""
+    still = np.zeros_like(poses)
+    states = BodyStates(Instants(angle, angle, np.ones_like(angle), np.zeros_like(angle)), poses, still, still)
+    return BodyTracks(states, states, states)
+
+
+def test_a_run_on_the_smooth_course_has_not_flipped(parallelogram: DescribedScene) -> None:
+    kinematics, angle = parallelogram.kinematics, np.linspace(0.0, 4.0 * math.pi, 2001)
+    exact = tracks(kinematics, angle, kinematics.poses(angle))
+    assert judge(kinematics, exact, 1.0).outcome is Outcome.COMPLETED
+    assert set(kinematics.branch(exact.position.poses)) == {-1.0, 1.0}  # though the determinant changes its sign
+
+
+def test_a_run_that_goes_on_in_the_other_assembly_is_told(parallelogram: DescribedScene) -> None:
+    kinematics, angle = parallelogram.kinematics, np.linspace(0.0, 3.0, 601)
+    poses = kinematics.poses(angle)
+    index = kinematics.mechanism.body_index
+    beyond = angle > CHANGES[0]
+    turn = angle[beyond] + START
+    # The follower of the antiparallelogram, and the coupler that joins it to the crank.
+    follower = 2.0 * np.arctan(-np.tan(0.5 * turn) * (GROUND + CRANK) / (GROUND - CRANK)) % (2.0 * math.pi)
+    a, b = circle(turn, 0.0)[0], circle(follower, GROUND)[0]
+    for body, (x, y), phi in (
+        ("follower", (GROUND, 0.0), follower),
+        ("coupler", a.T, np.arctan2(*(b - a).T[::-1])),
+    ):
+        poses[beyond, 3 * index[body]], poses[beyond, 3 * index[body] + 1] = x, y
+        poses[beyond, 3 * index[body] + 2] = phi
+    verdict = judge(kinematics, tracks(kinematics, angle, poses), 1.0)
+    assert verdict.outcome is Outcome.FLIPPED
+
+
+def test_reports_say_what_is_exact_there(parallelogram: DescribedScene) -> None:
+    assert "at crank angles of 120 and 300 deg" in parallelogram.description
+    assert "smooth continuation" in parallelogram.description
+    assert "Change points" not in scene_of(tables(DOUBLE_ROCKER)).description
+
+
+def test_masses_and_weight_have_no_say_in_change_points(parallelogram: DescribedScene) -> None:
+    heavier = replace(parallelogram.mechanism(), gravity=(0.0, -9.81))
+    assert Kinematics(heavier).change_angles.size == 2
+
+
+def test_a_refusal_goes_each_way_once_and_looks_ahead_no_more_than_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks, crossing = [], smooth_course.crossing
+
+    def counted(equations: Any, angle: float, poses: Array, way: float) -> Any:
+        looks.append((angle, way))
+        return crossing(equations, angle, poses, way)
+
+    monkeypatch.setattr(smooth_course, "crossing", counted)
+    whole = changed(CATALOGUE / "two-slider-linkage.toml", "name", "gone-each-way-once")
+    del whole["driver"]["from"], whole["driver"]["to"]
+    with pytest.raises(InvalidInput, match=r"reaches -159\.08 to 112\.84 deg"):
+        scene_of(whole)
+    assert len(looks) < 40
+    assert len(set(looks)) == len(looks)
+
+
+def test_validate_tells_why_a_run_is_not_judged_and_which_assembly_it_took(
+    parallelogram: DescribedScene, capsys: pytest.CaptureFixture[str]
+) -> None:
+    engine, told = engine_named("pymunk"), "went on in the assembly of the exact motion"
+    slider_crank = scene_of(tables(CATALOGUE / "slider-crank.toml"))
+    for scene, expected in ((parallelogram, True), (slider_crank, False)):
+        result = validate_dynamic(scene.kind, scene, engine, "tuned", Plan(steps_per_revolution=80, revolutions=1.0))
+        assert (result.passed is None) is expected
+        print_verdicts([SceneStudy(scene.kind, scene, (result,))])
+        assert (told in " ".join(capsys.readouterr().out.split())) is expected

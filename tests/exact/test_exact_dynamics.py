@@ -1,0 +1,410 @@
+"""Exact dynamics: two derivations of a torque agree, energy is kept, known free motions are met, defects are seen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import SCENES
+from scipy.special import ellipj, ellipk
+
+from conrod.errors import InvalidInput
+from conrod.exact.dynamics.configurations import Configurations
+from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.dynamics.sensitivity import INERTIA, TORQUE, blind_changes, sensitivities
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.loads import (
+    Displacement,
+    Distance,
+    Elastic,
+    Friction,
+    Law,
+    Load,
+    SpeedLine,
+    Steady,
+    StrokePulse,
+    TimePulse,
+    Turn,
+    Viscous,
+)
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute
+from conrod.mechanism.rolling import Rolling
+from conrod.scenes.catalogue import catalogue_scene
+from tests.support.swinging import chain, four_bar, pendulum, slider_crank
+
+MACHINES = ("six-bar", "two-slider-linkage", "inverted-slider-crank", "planetary-gear", "rack-and-wheel", "cam-3-4-5")
+
+
+@cache
+def kinematics_of(name: str) -> tuple[Kinematics, float]:
+    scene = SCENES[name] if name in SCENES else catalogue_scene(name)
+    return scene.kinematics, scene.speed
+
+
+def random_loads(mechanism: Mechanism, seed: int) -> Mechanism:
+    """The mechanism with one load of each law between bodies by chance."""
+    chance = np.random.default_rng(seed)
+    names = [GROUND, *(body.name for body in mechanism.bodies)]
+    laws: list[Law] = [
+        Elastic(300.0, 0.1), Viscous(3.0), Steady(5.0), Friction(2.0, 0.1), TimePulse(4.0, 0.0, 0.5),
+        SpeedLine(2.0, 30.0), StrokePulse(20.0, -0.1, 0.3, 1),
+    ]  # fmt: skip
+    loads = []
+    for k, law in enumerate(laws):
+        a, b = chance.choice(names, 2, replace=False)
+        far = tuple(chance.uniform(-0.1, 0.1, 2))
+        along = [
+            Turn(a, b),
+            Distance(a, b, far, (0.7, -0.4)),
+            Displacement(str(names[1 + k % (len(names) - 1)]), far, 0.4),
+        ]
+        loads.append(Load(f"load {k}", along[k % 3], law))
+    return replace(mechanism, loads=tuple(loads))
+
+
+def some_states(kinematics: Kinematics, speed: float) -> State:
+    angle = np.linspace(*kinematics.span, 7)[1:-1] + 0.01
+    angle = angle[~kinematics.near_change(angle, 0.05)]
+    return State(angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2, angle * 0.1)
+
+
+@pytest.mark.parametrize("name", [*SCENES, *MACHINES])
+def test_the_torque_of_the_multipliers_is_that_of_the_energy(name: str) -> None:
+    kinematics, speed = kinematics_of(name)
+    loaded = Kinematics(random_loads(kinematics.mechanism, len(name)))
+    inverse, state = InverseDynamics(loaded), some_states(loaded, speed)
+    forces, energy = inverse.forces(state), inverse.torque_from_energy(state)
+    peak = np.abs(energy).max()
+    assert np.abs(forces.drive_torque - energy).max() < 1e-10 * peak
+    # Without the loads it is another torque: the loads do count.
+    bare = InverseDynamics(kinematics).torque_from_energy(state)
+    assert np.abs(bare - energy).max() > 1e-6 * peak
+
+
+@pytest.mark.parametrize("name", ["shear-press", "six-bar"])
+def test_a_mass_wrong_by_a_percent_is_seen_in_the_torque(name: str) -> None:
+    kinematics, speed = kinematics_of(name)
+    mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
+    exact = InverseDynamics(kinematics).forces(state).drive_torque
+    heavy = max(mechanism.bodies[1:], key=lambda body: body.mass)
+    bodies = tuple(replace(b, mass=1.01 * b.mass) if b is heavy else b for b in mechanism.bodies)
+    wrong = InverseDynamics(Kinematics(replace(mechanism, bodies=bodies))).torque_from_energy(state)
+    assert np.abs(wrong - exact).max() > 1e-4 * np.abs(exact).max()
+
+
+def test_loads_move_nothing_where_the_crank_is_prescribed() -> None:
+    kinematics, _ = kinematics_of("shear-press")
+    loaded = Kinematics(random_loads(kinematics.mechanism, 1))
+    assert loaded._walk is kinematics._walk
+
+
+# -- free motion -----------------------------------------------------------------------------------------------------
+
+
+def test_a_pendulum_swings_as_elliptic_functions_say() -> None:
+    mechanism, square = pendulum(released=2.0)
+    times = np.linspace(0.0, 4.0, 81)
+    motion = ForwardDynamics(mechanism).motion(times, 0.0)
+    modulus = math.sin(1.0)
+    sine = ellipj(ellipk(modulus**2) - math.sqrt(square) * times, modulus**2)[0]
+    exact = 2.0 * np.arcsin(modulus * sine)
+    swung = motion.poses[:, 2] + math.pi / 2.0
+    assert np.abs(swung - exact).max() < 1e-11
+    assert motion.drift < 1e-11
+    # A hundredth more of mass at the end alone is seen.
+    crank = mechanism.bodies[0]
+    wrong = replace(mechanism, bodies=(replace(crank, inertia=1.01 * crank.inertia), *mechanism.bodies[1:]))
+    assert np.abs(ForwardDynamics(wrong).motion(times, 0.0).poses[:, 2] + math.pi / 2.0 - exact).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("count", "rate"),
+    [(2, 9.0), *(pytest.param(*other, marks=pytest.mark.slow) for other in [(3, -9.0), (4, 0.0), (5, 9.0)])],
+)
+def test_a_chain_of_parallelograms_goes_straight_through_its_change_points(count: int, rate: float) -> None:
+    """All cranks turn alike and the couplers do not turn: one pendulum, whose energy is known in closed form."""
+    mechanism, inertia, moment = chain(count)
+    times = np.linspace(0.0, 1.0, 51)
+    motion = ForwardDynamics(mechanism).motion(times, rate)
+    turns, rates = motion.poses[:, 2::3], motion.rates[:, 2::3]
+    cranks = [0, *range(2, 2 * count + 1, 2)]
+    assert np.abs(turns[:, cranks] - turns[:, :1]).max() < 1e-10
+    assert np.abs(turns[:, 1::2]).max() < 1e-10
+    energy = 0.5 * inertia * rates[:, 0] ** 2 + 9.81 * moment * np.sin(turns[:, 0])
+    assert np.abs(energy - energy[0]).max() < 1e-11 * np.abs(energy).max()
+    assert motion.drift < 1e-11
+    passed = np.floor(turns[:, 0] / math.pi)
+    assert len(motion.crossings) >= np.count_nonzero(np.diff(passed)) > 0
+    assert "smooth continuation" in motion.continuation
+
+
+@pytest.mark.slow
+def test_a_chain_swings_in_time_as_a_pendulum_does() -> None:
+    mechanism, inertia, moment = chain(2, start=0.5)
+    times = np.linspace(0.0, 2.0, 41)
+    motion = ForwardDynamics(mechanism).motion(times, 0.0)
+    modulus = math.sin(0.5 * (math.pi / 2.0 + 0.5))
+    way = ellipk(modulus**2) - math.sqrt(9.81 * moment / inertia) * times
+    exact = 2.0 * np.arcsin(modulus * ellipj(way, modulus**2)[0]) - math.pi / 2.0
+    assert np.abs(motion.poses[:, 2] - exact).max() < 1e-9
+
+
+@pytest.mark.parametrize("off", [1e-2, pytest.param(1e-4, marks=pytest.mark.slow), 1e-6])
+def test_what_is_no_parallelogram_stays_on_its_own_branch(off: float) -> None:
+    """With the rocker longer by a little, the crank goes round and the rocker rocks: it has no change point.
+
+    On one branch the sine of the angle between coupler and rocker never changes its sign.
+    """
+    configurations = Configurations(four_bar(rocker=0.1 + off))
+    configurations.reach(6.0)
+    points = np.concatenate([piece.points for piece in configurations.ahead])
+    sine = np.sin(points[:, 8] - points[:, 5])
+    assert np.all(sine > 0.0) or np.all(sine < 0.0)
+    assert all(piece.crossing is None for piece in configurations.ahead)
+    # It did pass where the parallelogram has its change point.
+    assert points[-1, 2] > math.pi + 0.1
+    assert np.abs(sine).min() < 2.0 * math.sqrt(off / 0.1)
+
+
+def test_a_parallelogram_itself_is_told_apart_from_that() -> None:
+    configurations = Configurations(four_bar())
+    configurations.reach(6.0)
+    points = np.concatenate([piece.points for piece in configurations.ahead])
+    sine = np.sin(points[:, 8] - points[:, 5])
+    assert sine.min() < -0.1 < 0.1 < sine.max()
+    (crossed,) = (piece for piece in configurations.ahead if piece.crossing is not None)
+    # Told where it is: the links lie in one line.
+    share = 2.0 * (crossed.crossing - crossed.start) / (crossed.stop - crossed.start) - 1.0
+    turn = np.polynomial.chebyshev.chebval(share, crossed.series(crossed.points[:, 2]))
+    assert turn == pytest.approx(math.pi, abs=1e-6)
+
+
+def sprung(mechanism: Mechanism) -> Mechanism:
+    loads = (
+        Load("spring", Distance("crank", "slider", (0.05, 0.0), (0.0, 0.1)), Elastic(200.0, 0.2)),
+        Load("damper", Turn("crank", "rod"), Viscous(0.01)),
+        Load("friction", Displacement("slider", (0.0, 0.0), 0.0), Friction(0.5, 0.5)),
+        Load("push", Turn(GROUND, "crank"), TimePulse(1.0, 0.13, 0.31)),
+    )
+    return replace(mechanism, loads=loads)
+
+
+@pytest.mark.parametrize("rate", [12.0, -12.0])
+def test_energy_is_kept_to_1e_11_with_springs_dampers_friction_and_pulses(rate: float) -> None:
+    motion = ForwardDynamics(sprung(slider_crank())).motion(np.linspace(0.0, 0.8, 33), rate)
+    assert motion.drift < 1e-11
+    assert abs(motion.work[-1]) > 0.01 * motion.scale
+
+
+@pytest.mark.parametrize("rate", [12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
+def test_a_constant_torque_has_done_its_work_after_several_turns(rate: float) -> None:
+    torque = Load("motor", Turn(GROUND, "crank"), Steady(math.copysign(3.0, rate)))
+    motion = ForwardDynamics(replace(slider_crank(), loads=(torque,))).motion(np.linspace(0.0, 1.0, 21), rate)
+    turned = motion.poses[:, 2] - motion.poses[0, 2]
+    assert abs(turned[-1]) > 4.0 * math.pi
+    assert motion.drift < 1e-11
+
+
+def test_a_torsion_spring_on_the_crank_goes_on_winding_up_beyond_a_turn() -> None:
+    wheel, _ = pendulum(0.0)
+    spring = Load("spring", Turn(GROUND, "bob"), Elastic(2.0, -math.pi / 2.0))
+    times, rate, inertia = np.linspace(0.0, 3.0, 61), 30.0, 0.03 + 2.0 * 0.4**2
+    motion = ForwardDynamics(replace(wheel, gravity=(0.0, 0.0), loads=(spring,))).motion(times, rate)
+    frequency = math.sqrt(2.0 / inertia)
+    exact = rate / frequency * np.sin(frequency * times)
+    assert exact.max() > 3.0 * math.pi
+    np.testing.assert_allclose(motion.poses[:, 2] - motion.poses[0, 2], exact, atol=1e-9)
+    assert motion.drift < 1e-11
+
+
+def test_the_inverse_torque_drives_the_prescribed_motion_back() -> None:
+    """Accelerations of a free motion, given to the inverse problem, take no torque; those of another one do."""
+    mechanism = sprung(slider_crank())
+    times = np.linspace(0.0, 0.5, 26)
+    motion = ForwardDynamics(mechanism).motion(times, 12.0)
+    kinematics = Kinematics(mechanism)
+    state = State(motion.poses[:, 2] - mechanism.driver.start, motion.rates[:, 2], motion.accelerations[:, 2], times)
+    forces = InverseDynamics(kinematics).forces(state)
+    held = InverseDynamics(kinematics).forces(replace(state, acceleration=0.0 * times))
+    assert np.abs(forces.drive_torque).max() < 1e-9 * np.abs(held.drive_torque).max()
+
+
+# -- what is refused -------------------------------------------------------------------------------------------------
+
+
+def refusal(mechanism: Mechanism, **start: Any) -> str:
+    with pytest.raises(InvalidInput) as caught:
+        ForwardDynamics(mechanism).motion(np.linspace(0.0, 1.0, 3), **start)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_a_rest_in_a_dead_centre_under_load_is_refused() -> None:
+    push = Load("gas", Displacement("slider", (0.0, 0.0), 0.0), Steady(-100.0))
+    at_rest = replace(slider_crank(start=0.0), gravity=(0.0, 0.0), loads=(push,))
+    assert "at rest in a dead centre, where gas (-100 N" in refusal(at_rest, crank_rate=0.0)
+    # In motion, or beside the dead centre, it goes.
+    times = np.linspace(0.0, 0.1, 3)
+    assert abs(ForwardDynamics(at_rest).motion(times, 1.0).rates[-1, 2]) > 0.0
+    beside = replace(slider_crank(start=0.1), gravity=(0.0, 0.0), loads=(push,))
+    assert abs(ForwardDynamics(beside).motion(times, 0.0).rates[-1, 2]) > 0.0
+
+
+@pytest.mark.parametrize("released", [0.0, math.pi])
+def test_a_rest_in_balance_is_refused(released: float) -> None:
+    hanging, _ = pendulum(released)
+    assert "at rest where its weight and loads are in balance" in refusal(hanging, crank_rate=0.0)
+    beside, _ = pendulum(released + 1e-6)
+    assert abs(ForwardDynamics(beside).motion(np.linspace(0.0, 0.1, 3), 0.0).rates[-1, 2]) > 0.0
+
+
+def test_rates_that_contradict_the_joints_are_refused() -> None:
+    mechanism = slider_crank()
+    told = refusal(mechanism, rates={"crank": 5.0, "rod": 5.0})
+    assert "contradicts the joints: with crank at 5 rad/s it is" in told
+    assert "there it does not turn" in refusal(mechanism, rates={"slider": 1.0})
+    assert "unknown body" in refusal(mechanism, rates={"rodd": 1.0})
+    forward = ForwardDynamics(mechanism)
+    rod = forward.motion(np.linspace(0.0, 0.1, 3), 5.0).rates[0, 5]
+    assert forward.start_rate({"crank": 5.0, "rod": rod}) == pytest.approx(forward.start_rate({"rod": rod}))
+
+
+def test_a_crank_without_inertia_is_refused() -> None:
+    mechanism = slider_crank(start=0.3)
+    nothing = tuple(b if b.name == "slider" else Body(b.name, 1e-9, 1e-15) for b in mechanism.bodies)
+    assert "give the crank an inertia" in refusal(replace(mechanism, bodies=nothing), crank_rate=20.0)
+
+
+@pytest.mark.parametrize("size", [math.nan, math.inf])
+def test_a_law_that_is_not_finite_is_refused(size: float) -> None:
+    with pytest.raises(InvalidInput, match="is not a finite number"):
+        Load("push", Turn(GROUND, "crank"), Steady(size))
+
+
+def test_a_spring_whose_ends_meet_is_refused() -> None:
+    meeting = Load("spring", Distance(GROUND, "crank", (0.0, 0.0), (0.0, 0.0)), Elastic(1.0))
+    assert "is not finite" in refusal(replace(slider_crank(), loads=(meeting,)), crank_rate=1.0)
+
+
+def test_a_spring_whose_ends_meet_is_refused_at_a_prescribed_speed_too() -> None:
+    spring = Load("spring", Distance("crank", "rod", (0.1, 0.0), (0.0, 0.0)), Elastic(100.0, 0.1))
+    state = State(*(np.array([some]) for some in (0.5, 3.0, 0.0, 0.0)))
+    with pytest.raises(InvalidInput, match="the force of spring is not finite"):
+        InverseDynamics(Kinematics(replace(slider_crank(), loads=(spring,)))).forces(state)
+
+
+def test_a_load_on_no_body_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="did you mean 'crank'"):
+        replace(slider_crank(), loads=(Load("push", Turn(GROUND, "crnk"), Steady(1.0)),))
+
+
+# -- sensitivities ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [*SCENES, "six-bar"])
+def test_sensitivities_are_difference_quotients_of_the_forces(name: str) -> None:
+    kinematics, speed = kinematics_of(name)
+    mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
+    for some in sensitivities(kinematics, state):
+        if some.quality.startswith("centre"):
+            continue
+        moved = []
+        for sign in (1.0, -1.0):
+            bodies = tuple(
+                replace(b, **{some.quality: getattr(b, some.quality) + sign * some.change})
+                if b.name == some.body
+                else b
+                for b in mechanism.bodies
+            )
+            moved.append(InverseDynamics(Kinematics(replace(mechanism, bodies=bodies))).forces(state).drive_torque)
+        quotient = (moved[0] - moved[1]) / (2.0 * some.change)
+        assert np.abs(quotient - some.derivatives[TORQUE]).max() <= 1e-8 * (np.abs(moved[0]).max() / some.change)
+
+
+def test_a_centre_of_gravity_is_seen_as_the_torque_says() -> None:
+    kinematics, speed = kinematics_of("shear-press")
+    mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
+    body = mechanism.bodies[1]
+    (found,) = (
+        s for s in sensitivities(kinematics, state) if (s.body, s.quality) == (body.name, "centre_of_gravity.y")
+    )
+    step, moved = 1e-4, []
+    for sign in (step, -step):
+        x, y = body.centre_of_gravity
+        bodies = tuple(replace(b, centre_of_gravity=(x, y + sign)) if b is body else b for b in mechanism.bodies)
+        moved.append(InverseDynamics(Kinematics(replace(mechanism, bodies=bodies))).forces(state).drive_torque)
+    quotient = (moved[0] - moved[1]) / (2.0 * step)
+    assert np.abs(quotient - found.derivatives[TORQUE]).max() < 1e-6 * np.abs(quotient).max()
+
+
+def test_what_no_quantity_can_see_is_listed() -> None:
+    kinematics = Kinematics(slider_crank())
+    angle = np.linspace(0.0, 6.0, 20)
+    found = sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle, angle))
+    unseen = {(s.body, s.quality) for s in found if s.unseen}
+    # The slider does not turn; the crank turns evenly. With angular acceleration the crank's is seen.
+    assert unseen == {("slider", INERTIA), ("crank", INERTIA)}
+    quickening = sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle + 3.0, angle))
+    assert {(s.body, s.quality) for s in quickening if s.unseen} == {("slider", INERTIA)}
+    # The torque alone does not tell the crank's inertia from its mass at a distance.
+    assert len(blind_changes(quickening, [TORQUE])) > len(blind_changes(quickening)) >= 1
+
+
+def wheels(ratio: float) -> Mechanism:
+    """Two wheels on fixed shafts; the second one turns by so much of a turn for each of the first."""
+    radius, other = 0.1, 0.1 / ratio
+    away = radius + other
+    bodies = (Body("crank", 1.0, 0.005, (0.02, 0.0)), Body("wheel", 1.0, 0.01, (0.0, 0.03)))
+    joints = (
+        Revolute("shaft", GROUND, "crank", (0.0, 0.0), (0.0, 0.0)),
+        Revolute("axle", GROUND, "wheel", (away, 0.0), (0.0, 0.0)),
+        Rolling("mesh", "crank", "wheel", (0.0, 0.0), (0.0, 0.0), radius, other, 0.0),
+    )
+    poses = {"crank": (0.0, 0.0, 0.0), "wheel": (away, 0.0, 0.0)}
+    observed = (ObservedPoint("P", "wheel", (0.05, 0.0)),)
+    return Mechanism("wheels", bodies, joints, Driver("shaft"), poses, observed, (0.0, -9.81))
+
+
+@pytest.mark.parametrize(("ratio", "turns"), [(0.5, 2), (0.99, 100), (math.sqrt(0.5), None)])
+def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, turns: int | None) -> None:
+    """Of 99 to 100 the second wheel passes its start by a hundredth of a turn, turn after turn: that is not closed."""
+    configurations = Configurations(wheels(ratio))
+    per_turn = 2.0 * math.pi * math.hypot(1.0, ratio)
+    configurations.reach(3.5 * per_turn)
+    if turns == 2:
+        assert configurations.loop is not None
+        assert configurations.loop.length == pytest.approx(2.0 * per_turn)
+        assert np.abs(configurations.loop.gain[[2, 5]]) == pytest.approx([4.0 * math.pi, 2.0 * math.pi])
+    else:
+        assert configurations.loop is None
+
+
+@pytest.mark.parametrize("rate", [20.0, -20.0])
+def test_wheels_whose_turns_never_come_out_keep_their_energy(rate: float) -> None:
+    motion = ForwardDynamics(wheels(math.sqrt(0.5))).motion(np.linspace(0.0, 1.0, 21), rate)
+    assert motion.drift < 1e-11
+    assert motion.poses[:, 5] == pytest.approx(-math.sqrt(0.5) * motion.poses[:, 2], abs=1e-11)
+
+
+def test_what_begins_gently_behind_a_dwell_is_not_missed() -> None:
+    """Steps that had grown in the dwell passed over it, and left 1.4e-11 of the energy."""
+    kinematics, speed = kinematics_of("cam-3-4-5")
+    assert ForwardDynamics(kinematics.mechanism).motion(np.linspace(0.0, 10.0, 11), speed).drift < 1e-12
+
+
+def test_a_roller_passes_from_arc_to_arc_of_its_cam() -> None:
+    """The curvature jumps there: pieces end, and the energy is kept."""
+    kinematics, speed = kinematics_of("cam-follower")
+    forward = ForwardDynamics(kinematics.mechanism)
+    motion = forward.motion(np.linspace(0.0, 1.1 * abs(2.0 * math.pi / speed), 23), speed)
+    assert motion.drift < 1e-12
+    forward.line.configurations.reach(20.0)  # all of the turn
+    pieces = [*forward.line.configurations.behind[::-1], *forward.line.configurations.ahead]
+    jumps = [np.abs(b.curvatures[0] - a.curvatures[-1]).max() for a, b in pairwise(pieces)]
+    assert sum(jump > 1e-3 for jump in jumps) >= 4

@@ -1,0 +1,299 @@
+"""Limits of an input, dead centres, strokes, time ratios and transmission angles, against closed forms."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import rolling_machines
+from linkages import (
+    crank_shaper,
+    example_5_6,
+    example_6_15,
+    example_6_18,
+    four_bar,
+    inverted_slider_crank,
+    slider_crank,
+)
+
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
+from conrod.exact.linkage.outputs import Output, outputs
+from conrod.exact.linkage.quantities import TransmissionAngle, instant_quantities, transmission_angles, turn_quantities
+from conrod.exact.transmission import least_transmission_angle
+from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.rolling import Rolling
+from conrod.scenes import SCENES
+
+TURN = 2.0 * math.pi
+CRANK_ROCKER = (0.1, 0.3, 0.25, 0.3)
+
+
+def course(mechanism: Mechanism) -> Course:
+    return course_of(Kinematics(mechanism))
+
+
+@cache
+def swing() -> Course:
+    """Of the four-bar linkage of example 5.6, whose crank cannot turn fully."""
+    return course(example_5_6())
+
+
+@cache
+def output(name: str) -> Output:
+    """Of a linkage with one output."""
+    machines = {
+        "crank-rocker": four_bar(*CRANK_ROCKER),
+        "in-line": slider_crank(0.1, 0.3),
+        "offset": slider_crank(0.1, 0.3, 0.09),
+        "crank-shaper": inverted_slider_crank(0.1, 0.25),
+        "Whitworth": inverted_slider_crank(0.25, 0.1),
+    }
+    (only,) = outputs(course(machines[name]))
+    return only
+
+
+def angles_of(found: Output) -> list[float]:
+    return [centre.angle for centre in found.dead_centres]
+
+
+# -- limits of an input ---------------------------------------------------------------------------------------------
+
+
+@cache
+def swinging(name: str) -> tuple[CrankRange, float]:
+    """The crank's range, and its turn [rad] at crank angle 0."""
+    if name == "example 5.6":
+        return crank_range(Kinematics(example_5_6())), 1.0540538523344571
+    return crank_range(Kinematics(example_6_18())), -0.7843461981647769
+
+
+@pytest.mark.parametrize(
+    ("name", "lengths", "printed"),
+    [
+        ("example 5.6", (0.11, 0.21, 0.145, 0.3397241528063615), 88.86),
+        ("example 6.18", (0.3, 0.25, 0.13, 0.475), 53.07),
+    ],
+)
+def test_the_limits_of_an_input_are_where_coupler_and_rocker_stretch(
+    name: str, lengths: tuple[float, float, float, float], printed: float
+) -> None:
+    a, b, c, d = lengths
+    limit = math.acos((a * a + d * d - (b + c) ** 2) / (2.0 * a * d))
+    reach, turn = swinging(name)
+    assert (reach.start_end, reach.stop_end, reach.full) == ("limit", "limit", False)
+    assert (reach.start + turn, reach.stop + turn) == pytest.approx((-limit, limit), abs=1e-12)
+    assert math.degrees(limit) == pytest.approx(printed, abs=0.005)
+
+
+def test_a_drivers_span_does_not_change_what_the_crank_could_do() -> None:
+    mechanism = example_5_6()
+    spanned = replace(mechanism, driver=replace(mechanism.driver, span=(-0.5, 0.25)))
+    reach, _ = swinging("example 5.6")
+    assert crank_range(Kinematics(spanned)) == reach
+    turning = four_bar(*CRANK_ROCKER)
+    part = replace(turning, driver=replace(turning.driver, span=(-0.5, 0.25)))
+    assert crank_range(Kinematics(part)) == CrankRange(0.0, TURN, "none", "none")
+    looked_at = course(spanned)
+    assert looked_at.by_angle
+    assert (looked_at.parameter[0], looked_at.parameter[-1]) == (-0.5, 0.25)
+
+
+def test_a_crank_that_turns_has_no_limits() -> None:
+    assert crank_range(Kinematics(four_bar(*CRANK_ROCKER))) == CrankRange(0.0, TURN, "none", "none")
+
+
+def test_a_parallelogram_turns_smoothly_through_its_change_points() -> None:
+    kinematics = Kinematics(four_bar(0.1, 0.3, 0.1, 0.3, 0.7))
+    reach = crank_range(kinematics)
+    assert reach.full
+    assert sorted(reach.change_points) == pytest.approx([math.pi - 0.7, TURN - 0.7], abs=1e-9)
+    # The rocker turns as the crank does, and nothing turns back where the equations are singular.
+    (rocker,) = outputs(course_of(kinematics))
+    assert rocker.dead_centres == ()
+    assert rocker.gain == pytest.approx(TURN, rel=1e-14)
+
+
+def test_a_part_of_a_parallelograms_turn_ends_at_its_change_points() -> None:
+    turning = four_bar(0.1, 0.3, 0.1, 0.3, 0.7)
+    reach = crank_range(Kinematics(replace(turning, driver=replace(turning.driver, span=(-0.2, 0.2)))))
+    assert (reach.start_end, reach.stop_end) == ("change point", "change point")
+    # Two branches cross there, so that the place is known to the root of rounding only.
+    assert (reach.start + 0.7, reach.stop + 0.7) == pytest.approx((0.0, math.pi), abs=1e-5)
+
+
+def test_poses_between_the_samples_of_a_swing_fit_the_joints() -> None:
+    passed = swing()
+    between = passed.parameter[:-1] + 0.3 * np.diff(passed.parameter)
+    poses = passed.poses(between)
+    residual = passed.kinematics.residual([poses], passed.crank_angle(poses))
+    assert np.abs(residual).max() <= 1e-13
+
+
+# -- dead centres, strokes, time ratios -----------------------------------------------------------------------------
+
+
+def test_an_in_line_slider_crank_turns_back_at_0_and_180_degrees() -> None:
+    found = output("in-line")
+    assert [(c.greatest, c.angle == c.until) for c in found.dead_centres] == [(False, True), (True, True)]
+    assert sorted((angle + 0.5) % TURN for angle in angles_of(found)) == pytest.approx([0.0, math.pi], abs=1e-12)
+    assert found.unit == "m"
+    assert found.stroke == pytest.approx(0.2, rel=1e-14)
+    assert found.time_ratio == pytest.approx(1.0, rel=1e-12)
+
+
+def test_an_offset_gives_a_quick_return() -> None:
+    r, rod, e = 0.1, 0.3, 0.09
+    found = output("offset")
+    out, back = math.asin(e / (rod + r)), math.asin(e / (rod - r))
+    assert found.stroke == pytest.approx(math.sqrt((rod + r) ** 2 - e**2) - math.sqrt((rod - r) ** 2 - e**2), rel=1e-13)
+    assert sorted((angle + 0.5) % TURN for angle in angles_of(found)) == pytest.approx([out, math.pi + back], abs=1e-11)
+    slow = math.pi + (back - out)
+    assert found.time_ratio == pytest.approx(slow / (TURN - slow), rel=1e-11)
+
+
+def test_a_crank_rockers_dead_centres_are_where_crank_and_coupler_lie_in_one_line() -> None:
+    a, b, c, d = CRANK_ROCKER
+    found = output("crank-rocker")
+
+    def rocker(reach: float) -> float:
+        return math.pi - math.acos((c * c + d * d - reach * reach) / (2.0 * c * d))
+
+    # Stretched the rocker is farthest from the shaft, at its least angle with the ground line.
+    assert [centre.value for centre in sorted(found.dead_centres, key=lambda centre: centre.greatest)] == pytest.approx(
+        [rocker(b + a), rocker(b - a)], rel=1e-12
+    )
+    assert found.stroke == pytest.approx(rocker(b - a) - rocker(b + a), rel=1e-12)
+
+    def crank(reach: float) -> float:
+        return math.acos((reach * reach + d * d - c * c) / (2.0 * reach * d))
+
+    ways = sorted((crank(b + a), math.pi + crank(b - a)))
+    slow = max(ways[1] - ways[0], TURN - ways[1] + ways[0])
+    assert found.time_ratio == pytest.approx(slow / (TURN - slow), rel=1e-11)
+
+
+def test_the_crank_shapers_time_ratio_is_that_of_its_tangents() -> None:
+    found = output("crank-shaper")
+    swing = 2.0 * math.asin(0.1 / 0.25)
+    assert found.stroke == pytest.approx(swing, rel=1e-12)
+    assert found.time_ratio == pytest.approx((math.pi + swing) / (math.pi - swing), rel=1e-11)
+
+
+def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
+    found = output("Whitworth")
+    assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
+    assert found.gain == pytest.approx(TURN, rel=1e-14)
+
+
+@pytest.mark.parametrize("driving", [0.02, -0.09])
+def test_a_geared_wheel_goes_on_by_the_ratio_of_its_radii(driving: float) -> None:
+    machine = rolling_machines.gear_pair(driving)
+    (pair,) = machine.meshes
+    assert isinstance(pair, Rolling)
+    (found,) = outputs(course(machine))
+    assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
+    assert found.gain == pytest.approx(-TURN * pair.radius_a / pair.radius_b, rel=1e-12)
+
+
+def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:
+    (found,) = outputs(course_of(SCENES["cam-follower"].kinematics))
+    low = next(centre for centre in found.dead_centres if not centre.greatest)
+    top = next(centre for centre in found.dead_centres if centre.greatest)
+    assert top.angle == top.until
+    # On the base circle from one flank's end to the other's, half a turn from the nose.
+    breaks = SCENES["cam-follower"].break_angles()
+    assert low.angle == pytest.approx(max(breaks), abs=1e-6)
+    assert low.until - TURN == pytest.approx(min(breaks), abs=1e-6)
+
+
+def test_a_stretched_crank_and_coupler_stop_the_rocker_of_a_linkage_that_swings() -> None:
+    a, b, c, d = 0.11, 0.21, 0.145, 0.3397241528063615
+    (found,) = outputs(swing())
+    turn = math.acos(((a + b) ** 2 + d * d - c * c) / (2.0 * (a + b) * d))
+    assert [angle + 1.0540538523344571 for angle in angles_of(found)] == pytest.approx([turn], abs=1e-11)
+
+
+def test_all_guided_links_are_outputs() -> None:
+    found = outputs(course(example_6_15()))
+    assert [o.link for o in found] == ["five", "six"]
+    assert all(o.stroke and len(o.dead_centres) >= 2 for o in found)
+
+
+# -- transmission angles --------------------------------------------------------------------------------------------
+
+
+def only_angle(mechanism: Mechanism) -> TransmissionAngle:
+    (found,) = transmission_angles(course(mechanism))
+    return found
+
+
+def test_a_crank_rockers_transmission_angle_is_least_and_greatest_with_the_crank_along_the_ground() -> None:
+    a, b, c, d = CRANK_ROCKER
+    found = only_angle(four_bar(a, b, c, d))
+    ends = [math.acos((b * b + c * c - (d + sign * a) ** 2) / (2.0 * b * c)) for sign in (-1.0, 1.0)]
+    assert (found.least.value, found.greatest.value) == pytest.approx(tuple(ends), abs=1e-13)
+    # At an extreme the angle is flat: where it is taken is known to the root of rounding.
+    places = [(extreme.angle + 0.7) % TURN for extreme in (found.least, found.greatest)]
+    assert [math.remainder(places[0], TURN), places[1]] == pytest.approx([0.0, math.pi], abs=1e-6)
+    assert found.worst.value == pytest.approx(min(ends[0], math.pi - ends[1]), abs=1e-13)
+    assert found.greatest_pressure_angle.value == pytest.approx(0.5 * math.pi - found.worst.value, abs=1e-15)
+
+
+def test_a_slider_cranks_greatest_pressure_angle_is_that_of_crank_and_offset_over_rod() -> None:
+    found = only_angle(slider_crank(0.1, 0.3, 0.09))
+    assert math.sin(found.greatest_pressure_angle.value) == pytest.approx(0.19 / 0.3, rel=1e-13)
+
+
+def test_a_block_pushes_a_slotted_link_at_right_angles_to_its_slot() -> None:
+    found = only_angle(inverted_slider_crank(0.1, 0.25))
+    assert found.through == "block"
+    assert (found.least.value, found.greatest.value) == pytest.approx((0.5 * math.pi, 0.5 * math.pi), abs=1e-12)
+    # Beside the pivot, by e, it is off by asin(e / reach), at most where the block comes nearest.
+    beside = only_angle(inverted_slider_crank(0.1, 0.25, 0.03))
+    assert beside.greatest_pressure_angle.value == pytest.approx(math.asin(0.03 / 0.15), rel=1e-12)
+
+
+def test_a_shapers_ram_is_driven_by_its_lever_and_not_the_other_way_round() -> None:
+    shaper = course(crank_shaper())
+    assert [(a.driven, a.through) for a in transmission_angles(shaper)] == [("lever", "block"), ("ram", "rod")]
+    lever, ram = outputs(shaper)
+    swing = 2.0 * math.asin(0.1 / 0.25)
+    assert lever.stroke == pytest.approx(swing, rel=1e-12)
+    # The lever swings to the same angle on both sides, so the ram goes twice as far as its pin's greatest sine.
+    assert ram.stroke == pytest.approx(2.0 * 0.45 * 0.1 / 0.25, rel=1e-12)
+    assert ram.time_ratio == pytest.approx((math.pi + swing) / (math.pi - swing), rel=1e-11)
+
+
+def test_at_the_limits_of_an_input_the_transmission_angle_is_lost() -> None:
+    (found,) = transmission_angles(swing())
+    assert found.worst.value <= 1e-7
+
+
+@pytest.mark.parametrize("name", ["saw-40rpm", "shear-press", "cam-follower"])
+def test_the_worst_angle_is_no_better_than_the_least_of_samples(name: str) -> None:
+    kinematics = SCENES[name].kinematics
+    (found,) = transmission_angles(course_of(kinematics))
+    sampled = least_transmission_angle(kinematics)
+    assert sampled is not None
+    assert sampled - 1e-6 <= found.worst.value <= sampled + 1e-14
+
+
+# -- together -------------------------------------------------------------------------------------------------------
+
+
+def test_all_quantities_of_a_linkage_come_together() -> None:
+    kinematics = Kinematics(four_bar(*CRANK_ROCKER))
+    turn = turn_quantities(kinematics)
+    assert (turn.mobility, turn.crank_range.full) == (1, True)
+    assert turn.numbers == {"ground": 1, "crank": 2, "coupler": 3, "rocker": 4}
+    assert turn.outputs == (output("crank-rocker"),)
+    assert [angle.driven for angle in turn.transmission] == ["rocker"]
+    here = instant_quantities(kinematics, 0.3, 5.0, 2.0)
+    assert (len(here.centres), len(here.lines)) == (6, 4)
+    assert here.state.angular_velocities["crank"] == pytest.approx(5.0)
+    assert here.state.angular_accelerations["crank"] == pytest.approx(2.0)
+    assert max(here.velocities.gap, here.accelerations.gap) <= 1e-12

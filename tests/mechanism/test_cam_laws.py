@@ -1,0 +1,326 @@
+"""Cams made from motion laws: their exact motion is the law's, and their profile is the roller's envelope."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import conrod
+from conrod.engines import engine_named
+from conrod.engines.cam_polygon import cam_polygon
+from conrod.errors import InvalidInput
+from conrod.exact.equivalent_linkage import linkage_refusal
+from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism import motion_laws
+from conrod.mechanism.cam import symmetric_cam
+from conrod.mechanism.cam_law import TURN, LawProfile, Segment
+from conrod.mechanism.cam_shape import can_roll, check_cut, concave_reason
+from conrod.mechanism.mechanism import CamContact
+from conrod.mechanism.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.studies.frame.scene_summary import dead_centres, jumps
+from conrod.studies.validation.kinematic_proof import validate_kinematic
+
+CATALOGUE = Path(conrod.__file__).parent / "scenes" / "catalogue"
+MOVING = tuple(law for law in LAWS if law != DWELL)
+CAMS = tuple(f"cam-{law}" for law in MOVING)
+# Derivatives that are 0 at both ends, beside the first.
+RESTS = {HARMONIC: (), CYCLOIDAL: (2,), "3-4-5": (2,), "4-5-6-7": (2, 3)}
+LIFT, RISE = 0.033, math.radians(120.0)
+
+
+def profile(law: str, **changed: Any) -> LawProfile:
+    dwell = Segment(DWELL, TURN / 2.0 - RISE, 0.0)
+    segments = (Segment(law, RISE, LIFT), dwell, Segment(law, RISE, -LIFT), dwell)
+    return replace(LawProfile(0.076, 0.009, segments), **changed)
+
+
+@cache
+def tables(name: str) -> dict[str, Any]:
+    return tomllib.loads((CATALOGUE / f"{name}.toml").read_text())
+
+
+@cache
+def shipped(name: str) -> DescribedScene:
+    return scene_of(tables(name))
+
+
+def changed(name: str, **fields: Any) -> dict[str, Any]:
+    """A shipped file with other fields of its profile."""
+    given = dict(tables(name))
+    contact = given["joints"]["contact"]
+    return given | {"joints": given["joints"] | {"contact": contact | {"profile": contact["profile"] | fields}}}
+
+
+# -- laws ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", MOVING)
+def test_a_laws_derivatives_are_those_of_its_height(law: str) -> None:
+    x, step = np.linspace(0.02, 0.98, 193), 1e-5
+    for order in range(5):
+        told = LAWS[law](x, order + 1)
+        quotient = (LAWS[law](x + step, order) - LAWS[law](x - step, order)) / (2.0 * step)
+        assert np.abs(quotient - told).max() < 1e-8 * (2.0 * math.pi) ** (order + 4)
+        # Negative control: the next law's derivative is another one.
+        other = LAWS[MOVING[MOVING.index(law) - 1]](x, order + 1)
+        assert np.abs(quotient - other).max() > 1e-2
+
+
+@pytest.mark.parametrize("law", MOVING)
+def test_a_law_goes_from_0_to_1_and_rests_at_its_ends(law: str) -> None:
+    ends = np.array([0.0, 1.0])
+    np.testing.assert_allclose(LAWS[law](ends, 0), ends, rtol=0.0, atol=1e-15)
+    for order in (1, 2, 3):
+        rests = order == 1 or order in RESTS[law]
+        found = np.abs(LAWS[law](ends, order))
+        # The harmonic law's jerk is 0 at its ends though its acceleration is not.
+        assert np.all(found < 1e-13) if rests or (law, order) == (HARMONIC, 3) else np.all(found > 1.0)
+
+
+def test_the_harmonic_law_is_document_004s_equations() -> None:
+    theta, speed = np.linspace(0.0, RISE, 50), 2.0
+    s, slope, bend = profile(HARMONIC).lift(theta, 2, np.zeros(50, dtype=int))
+    phase = math.pi * theta / RISE
+    np.testing.assert_allclose(s, LIFT / 2.0 * (1.0 - np.cos(phase)), rtol=0.0, atol=1e-15 * LIFT)
+    np.testing.assert_allclose(slope * speed, math.pi * LIFT * speed / (2.0 * RISE) * np.sin(phase), atol=1e-16)
+    printed = math.pi**2 * LIFT * speed**2 / (2.0 * RISE**2) * np.cos(phase)
+    np.testing.assert_allclose(bend * speed**2, printed, atol=1e-15)
+
+
+# -- exact motion ----------------------------------------------------------------------------------------------------
+
+
+def worst_difference(scene: DescribedScene, law: LawProfile) -> float:
+    """Of the generic solver's motion from a law's own derivatives, over the lift; to jerk."""
+    angle = np.linspace(0.0, TURN, 997) + 0.01
+    point, own = scene.motion(angle, 1.0).point("roller"), law.lift(angle, 3)
+    found = [point.position - [0.0, law.prime_radius], point.velocity, point.acceleration, point.jerk]
+    return max(float(np.abs(f - np.column_stack([0.0 * s, s])).max()) for f, s in zip(found, own, strict=True)) / LIFT
+
+
+@pytest.mark.parametrize("name", CAMS)
+def test_the_generic_solver_gives_the_laws_own_derivatives_to_jerk(name: str) -> None:
+    scene = shipped(name)
+    law = scene.mechanism().cam_contacts[0].profile
+    assert isinstance(law, LawProfile)
+    assert worst_difference(scene, law) < 1e-12
+    # Negative control: a lift off by a millionth is seen.
+    wrong = replace(law, segments=tuple(replace(s, lift=s.lift * (1.0 + 1e-6)) for s in law.segments))
+    assert worst_difference(scene, wrong) > 1e-7
+
+
+def test_a_planted_wrong_coefficient_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = shipped("cam-3-4-5")
+    planted = motion_laws._of((0.0, 0.0, 0.0, 10.0, -15.0 + 1e-9, 6.0 - 1e-9))
+    scene.motion([0.0], 1.0)
+    truth = scene.motion(np.linspace(0.1, 2.0, 9), 1.0).point("roller")
+    monkeypatch.setitem(LAWS, "3-4-5", planted)
+    law = scene.mechanism().cam_contacts[0].profile
+    assert isinstance(law, LawProfile)
+    wrong = law.lift(np.linspace(0.1, 2.0, 9), 3)[2]
+    assert np.abs(truth.acceleration[:, 1] - wrong).max() > 1e-12 * LIFT
+
+
+@pytest.mark.parametrize("name", CAMS)
+def test_breaks_are_where_acceleration_or_jerk_jump(name: str) -> None:
+    scene = shipped(name)
+    law = name.removeprefix("cam-")
+    at = [] if law == "4-5-6-7" else [0.0, 120.0, 180.0, 300.0]
+    np.testing.assert_allclose(np.degrees(scene.break_angles()), at, rtol=0.0, atol=1e-7)
+    assert {what for _, what in jumps(scene)} == ({"acceleration"} if law == HARMONIC else {"jerk"} if at else set())
+    size = LIFT / RISE**2
+    for found in scene.breaks():
+        jump = abs(found.left_acceleration[1] - found.right_acceleration[1])
+        assert (jump > size) if law == HARMONIC else (jump < 1e-6 * size)
+        if law != HARMONIC:
+            assert abs(found.left_jerk[1] - found.right_jerk[1]) > size / RISE
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.012, -0.02])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
+    cam = changed("cam-3-4-5", offset=offset, sense="counter-clockwise" if sense > 0 else "clockwise")
+    line = {"kind": "prismatic", "guide": "ground.line", "direction": "90 deg", "slider": "follower"}
+    height = math.sqrt(0.085**2 - offset**2)
+    given = cam | {
+        "ground": {"points": {"line": [-offset, 0.0]}},
+        "joints": cam["joints"] | {"guide": line},
+        "start": {"follower": {"origin": [-offset, height]}},
+        "driver": cam["driver"] | {"sense": "counter-clockwise" if sense > 0 else "clockwise"},
+    }
+    scene = scene_of(given)
+    angle = np.linspace(0.0, TURN, 499) + 0.01
+    point, own = scene.motion(angle, 1.0).point("roller"), profile("3-4-5").lift(angle, 3)
+    np.testing.assert_allclose(point.position[:, 0], -offset, rtol=0.0, atol=1e-15)
+    found = (point.position[:, 1] - height, point.velocity[:, 1], point.acceleration[:, 1], point.jerk[:, 1])
+    assert max(float(np.abs(f - s).max()) for f, s in zip(found, own, strict=True)) < 1e-12 * LIFT * 10.0
+
+
+# -- joint equation --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.012])
+@pytest.mark.parametrize("law", MOVING)
+def test_the_contacts_jacobian_is_the_derivative_of_its_residual(law: str, offset: float) -> None:
+    cam = profile(law, offset=offset, begin=1.3)
+    joint = CamContact("contact", "cam", "follower", cam, (0.01, -0.02), cam.roller_radius)
+    mechanism = shipped("cam-3-4-5").mechanism()
+    poses, step = np.array([[0.003, -0.002, 0.7, 0.02, 0.11, -0.9]]), 1e-7
+
+    def gap(at: Array) -> float:
+        return float(np.squeeze(joint_residual(joint, pose_jets(mechanism, [at]))[0].coefficients[0]))
+
+    rows = joint_jacobian(joint, pose_jets(mechanism, [poses]))[0]
+    told = np.array([float(np.squeeze(value)) for side in rows for value in side])
+    shifts = step * np.eye(6)[:, None, :]
+    measured = np.array([(gap(poses + s) - gap(poses - s)) / (2.0 * step) for s in shifts])
+    assert np.abs(told - measured).max() < 1e-8
+    assert np.abs(told * [1, 1, -1, 1, 1, 1] - measured).max() > 1e-3
+
+
+def test_the_gap_is_the_distance_along_the_normal() -> None:
+    cam = profile(HARMONIC)
+    angle = np.linspace(0.0, TURN, 200)
+    pitch, lifted = cam.pitch(angle), 1e-6
+    joint = CamContact("contact", "cam", "follower", cam, (0.0, 0.0), cam.roller_radius)
+    places = pitch.points + lifted * pitch.normals
+    poses = np.hstack([np.zeros((200, 3)), places, np.zeros((200, 1))])
+    mechanism = shipped("cam-simple-harmonic").mechanism()
+    gap = joint_residual(joint, pose_jets(mechanism, [poses]))[0].coefficients[0]
+    # Off by a part of gap / radius of curvature.
+    np.testing.assert_allclose(gap, lifted, rtol=1e-4)
+
+
+# -- profile ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.012])
+@pytest.mark.parametrize("law", MOVING)
+def test_the_profile_is_the_rollers_envelope(law: str, offset: float) -> None:
+    cam = profile(law, offset=offset)
+    angle = np.linspace(0.0, TURN, 400, endpoint=False) + 1e-3
+    rim, centres, normals = cam.points(angle), cam.pitch(angle).points, cam.pitch(angle).normals
+    distance = np.hypot(*(rim[:, None, :] - centres[None, :, :]).transpose(2, 0, 1))
+    np.testing.assert_allclose(distance.diagonal(), cam.roller_radius, rtol=0.0, atol=1e-16)
+    assert distance.min() > cam.roller_radius - 1e-12
+    tangents = (cam.points(angle + 1e-6) - cam.points(angle - 1e-6)) / 2e-6
+    assert np.abs(np.sum(tangents * normals, axis=1)).max() < 1e-9
+    # Negative control: normals of another law do not fit.
+    other = profile(MOVING[MOVING.index(law) - 1], offset=offset).pitch(angle).normals
+    assert np.abs(np.sum(tangents * other, axis=1)).max() > 1e-4
+
+
+@pytest.mark.parametrize("law", MOVING)
+def test_the_engines_polygon_is_as_near_to_the_profile_as_it_says(law: str) -> None:
+    cam = profile(law)
+    assert cam.is_convex
+    for inset in (0.0, 0.9 * cam.least_radius):
+        polygon = cam_polygon(cam, 400, inset)
+        dense = cam.points(np.linspace(0.0, TURN, 20001)) - inset * cam.pitch(np.linspace(0.0, TURN, 20001)).normals
+        edges = np.roll(polygon.vertices, -1, axis=0) - polygon.vertices
+        outward = np.column_stack([edges[:, 1], -edges[:, 0]]) / np.hypot(*edges.T)[:, None]
+        over = np.max(dense @ outward.T - np.sum(polygon.vertices * outward, axis=1), axis=1)
+        # How far the curve stands out of the polygon, or stays within it, by the nearest facet.
+        assert -polygon.error * (1.0 + 1e-6) <= over.min() < 0.0 < over.max() <= polygon.error * (1.0 + 1e-6)
+        assert over.max() > 0.9 * polygon.error  # the bound is no loose one
+        turned = edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1] - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
+        assert np.all(turned > 0.0)
+
+
+def test_a_cam_that_its_roller_undercuts_is_refused_with_the_least_base_radius() -> None:
+    small = profile("4-5-6-7", base_radius=0.001, roller_radius=0.06)
+    assert not can_roll(small)
+    with pytest.raises(InvalidInput, match=r"undercuts the cam.*base_radius of at least") as refused:
+        check_cut(small)
+    enough = float(str(refused.value).split("at least ")[1].split(" m")[0])
+    check_cut(replace(small, base_radius=enough * 1.001))
+    assert not can_roll(replace(small, base_radius=enough * 0.99))
+
+
+def test_engines_say_that_a_hollow_cam_has_no_convex_shape() -> None:
+    scene = scene_of(changed("cam-4-5-6-7", base_radius="30 mm"))
+    reason = concave_reason(scene.mechanism().cam_contacts[0].profile)
+    assert reason is not None
+    assert "hollow" in reason
+    enough = float(reason.split("at least ")[1].split(" m")[0])
+    assert concave_reason(profile("4-5-6-7", base_radius=enough)) is None
+    for name in ("mujoco", "pymunk"):
+        result = validate_kinematic("hollow", scene, engine_named(name))
+        assert (result.outcome, result.reason) == ("unsupported", reason)
+    assert concave_reason(symmetric_cam(0.036, 0.118, 0.029, 0.080)) is None
+
+
+def test_a_law_has_no_equivalent_linkage() -> None:
+    assert "motion law" in str(linkage_refusal(shipped("cam-3-4-5").mechanism()))
+
+
+# -- files -----------------------------------------------------------------------------------------------------------
+
+RISES, FALLS = {"law": "3-4-5", "over": 2.0, "lift": 0.01}, {"law": "3-4-5", "over": 2.0, "lift": -0.01}
+REFUSED = {
+    "turn": ([RISES, FALLS, {"law": "dwell", "over": 1.0}], "over adds up to 286.478898 deg"),
+    "lift": ([RISES, FALLS | {"lift": -0.009}, {"law": "dwell"}], "lift adds up to 0.001 m"),
+    "two lifts": ([{"law": "3-4-5", "over": 3.0}, {"law": "cycloidal"}], "lift is left out of 2 segments"),
+    "law": ([RISES | {"law": "3-4-6"}], "did you mean '3-4-5'"),
+    "dwell": ([RISES, FALLS, {"law": "dwell", "lift": 0.0}], "unknown field"),
+    "nothing left": ([RISES | {"over": 3.1}, FALLS | {"over": 3.18}, {"law": "dwell"}], "at least 1 deg"),
+    "none": ([], "a list of 1 to 100 segments"),
+    "too low": ([RISES | {"lift": -0.09}, FALLS | {"lift": 0.09}, {"law": "dwell"}], "would reach the shaft"),
+    "undercut": ([RISES | {"over": 0.3, "lift": 0.05}, FALLS | {"lift": -0.05}, {"law": "dwell"}], "undercuts"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
+    segments, told = REFUSED[case]
+    with pytest.raises(InvalidInput) as refused:
+        scene_of(changed("cam-3-4-5", segments=segments))
+    assert told in str(refused.value)
+    assert "joints.contact.profile" in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_what_is_left_out_closes_the_cam() -> None:
+    whole = [RISES, {"law": "dwell", "over": 1.0}, FALLS, {"law": "dwell", "over": TURN - 5.0}]
+    short = [RISES, {"law": "dwell", "over": 1.0}, {"law": "3-4-5", "over": 2.0}, {"law": "dwell"}]
+    one, other = (scene_of(changed("cam-3-4-5", segments=some)) for some in (whole, short))
+    angle = np.linspace(0.0, TURN, 50)
+    first, second = (scene.motion(angle, 1.0).point("roller").jerk for scene in (one, other))
+    np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-14)
+    lower = one.with_parameters(**{"joints.contact.profile.base_radius": 0.08})
+    assert lower.motion([0.0], 1.0).point("roller").position[0, 1] == pytest.approx(0.089, abs=1e-15)
+
+
+def test_a_profile_is_for_its_own_roller() -> None:
+    with pytest.raises(InvalidInput, match=r"made for a roller of 0\.009 m"):
+        CamContact("contact", "cam", "follower", profile(HARMONIC), (0.0, 0.0), 0.01)
+
+
+# -- engines ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_an_engines_own_distance_finds_the_follower_within_the_shapes_error(engine: str) -> None:
+    result = validate_kinematic("cam", shipped("cam-cycloidal"), engine_named(engine))
+    assert result.passed
+    assert result.errors is not None
+    assert result.errors["roller"]["position"]["max"] > 0.1 * result.tolerance.position  # type: ignore[index,operator]
+
+
+@pytest.mark.parametrize("name", CAMS)
+def test_a_dwell_is_no_dead_centre(name: str) -> None:
+    # Where a rise and a fall meet without a dwell, there is one.
+    assert dead_centres(shipped(name)) == ()
+    rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}
+    peaked = scene_of(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
+    (peak,) = dead_centres(peaked)
+    assert math.degrees(peak.angle) == pytest.approx(150.0, abs=1e-3)

@@ -1,0 +1,165 @@
+"""Springs, dampers, forces, torques and a start in motion as a file tells them."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+import conrod
+from conrod.errors import InvalidInput
+from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.mechanism.loads import (
+    Displacement,
+    Distance,
+    Elastic,
+    Friction,
+    SpeedLine,
+    Steady,
+    StrokePulse,
+    TimePulse,
+    Turn,
+    Viscous,
+)
+from conrod.mechanism.mechanism import ConstantForce
+from conrod.scenes.described_scene import scene_of
+from tests.support.described import SLIDER_CRANK, tables
+
+SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism" / "files" / "schema.json").read_text(encoding="utf-8"))
+LOADS: dict[str, Any] = {
+    "springs": {
+        "return": {"connects": ["ground.O12", "slider"], "stiffness": "2 N/mm", "rest": "400 mm"},
+        "wind": {"turns": ["crank", "rod"], "stiffness": "3 N*m/rad", "rest": "90 deg"},
+    },
+    "dampers": {"oil": {"turns": ["ground", "crank"], "damping": 0.5}},
+    "forces": {
+        "weight": {"body": "slider", "force": [0, "-10 N"]},
+        "gas": {"point": "slider", "direction": "180 deg", "law": "constant", "force": "1 kN"},
+        "cut": {
+            "point": "slider", "direction": 0, "law": "stroke-pulse", "peak": "5 kN", "begin": 0.5, "end": "750 mm",
+            "against": "forward",
+        },
+        "knock": {"point": "rod.G", "direction": "90 deg", "law": "time-pulse", "peak": 20, "end": "10 ms"},
+        "slide": {"point": "slider", "direction": 0, "law": "friction", "force": "30 N", "creep": "10 mm/s"},
+    },
+    "torques": {
+        "brake": {"turns": ["ground", "crank"], "law": "constant", "torque": -4},
+        "motor": {"turns": ["ground", "crank"], "law": "speed-line", "stall": "50 N*m", "idle": "300 rpm"},
+        "kick": {"turns": ["ground", "crank"], "law": "time-pulse", "peak": "9 N*m", "begin": 0.1, "end": 0.2},
+        "bearing": {"turns": ["crank", "rod"], "law": "friction", "torque": 0.2, "creep": "1 rad/s"},
+    },
+}  # fmt: skip
+
+
+def loaded(**changes: Any) -> dict[str, Any]:
+    whole = tables(SLIDER_CRANK) | copy.deepcopy(LOADS)
+    return whole | changes
+
+
+def test_every_law_is_read_with_its_coordinate() -> None:
+    mechanism = scene_of(loaded()).mechanism()
+    assert mechanism.forces == (ConstantForce("slider", (0.0, -10.0)),)
+    slider, crank = Displacement("slider", (0.0, 0.0), 0.0), Turn("ground", "crank")
+    assert {load.name: (load.along, load.law) for load in mechanism.loads} == {
+        "springs.return": (Distance("ground", "slider", (0.0, 0.0), (0.0, 0.0)), Elastic(2000.0, 0.4)),
+        "springs.wind": (Turn("crank", "rod"), Elastic(3.0, math.pi / 2.0)),
+        "dampers.oil": (crank, Viscous(0.5)),
+        "forces.gas": (Displacement("slider", (0.0, 0.0), math.pi), Steady(1000.0)),
+        "forces.cut": (slider, StrokePulse(5000.0, 0.5, 0.75, 1)),
+        "forces.knock": (Displacement("rod", (0.28, 0.0), math.pi / 2.0), TimePulse(20.0, 0.0, 0.01)),
+        "forces.slide": (slider, Friction(30.0, 0.01)),
+        "torques.brake": (crank, Steady(-4.0)),
+        "torques.motor": (crank, SpeedLine(50.0, 10.0 * math.pi)),
+        "torques.kick": (crank, TimePulse(9.0, 0.1, 0.2)),
+        "torques.bearing": (Turn("crank", "rod"), Friction(0.2, 1.0)),
+    }
+
+
+def test_the_schema_takes_them_and_refuses_a_wrong_field() -> None:
+    jsonschema.validate(loaded(), SCHEMA)
+    wrong = loaded()
+    wrong["torques"]["motor"]["torque"] = 3
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(wrong, SCHEMA)
+
+
+def test_a_scene_is_known_by_its_loads_and_as_before_where_it_has_none() -> None:
+    bare, whole = scene_of(tables(SLIDER_CRANK)), scene_of(loaded())
+    assert "loads" not in bare.identity()["mechanism"]
+    assert "start_rates" not in bare.identity()
+    assert [load["law"]["kind"] for load in whole.identity()["mechanism"]["loads"]].count("TimePulse") == 2
+    softer = whole.with_parameters(**{"springs.return.stiffness": 1000.0})
+    assert softer.parameters_text != whole.parameters_text
+    assert isinstance(softer.mechanism().loads, tuple)
+
+
+def test_a_motion_starts_at_the_rates_that_are_told_or_at_the_crank_speed() -> None:
+    bare = scene_of(tables(SLIDER_CRANK))
+    assert bare.start_rates == {"crank": 30.0}
+    given = loaded(start={"rod": {"turn": 0}, "crank": {"rate": "-60 rpm"}})
+    scene = scene_of(given)
+    jsonschema.validate(given, SCHEMA)
+    assert scene.start_rates == {"crank": pytest.approx(-2.0 * math.pi)}
+    assert scene.identity() != scene_of(loaded()).identity()
+    motion = ForwardDynamics(scene.mechanism()).motion(np.array([0.0, 1e-3]), rates=scene.start_rates)
+    assert motion.rates[0, 2] == pytest.approx(-2.0 * math.pi)
+
+
+REFUSED = [
+    ("springs.x", {"stiffness": 1}, "give connects"),
+    ("springs.x", {"connects": ["ground", "rod"], "turns": ["ground", "rod"], "stiffness": 1}, "give connects"),
+    ("springs.x", {"connects": ["rod.A", "rod.B"], "stiffness": 1}, "joins 'rod' with itself"),
+    (
+        "springs.x",
+        {"connects": ["ground", "rod"], "stiffness": "2 kg"},
+        "springs.x.stiffness = '2 kg': 'kg' is not a unit",
+    ),
+    ("springs.x", {"connects": ["ground", "rod"], "stiffness": math.inf}, "is not a finite number"),
+    ("springs.x", {"connects": ["ground", "rod"], "stiffness": 0}, "springs.x.stiffness"),
+    ("springs.x", {"connects": ["ground", "rod"], "stifness": 1}, "is 'stifness' meant for it?"),
+    ("dampers.x", {"turns": ["crank", "crank"], "damping": 1}, "does not turn against itself"),
+    ("dampers.x", {"turns": ["crank", "rodd"], "damping": 1}, "did you mean 'rod'"),
+    ("forces.x", {"point": "ground.O12", "direction": 0, "law": "constant", "force": 1}, "moves nothing"),
+    ("forces.x", {"point": "rod.G", "direction": 0, "law": "constnt", "force": 1}, "did you mean 'constant'"),
+    ("forces.x", {"body": "rod", "force": [0, 1], "law": "constant"}, "unknown field in forces.x 'law'"),
+    (
+        "forces.x",
+        {"point": "rod.G", "direction": 0, "law": "time-pulse", "peak": 1, "begin": 2, "end": 1},
+        "less than end",
+    ),
+    ("forces.x", {"point": "rod.G", "direction": 0, "law": "friction", "force": 1, "creep": 0}, "forces.x.creep"),
+    (
+        "forces.x",
+        {"point": "rod.G", "direction": 0, "law": "stroke-pulse", "peak": 1, "begin": 0, "end": 1, "against": "both"},
+        "unknown forces.x.against 'both'",
+    ),
+    ("torques.x", {"turns": ["ground", "crank"], "law": "speed-line", "stall": 1, "idle": 0}, "torques.x.idle"),
+    ("torques.x", {"turns": ["ground", "crank"], "law": "constant", "torque": math.nan}, "is not a finite number"),
+    ("torques.x", {"turns": ["ground"], "law": "constant", "torque": 1}, "the names of two bodies are wanted"),
+    ("start.crank", {"turn": 1, "rate": 3}, "leave it out but for its rate"),
+    ("start.ground", {"rate": 3}, "it does not move"),
+    ("start.crank", {"rate": "3 m"}, "start.crank.rate"),
+]
+
+
+@pytest.mark.parametrize(("place", "value", "expected"), REFUSED)
+def test_what_cannot_be_used_is_told_by_its_place(place: str, value: Any, expected: str) -> None:
+    whole = loaded()
+    table, name = place.split(".")
+    whole[table] = whole.get(table, {}) | {name: value}
+    with pytest.raises(InvalidInput) as caught:
+        scene_of(whole)
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_rates_of_bodies_that_contradict_the_joints_are_refused() -> None:
+    scene = scene_of(loaded(start={"rod": {"turn": 0, "rate": 3}, "crank": {"rate": 5}}))
+    with pytest.raises(InvalidInput, match="contradicts the joints"):
+        ForwardDynamics(scene.mechanism()).motion(np.array([0.0, 0.1]), rates=scene.start_rates)

@@ -1,0 +1,296 @@
+"""Mechanism files: what stands in them is what is read, and what cannot be used is refused by its place."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
+from conrod.mechanism.rolling import Rack, Rolling
+from conrod.scenes.described_scene import read_scene, scene_of
+from tests.support.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
+
+
+def refusal(given: dict[str, Any]) -> str:
+    with pytest.raises(InvalidInput) as told:
+        scene_of(given)
+    assert "\n" not in str(told.value)
+    return str(told.value)
+
+
+# -- what is read ----------------------------------------------------------------------------------------------------
+
+
+def test_numbers_with_units_become_si() -> None:
+    mechanism = read_scene(SLIDER_CRANK).mechanism()
+    assert [body.name for body in mechanism.bodies] == ["crank", "rod", "slider"]
+    assert [joint.name for joint in mechanism.joints] == ["shaft", "crank-pin", "slider-pin", "slide"]
+    pin, slide = mechanism.joints[1], mechanism.joints[3]
+    assert isinstance(pin, Revolute)
+    assert (pin.a, pin.point_a, pin.b, pin.point_b) == ("crank", (0.3, 0.0), "rod", (0.0, 0.0))
+    assert isinstance(slide, Prismatic)
+    assert (slide.a, slide.direction) == (GROUND, 0.0)
+
+
+def test_a_uniform_bar_and_a_uniform_disc_have_the_textbook_inertia() -> None:
+    rod = read_scene(SLIDER_CRANK).mechanism().body("rod")
+    assert rod.inertia == pytest.approx(5.0 * 0.56**2 / 12.0, rel=1e-15)
+    assert rod.centre_of_gravity == (0.28, 0.0)
+    disc = {"uniform": "disc", "radius": "200 mm", "mass": 3, "points": {"A": [0.3, 0]}}
+    assert scene_of(changed(SLIDER_CRANK, "bodies.crank", disc)).mechanism().body("crank").inertia == pytest.approx(
+        0.06
+    )
+
+
+def test_the_four_bar_has_the_printed_velocities_at_its_printed_instant() -> None:
+    scene = read_scene(FOUR_BAR)
+    at_start = scene.motion(0.0, scene.speed)
+    assert np.linalg.norm(at_start.point("A").velocity) == pytest.approx(6.6, rel=1e-12)
+    assert np.linalg.norm(at_start.point("B").velocity) == pytest.approx(5.8, rel=1e-12)
+    assert scene.span == pytest.approx((math.radians(-10.0), math.radians(60.0)))
+
+
+def test_the_slider_crank_moves_as_its_closed_form_says() -> None:
+    scene, angle = read_scene(SLIDER_CRANK), np.linspace(0.0, 2.0 * np.pi, 37)
+    exact = 0.3 * np.cos(angle) + np.sqrt(0.56**2 - (0.3 * np.sin(angle)) ** 2)
+    assert np.abs(scene.motion(angle, 30.0).point("B").position[:, 0] - exact).max() < 1e-14
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+@pytest.mark.parametrize("seed", range(5))
+def test_order_of_declaration_does_not_matter(path: Path, seed: int) -> None:
+    usual, other = read_scene(path), scene_of(shuffled(tables(path), seed))
+    assert other.mechanism() == usual.mechanism()
+    assert other.parameters_text == usual.parameters_text
+    angles = np.linspace(*(usual.span or (0.0, 6.0)), 9)
+    for name, point in usual.motion(angles, usual.speed).points.items():
+        assert np.array_equal(other.motion(angles, usual.speed).point(name).jerk, point.jerk)
+
+
+def test_shuffling_does_shuffle() -> None:
+    assert [list(shuffled(tables(), seed)) for seed in range(3)] != [list(tables())] * 3
+
+
+def test_points_given_where_they_are_drawn_make_the_same_machine() -> None:
+    drawn = tables(SLIDER_CRANK)
+    drawn["drawn"] = True
+    del drawn["start"]
+    drawn["bodies"]["rod"]["points"] = {"A": [0.3, 0], "B": [0.86, 0], "G": [0.58, 0]}
+    drawn["bodies"]["slider"] |= {"points": {"B": [0.86, 0]}, "centre_of_gravity": [0.86, 0]}
+    drawn["joints"]["slider-pin"]["connects"] = ["rod.B", "slider.B"]
+    drawn["joints"]["slide"]["slider"] = "slider.B"
+    drawn["observed"]["B"] = "slider.B"
+    usual, angle = read_scene(SLIDER_CRANK), np.linspace(0.0, 6.0, 25)
+    ours, theirs = usual.motion(angle, 30.0).point("B"), scene_of(drawn).motion(angle, 30.0).point("B")
+    assert np.abs(ours.position - theirs.position).max() < 1e-14
+
+
+def test_the_start_picks_the_branch() -> None:
+    other = scene_of(changed(SLIDER_CRANK, "start.rod.turn", "180 deg"))
+    assert other.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.3 - 0.56)
+
+
+def test_a_direction_may_be_told_by_two_points() -> None:
+    given = changed(
+        SLIDER_CRANK, "joints.slide", {"kind": "prismatic", "guide": ["ground.O12", "ground.P"], "slider": "slider"}
+    )
+    given["ground"]["points"]["P"] = [5, 0]
+    assert scene_of(given).mechanism() == read_scene(SLIDER_CRANK).mechanism()
+
+
+# -- what rolls ------------------------------------------------------------------------------------------------------
+
+
+def gear_train(ring: bool = False, at: str = "80 mm") -> dict[str, Any]:
+    """A crank that carries the pinion, and a wheel on a shaft of its own."""
+    wheel = {"uniform": "disc", "radius": "60 mm", "mass": 2, "points": {"P": ["50 mm", 0]}}
+    mesh: dict[str, Any] = {"kind": "gear", "wheels": ["crank", "wheel"], "radii": ["20 mm", "60 mm"]}
+    return {
+        "name": "gears", "title": "Two gears", "source": "test",
+        "driver": {"joint": "shaft", "speed": "60 rpm"},
+        "ground": {"points": {"O": [0, 0], "Q": [at, 0]}},
+        "bodies": {"crank": {"uniform": "disc", "radius": "20 mm", "mass": 1}, "wheel": wheel},
+        "joints": {
+            "shaft": {"kind": "revolute", "connects": ["ground.O", "crank"]},
+            "axle": {"kind": "revolute", "connects": ["ground.Q", "wheel"]},
+            "mesh": mesh | ({"ring": "wheel"} if ring else {}),
+        },
+        "observed": {"P": "wheel.P"},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("ring", "at", "ratio"), [(False, "80 mm", -1 / 3), (True, "40 mm", 1 / 3)])
+def test_gears_turn_by_the_ratio_of_their_radii(ring: bool, at: str, ratio: float) -> None:
+    given = gear_train(ring, at)
+    given["driver"] |= {"from": 0, "to": 1.0}
+    scene = scene_of(given)
+    (mesh,) = scene.mechanism().meshes
+    assert isinstance(mesh, Rolling)
+    poses = scene.kinematics.poses(np.array([0.0, 0.9]))
+    turn = poses[:, 3 * scene.mechanism().body_index["wheel"] + 2]
+    # It stands at the start as the file says (turn 0 where it says nothing), and goes on from there.
+    assert turn == pytest.approx([0.0, 0.9 * ratio], abs=1e-14)
+
+
+def test_gears_that_do_not_touch_are_refused() -> None:
+    assert "the centres are 0.081 m apart, the radii ask for 0.08 m" in refusal(gear_train(at="81 mm"))
+
+
+def test_a_rack_is_moved_by_its_wheel() -> None:
+    given = gear_train()
+    given["bodies"]["wheel"] = {"mass": 1, "inertia": 1}
+    given["ground"]["points"]["Q"] = [0, "-20 mm"]
+    given["joints"]["axle"] = {"kind": "prismatic", "guide": "ground.Q", "direction": 0, "slider": "wheel"}
+    given["joints"]["mesh"] = {"kind": "rack", "wheel": "crank", "rack": "wheel", "direction": 0, "radius": "20 mm"}
+    given["observed"]["P"] = "wheel"
+    # Where along its slide it stands is not told by the joints: this is what a rack's phase is.
+    assert "as in start.wheel.origin = [0, 0]" in refusal(given)
+    given["start"] = {"wheel": {"origin": [0, "-20 mm"]}}
+    given["driver"] |= {"from": 0, "to": 1.0}
+    scene = scene_of(given)
+    assert isinstance(scene.mechanism().meshes[0], Rack)
+    assert scene.motion([0.0, 0.5], 1.0).point("P").position[:, 0] == pytest.approx([0.0, 0.01], abs=1e-15)
+
+
+# -- what is refused -------------------------------------------------------------------------------------------------
+
+UNUSABLE = [
+    ("bodies.rod.mass", "-1 kg", "bodies.rod.mass = -1 kg is out of range"),
+    ("bodies.rod.mass", math.nan, "bodies.rod.mass = nan is not a finite number"),
+    ("bodies.rod.mass", "5 mm", "'mm' is not a unit of kg"),
+    ("bodies.rod.mass", True, "bodies.rod.mass = true is not a number"),
+    ("bodies.rod.mass", 10**400, "too many digits"),
+    ("bodies.rod.mas", 1, "unknown field in bodies.rod 'mas'"),
+    ("bodies.rod.inertia", 1, "bodies.rod.inertia: a uniform bar has its own"),
+    ("bodies.rod.ends", ["A", "C"], "unknown point in bodies.rod.ends 'C'"),
+    ("bodies.rod.points.B", [0, 0], "the ends of the uniform bar are one and the same place"),
+    ("bodies.rod.points.B", [1, 0, 0], "three coordinates: only planar mechanisms"),
+    ("bodies.rod.points.turn", [1, 0], "cannot be a point's name"),
+    ("bodies.rod.uniform", "cube", "unknown bodies.rod.uniform 'cube': choose from bar, disc"),
+    ("bodies.ground", {"mass": 1, "inertia": 1}, "the ground does not move"),
+    ("bodies.a b", {"mass": 1, "inertia": 1}, "'a b' cannot be a name"),
+    ("bodies.extra", {"mass": 1, "inertia": 1}, "bodies.extra: no joint holds it"),
+    ("bodies", {}, "there are no bodies"),
+    ("bodies", 3, "bodies = 3: a table is wanted"),
+    ("joints.crank-pin.connects", ["crank.A", "crank"], "it joins 'crank' with itself"),
+    ("joints.crank-pin.connects", ["crank.A", "rood.A"], "unknown body in joints.crank-pin.connects[1] 'rood'"),
+    ("joints.crank-pin.connects", ["crank.B", "rod.A"], "unknown point of crank in joints.crank-pin.connects[0] 'B'"),
+    ("joints.crank-pin.connects", "crank.A", "the points of two bodies are wanted"),
+    ("joints.crank-pin.kind", "revolut", "unknown joints.crank-pin.kind 'revolut'"),
+    ("joints.crank-pin.kind", "spherical", "a spatial mechanism (mobility 0 by Kutzbach's count in space)"),
+    ("joints.crank-pin", None, "mobility 3: 3 x 3 moving bodies - 2 x 3 lower - 0 higher pairs"),
+    ("joints.extra", {"kind": "revolute", "connects": ["ground.O12", "rod.G"]}, "mobility -1"),
+    ("joints.slide.direction", None, "joints.slide: there is no 'direction', which is needed"),
+    ("driver.joint", "crank-pin", "the crank's revolute joint with the ground is wanted"),
+    ("driver.joint", "schaft", "did you mean 'shaft'?"),
+    ("driver.speed", 0, "driver.speed = 0 rad/s is out of range"),
+    ("driver.speed", "5 Hz", "Hz may mean"),
+    ("driver.sense", "left", "unknown driver.sense 'left'"),
+    ("driver.from", 0, "driver: there is no 'to'"),
+    ("start.crank", {"turn": 0}, "start.crank: leave it out: driver.start tells its turn"),
+    ("start.rod", {}, "start.rod: where it is at crank angle 0 does not follow"),
+    ("start.rod", {"Q": [0, 0]}, "unknown point of rod in start.rod 'Q'"),
+    ("observed", {}, "there are no observed points"),
+    ("observed.B", "ground.O12", "a point of the ground does not move"),
+    ("output", "X", "unknown output 'X'"),
+    ("output", None, "there is no 'output'"),
+    ("title", None, "there is no 'title'"),
+    ("title", "a\u0007b", "cannot be printed"),
+    ("title", "", "a text of 1 to"),
+    ("name", "../saw", "cannot be a name"),
+    ("gravity", [0, 0, -9.81], "two numbers are wanted"),
+    ("forces.f", {"body": "rodd", "force": [0, 1]}, "did you mean 'rod'?"),
+    ("profile", "/etc/passwd", "unknown field 'profile'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("place", "value", "expected"), UNUSABLE, ids=[f"{p}-{e[:30]}" for p, _, e in UNUSABLE])
+def test_what_cannot_be_used_is_told_by_its_place(place: str, value: Any, expected: str) -> None:
+    assert expected in refusal(changed(SLIDER_CRANK, place, value))
+
+
+def renamed(old: str, new: str) -> dict[str, Any]:
+    """The slider-crank with another name for something."""
+    text = json.dumps(tables()).replace(f'"{old}"', f'"{new}"').replace(f'"{old}.', f'"{new}.')
+    return dict(json.loads(text))
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (renamed("rod", "world"), "bodies.world: MuJoCo has this name for the ground"),
+        (renamed("crank-pin", "crank"), "joints.crank: models have this name for the driven joint"),
+        (changed(SLIDER_CRANK, "observed.rod", "rod.G"), "observed.rod: a body has this name"),
+    ],
+)
+def test_names_that_models_have_two_uses_for_are_refused(given: dict[str, Any], expected: str) -> None:
+    assert expected in refusal(given)
+    assert scene_of(renamed("rod", "worlds"))
+    assert scene_of(renamed("shaft", "crank"))
+
+
+def test_an_input_that_cannot_turn_is_told_how_far_it_reaches() -> None:
+    given = tables(FOUR_BAR)
+    del given["driver"]["from"], given["driver"]["to"]
+    told = refusal(given)
+    assert "cannot turn fully" in told
+    # The printed instant is at 60.39 deg, the limits of the input are +-88.86 deg, and its angle counts clockwise.
+    assert "it reaches -28.4" in told
+    assert "to 149." in told
+
+
+def test_a_start_that_leads_to_another_assembly_is_refused() -> None:
+    assert "leads to an assembly where it is" in refusal(changed(SLIDER_CRANK, "start.rod.turn", "89 deg"))
+
+
+def test_two_parts_of_which_one_is_locked_and_one_loose_are_refused() -> None:
+    # The count is 1, but a bar too many locks the crank and another one swings freely.
+    given = tables(SLIDER_CRANK)
+    given["bodies"]["loose"] = {"mass": 1, "inertia": 1, "points": {"P": [0.1, 0]}}
+    given["bodies"]["tie"] = {"mass": 1, "inertia": 1, "points": {"P": [0.5, 0]}}
+    given["joints"]["l"] = {"kind": "revolute", "connects": ["rod.G", "loose"]}
+    given["joints"]["t"] = {"kind": "revolute", "connects": ["ground.O12", "tie"]}
+    given["joints"]["u"] = {"kind": "revolute", "connects": ["tie.P", "rod.G"]}
+    given["start"] |= {"loose": {"turn": 1}, "tie": {"turn": 0.1}}
+    assert refusal(given)
+
+
+# -- files -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"", "there is no 'name'"),
+        (b"name = ", "it is no TOML"),
+        (b"a = 1\na = 2", "it is no TOML"),
+        (b"\xff\xfe", "no text in UTF-8"),
+        (b"a = " + b"[" * 5000, "too deep"),
+        (b"a = " + b"[" * 60 + b"]" * 60, "too deep"),
+        (b"a" + b".a" * 50000 + b" = 1", "a name of more than"),
+        (b"x = {a" + b' . "a"' * 30000 + b" = 1}", "line 1: a name of more than"),
+        (b"a = " + b"9" * 5000, "it is no TOML"),
+        (b"#" * 300_000, "too large"),
+        (b"name = 1979-05-27", "name = a date: a text is wanted"),
+    ],
+    ids=["empty", "broken", "twice", "bytes", "deep", "nested", "dotted", "quoted", "digits", "large", "date"],
+)
+def test_an_error_names_the_file(tmp_path: Path, content: bytes, expected: str) -> None:
+    path = tmp_path / "machine.toml"
+    path.write_bytes(content)
+    with pytest.raises(InvalidInput) as told:
+        read_scene(path)
+    assert str(told.value).startswith(f"{path}: ")
+    assert expected in str(told.value)
+
+
+def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "missing.toml", Path("/dev/zero")):
+        with pytest.raises(InvalidInput, match=str(path)):
+            read_scene(path)

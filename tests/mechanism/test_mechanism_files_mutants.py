@@ -1,0 +1,131 @@
+"""Mutated copies of the files that ship: one clear line, or a mechanism that both engines take without a crash."""
+
+from __future__ import annotations
+
+import os
+import signal
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.mechanism.files.toml_file import MOST_BYTES
+from conrod.scenes.described_scene import DescribedScene, read_scene
+from conrod.studies.execution.isolation import isolated
+from tests.support import mutants
+from tests.support.described import SHIPPED
+
+LONGEST_TIME = 20  # [s] of CPU time; a machine under load must not decide what hangs
+FEW, MANY = 2, 100  # of each file
+
+
+@contextmanager
+def in_time(what: str, longest: float = LONGEST_TIME) -> Iterator[None]:
+    """Fail what takes too long, wherever it is."""
+
+    def late(*_: object) -> None:
+        raise TimeoutError(f"{what} takes more than {longest} s")
+
+    before = signal.signal(signal.SIGVTALRM, late)
+    signal.setitimer(signal.ITIMER_VIRTUAL, longest)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def tried(path: Path, seeds: range, engines: bool) -> Counter[str]:
+    """How many of a file's mutants were refused, and how many moved; those are stepped in both engines too."""
+    warnings.simplefilter("error")
+    ends: Counter[str] = Counter()
+    for seed in seeds:
+        with in_time(f"{path.name}, mutant {seed}"):
+            found = mutants.read(mutants.mutant(path, seed))
+            if isinstance(found, DescribedScene):
+                mutants.moved(found)
+                if engines:
+                    mutants.stepped(found)
+            ends["valid" if isinstance(found, DescribedScene) else "refused"] += 1
+    return ends
+
+
+def test_mutants_are_refused_in_one_line_or_move() -> None:
+    ends: Counter[str] = Counter()
+    for path in SHIPPED:
+        ends += tried(path, range(FEW), engines=False)
+    # Negative control: the mutants get through to motion, and not all of them do.
+    assert ends["valid"] > 5
+    assert ends["refused"] > 5
+
+
+def test_mutants_that_move_do_not_crash_an_engine() -> None:
+    answer = isolated(tried, SHIPPED[-1], range(8), True, timeout=300.0)
+    assert isinstance(answer, Counter), answer
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_many_mutants(path: Path) -> None:
+    answer = isolated(tried, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
+    assert isinstance(answer, Counter), answer
+
+
+def test_what_hangs_is_seen() -> None:
+    # Negative control of the time limit.
+    with pytest.raises(TimeoutError), in_time("a loop", 0.05):
+        sum(k for k in iter(int, 1))
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"", "there is no 'name'"),
+        (b"\xff\xfe", "no text in UTF-8"),
+        (b"a = 1\n" * 2, "no TOML"),
+        (b"#" * (MOST_BYTES + 1), "too large"),
+        (b"a = " + b"[" * 5000, "too deep|no TOML"),
+        (b"\x00", "no TOML"),
+    ],
+    ids=["empty", "no-utf-8", "twice", "huge", "deep", "null"],
+)
+def test_files_that_are_none(tmp_path: Path, content: bytes, expected: str) -> None:
+    path = tmp_path / "own.toml"
+    path.write_bytes(content)
+    with pytest.raises(InvalidInput, match=expected) as told:
+        read_scene(path)
+    mutants.one_line(told.value)
+
+
+def test_a_roller_on_the_axis_of_its_cam_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    cam = next(path for path in SHIPPED if path.stem == "cam-simple-harmonic")
+    text = cam.read_text(encoding="utf-8")
+    path.write_text(text.replace('"85 mm"', '"0 mm"'), encoding="utf-8")
+    assert '"85 mm"' in text
+    with pytest.raises(InvalidInput) as told:
+        read_scene(path)
+    mutants.one_line(told.value)
+
+
+def test_line_ends_of_windows_change_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    path.write_bytes(SHIPPED[-1].read_bytes().replace(b"\n", b"\r\n"))
+    assert read_scene(path).parameters_text == read_scene(SHIPPED[-1]).parameters_text
+
+
+def test_paths_that_are_no_files(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "folder.toml").mkdir()
+    (tmp_path / "loop.toml").symlink_to("loop.toml")
+    (tmp_path / "nowhere.toml").symlink_to("none.toml")
+    for path in (*tmp_path.glob("*.toml"), Path("/dev/zero"), Path("/dev/null"), tmp_path / ("a" * 300)):
+        with in_time(str(path)), pytest.raises(InvalidInput) as told:
+            read_scene(path)
+        mutants.one_line(told.value)
+    (tmp_path / "link.toml").symlink_to(SHIPPED[0])
+    assert read_scene(tmp_path / "link.toml").kind == SHIPPED[0].stem

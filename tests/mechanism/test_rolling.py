@@ -1,0 +1,190 @@
+"""Gears, racks and sliders on moving links, and inputs that make one pass: exact motion, both engines, defects."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rolling_machines import (
+    CRANK,
+    MACHINES,
+    PASS,
+    PIVOT,
+    PLANET,
+    RING,
+    SPEED,
+    SUN,
+    TOOTH,
+    WHEEL,
+    driven,
+    gear_pair,
+    inverted_slider_crank,
+    planetary_gear,
+    poses_of,
+    rack_and_wheel,
+    swinging_four_bar,
+    turned_wheel,
+    wheel_on_a_track,
+)
+
+from conrod.engines.tree import spanning_tree
+from conrod.errors import InvalidInput
+from conrod.exact.generic_reference import GenericReference
+from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic
+from conrod.mechanism.rolling import Rack, Rolling
+from conrod.runs.outcome import joint_gaps
+
+ANGLES = np.linspace(-7.0, 15.0, 37)
+# -- equations -------------------------------------------------------------------------------------------------------
+
+JOINTS: tuple[Joint, ...] = (
+    Rolling("mesh", "a", "b", (0.1, 0.2), (-0.1, 0.3), 0.3, 0.2, 0.05),
+    Rolling("mesh", "a", "b", (0.0, 0.0), (-0.1, 0.3), -0.3, 0.2),
+    Rack("rack", "a", "b", (0.1, 0.2), (0.3, 0.1), 0.2, 0.7, 0.01),
+    Rack("rack", "a", GROUND, (0.0, 0.0), (0.3, 0.1), 0.2, 0.7),
+    Prismatic("slide", "a", "b", (0.1, 0.2), (0.3, 0.1), 0.7, 0.1),
+)
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+def test_jacobian_and_series_of_a_joint_are_the_derivatives_of_its_residual(joint: Joint) -> None:
+    two = Mechanism("two", (Body("a", 1.0, 1.0), Body("b", 1.0, 1.0)), (joint,), Driver(joint.name), {}, ())
+    start, way, bend = np.random.default_rng(3).normal(size=(3, 1, 6))
+    series = joint_residual(joint, pose_jets(two, [start, way, bend]))[0].coefficients
+
+    def gap(time: float) -> float:
+        return float(
+            np.ravel(joint_residual(joint, pose_jets(two, [start + time * way + time**2 * bend]))[0].coefficients[0])[0]
+        )
+
+    h = 1e-3
+    before, here, after = gap(-h), gap(0.0), gap(h)
+    np.testing.assert_allclose(np.ravel(series[1])[0], (after - before) / (2 * h), atol=1e-5)
+    np.testing.assert_allclose(np.ravel(series[2])[0], (after - 2 * here + before) / (2 * h**2), atol=1e-5)
+    by_a, by_b = joint_jacobian(joint, pose_jets(two, [start]))[0]
+    entries = [float(np.ravel(entry)[0]) for entry in (*by_a, *(by_b if joint.b != GROUND else (0.0, 0.0, 0.0)))]
+    np.testing.assert_allclose(np.array(entries) @ way[0], np.ravel(series[1])[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_rolling_pairs_count_as_higher_pairs_and_leave_one_freedom(name: str) -> None:
+    machine = driven(MACHINES[name])
+    assert machine.described.mobility == 1
+    rank = np.linalg.matrix_rank(machine.kinematics.jacobian(machine.kinematics.start)[0])
+    assert rank == 3 * len(machine.described.bodies)
+
+
+# -- exact motion ----------------------------------------------------------------------------------------------------
+
+
+def _turn(machine: GenericReference, body: str, angle: Array = ANGLES) -> Array:
+    return poses_of(machine, body, angle)[:, 2]
+
+
+def test_gears_turn_by_the_ratio_of_their_radii_and_a_ring_in_the_same_sense() -> None:
+    np.testing.assert_allclose(_turn(driven(gear_pair()), "wheel"), -TOOTH / WHEEL * ANGLES, atol=1e-12)
+    np.testing.assert_allclose(_turn(driven(gear_pair(TOOTH, -WHEEL)), "wheel"), TOOTH / WHEEL * ANGLES, atol=1e-12)
+
+
+def test_planetary_gear_turns_by_willis_formula() -> None:
+    machine = driven(planetary_gear())
+    np.testing.assert_allclose(_turn(machine, "planet"), (1.0 + SUN / PLANET) * ANGLES, atol=1e-12)
+    np.testing.assert_allclose(_turn(machine, "ring"), (1.0 + SUN / RING) * ANGLES, atol=1e-12)
+    free, sun = driven(planetary_gear("sun")), (2.0 / 3.0) ** 2 * ANGLES
+    np.testing.assert_allclose(_turn(free, "ring"), ANGLES + SUN / RING * (ANGLES - sun), atol=1e-12)
+
+
+def test_rack_takes_its_wheel_along() -> None:
+    machine = driven(rack_and_wheel())
+    way = poses_of(machine, "rack", ANGLES)[:, 0] - 0.4
+    # The line's left is up: a rack that moves to the right beneath its wheel turns it counter-clockwise.
+    np.testing.assert_allclose(_turn(machine, "wheel"), way / WHEEL, atol=1e-12)
+
+
+def test_wheel_that_rolls_along_a_track_never_comes_back_and_is_exact_all_the_way() -> None:
+    machine, angle = driven(wheel_on_a_track()), np.linspace(-10.0, 40.0, 23)
+    place = poses_of(machine, "wheel", angle)
+    np.testing.assert_allclose(place[:, 0], 0.2 + TOOTH * angle, atol=1e-12)
+    np.testing.assert_allclose(place[:, 2], -TOOTH / WHEEL * angle, atol=1e-12)
+
+
+def test_inverted_slider_crank_has_the_motion_of_its_closed_form() -> None:
+    machine = driven(inverted_slider_crank())
+    angle = np.linspace(0.0, 2.0 * math.pi, 25)
+    along = CRANK * np.exp(1j * angle) - PIVOT[0]
+    motion = machine.motion(angle, SPEED).point("tip")
+    tip = PIVOT[0] + 0.3 * along / np.abs(along)
+    np.testing.assert_allclose(motion.position, np.column_stack([tip.real, tip.imag]), atol=1e-13)
+    rate = (CRANK * 1j * np.exp(1j * angle) / along).imag
+    np.testing.assert_allclose(np.linalg.norm(motion.velocity, axis=1), 0.3 * np.abs(rate) * SPEED, atol=1e-12)
+
+
+# -- one pass --------------------------------------------------------------------------------------------------------
+
+
+def test_input_that_cannot_turn_is_looked_at_over_its_span_alone() -> None:
+    kinematics = driven(swinging_four_bar(PASS)).kinematics
+    angles = kinematics.angles(11)
+    assert (angles[0], angles[-1]) == PASS == kinematics.span
+    poses = kinematics.poses(angles)
+    gaps = joint_gaps(kinematics.mechanism, [poses])
+    assert max(np.abs(gap).max() for gap in gaps.values()) < 1e-15
+    joint = kinematics.motion(np.linspace(*PASS, 4001), 1.0).point("joint").position
+    assert kinematics.lengths["joint"] == pytest.approx(np.linalg.norm(joint[0] - joint[-1]), rel=1e-3)
+    whole = driven(swinging_four_bar(None)).kinematics
+    np.testing.assert_allclose(whole.poses(angles), poses, atol=1e-12)
+
+
+def test_span_beyond_the_limit_of_the_linkage_is_refused_with_the_angle() -> None:
+    limit = math.radians(88.86) - 1.0540538523344571
+    with pytest.raises(InvalidInput, match="swinging-four-bar cannot be assembled at crank angle") as told:
+        _ = driven(swinging_four_bar((-0.1, limit + 0.01))).lengths
+    reached = str(told.value).split(" deg")[0].split()[-1]
+    assert float(reached) == pytest.approx(math.degrees(limit), abs=0.01)
+    assert driven(swinging_four_bar((-0.1, limit - 0.01))).lengths["joint"] > 0.0
+
+
+@pytest.mark.parametrize("span", [(0.1, 0.5), (0.3, -0.3), (0.0, 0.0), (0.0, math.nan), (-math.inf, 0.0)])
+def test_span_that_is_none_is_refused(span: tuple[float, float]) -> None:
+    with pytest.raises(InvalidInput, match="span of the driver shaft"):
+        Driver("shaft", span=span)
+
+
+# -- defects ---------------------------------------------------------------------------------------------------------
+
+
+def test_wrong_radius_is_refused_because_the_wheels_do_not_touch() -> None:
+    with pytest.raises(InvalidInput, match=r"mesh: the centres are 0.13 m apart, the radii ask for 0.131 m"):
+        _ = driven(turned_wheel(gear_pair(), "mesh", WHEEL + 0.001)).lengths
+    lifted = replace(rack_and_wheel(), joints=tuple(
+        replace(j, point_b=(0.0, 0.002)) if isinstance(j, Rack) else j for j in rack_and_wheel().joints))  # fmt: skip
+    with pytest.raises(InvalidInput, match=r"0.078 m left of the line, the radius asks for 0.08 m"):
+        _ = driven(lifted).lengths
+
+
+@pytest.mark.parametrize("radii", [(0.1, -0.1), (0.1, -0.05), (-0.1, -0.2), (0.0, 0.1), (math.nan, 0.1)])
+def test_radii_that_cannot_roll_are_refused(radii: tuple[float, float]) -> None:
+    with pytest.raises(InvalidInput, match="mesh"):
+        Rolling("mesh", "a", "b", (0.0, 0.0), (0.0, 0.0), *radii)
+
+
+def test_slides_alone_cannot_close_a_loop() -> None:
+    wedge = Mechanism(
+        "wedge",
+        (Body("crank", 1.0, 1.0), Body("wedge", 1.0, 1.0), Body("follower", 1.0, 1.0)),
+        (
+            inverted_slider_crank().joints[0],
+            Prismatic("floor", GROUND, "wedge", (0.0, 0.0), (0.0, 0.0), 0.0),
+            Prismatic("slope", "wedge", "follower", (0.0, 0.0), (0.0, 0.0), 0.5),
+            Prismatic("wall", GROUND, "follower", (0.0, 0.0), (0.0, 0.0), math.pi / 2),
+        ),
+        Driver("shaft"),
+        {"crank": (0.0, 0.0, 0.0), "wedge": (0.0, 0.0, 0.0), "follower": (0.0, 0.0, 0.0)},
+        (),
+    )
+    with pytest.raises(InvalidInput, match="'wall' closes a loop of slides alone"):
+        spanning_tree(wedge, np.zeros(9))

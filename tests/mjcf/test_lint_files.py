@@ -1,0 +1,439 @@
+"""`conrod lint` with users' files: includes and assets, `--fix`, and what a user may get wrong."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import pytest
+from own_model_edits import scaled
+
+from conrod.cli import main
+from conrod.cli.lint import _outputs
+from conrod.errors import InvalidInput
+from conrod.mjcf.lint.document import Document, differing
+from conrod.mjcf.lint.edits import Exclude
+from conrod.mjcf.lint.finding import Report, Request
+from conrod.mjcf.lint.linting import lint, prepared
+from conrod.own.models.model_files import files_of_model
+from conrod.own.models.request import Place
+from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
+from tests.support.planted_models import SAW, closed_twice, colliding_links, renamed, replaced, without_start_speeds
+
+SHORT = Request(seconds=0.03)
+CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)) + "".join(
+    f"f {face}\n" for face in ("1 2 4", "1 4 3", "5 7 8", "5 8 6", "1 5 6", "1 6 2", "3 4 8", "3 8 7", "1 3 7", "1 7 5")
+) + "f 2 6 8\nf 2 8 4\n"  # fmt: skip
+
+# A gripper on a floating palm above a floor: two fingers, each a parallelogram closed by a connect and coupled by a
+# joint equality and a tendon; a mesh, an include, a frame, a replicate, defaults, and next to no names.
+GRIPPER = """
+<mujoco>
+  <compiler meshdir="shapes" autolimits="true"/>
+  <option timestep="0.001" integrator="implicitfast"><flag autoreset="disable"/></option>
+  <include file="parts/defaults.xml"/>
+  <worldbody>
+    <geom type="plane" size="1 1 0.1" class="floor"/>
+    <replicate count="3" offset="0.1 0 0"><geom type="sphere" size="0.01" pos="0.5 0 0.01" class="seen"/></replicate>
+    <body pos="0 0 0.3">
+      <freejoint/>
+      <geom type="mesh" mesh="cube" density="500"/>
+      <frame pos="0 0.05 0" childclass="finger">
+        <body><joint name="left"/><geom/><body pos="0 0 0.1"><joint axis="1 0 0"/><geom/><site name="l1" pos="0 0 0.1"/>
+        </body></body>
+        <body name="lo" pos="0 0.02 0"><joint/><geom/><site name="l2" pos="0 -0.02 0.2"/></body>
+      </frame>
+      <body pos="0 -0.05 0" childclass="finger"><joint name="right"/><geom/></body>
+    </body>
+  </worldbody>
+  <equality>
+    <connect site1="l1" site2="l2" solref="0.002 1" solimp="0.9999 0.9999 0.001 0.5 2"/>
+    <joint joint1="left" joint2="right" polycoef="0 -1 0 0 0"/>
+  </equality>
+  <tendon><fixed name="both"><joint joint="left" coef="0.5"/><joint joint="right" coef="-0.5"/></fixed></tendon>
+  <actuator><position tendon="both" kp="1"/></actuator>
+  <sensor><tendonpos tendon="both"/></sensor>
+</mujoco>
+"""
+DEFAULTS = """
+<mujocoinclude>
+  <default>
+    <joint type="hinge" axis="1 0 0" damping="0.01"/>
+    <default class="finger"><geom type="capsule" fromto="0 0 0 0 0 0.08" size="0.008"/></default>
+    <mesh scale="1 1 1"/>
+    <default class="floor"><geom contype="1" conaffinity="1"/></default>
+    <default class="seen"><geom contype="0" conaffinity="0"/></default>
+  </default>
+  <asset><mesh name="cube" file="cube.obj"/></asset>
+</mujocoinclude>
+"""
+
+
+def ticking() -> Callable[[], int]:
+    counter = itertools.count(step=10_000_000)
+    return lambda: next(counter)
+
+
+def at(folder: Path, text: str, request: Request = SHORT, name: str = "model.xml") -> Report:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return lint(path, request, ticking())
+
+
+@pytest.fixture
+def gripper(tmp_path: Path) -> Path:
+    folder = tmp_path / "robot"
+    for part in ("parts", "shapes"):
+        (folder / part).mkdir(parents=True)
+    (folder / "parts" / "defaults.xml").write_text(DEFAULTS)
+    (folder / "shapes" / "cube.obj").write_text(CUBE)
+    (folder / "gripper.xml").write_text(GRIPPER)
+    return folder / "gripper.xml"
+
+
+# -- files -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_gripper_of_many_files_runs_and_is_looked_at(gripper: Path) -> None:
+    report = lint(gripper, Request(seconds=0.3), ticking())
+    # Fingers that pass through each other's parallelogram are nobody's pin.
+    assert not {f.rule for f in report.findings} & {"never-touch", "step-too-long", "freedom-taken-away"}
+    assert {note.rule for note in report.notes} >= {"sensors", "geoms-seen", "step-too-long"}
+
+
+def test_elements_are_found_in_the_file_by_their_place(gripper: Path) -> None:
+    document = Document(gripper)
+    model = document.model
+    assert all(document.can_edit("body", body) for body in range(1, model.nbody))
+    assert all(document.can_edit("geom", geom) for geom in range(model.ngeom))
+    assert set(files_of_model(gripper)) == {
+        gripper,
+        *(gripper.parent / n for n in ("parts/defaults.xml", "shapes/cube.obj")),
+    }
+
+
+@pytest.mark.parametrize("place", ["robot", ".", "elsewhere/deep"])
+def test_a_fixed_model_finds_its_assets_from_wherever_it_is(place: str, gripper: Path, tmp_path: Path) -> None:
+    gripper.write_text(replaced('<flag autoreset="disable"/>', "")(GRIPPER))
+    folder = tmp_path / place
+    folder.mkdir(parents=True, exist_ok=True)
+    before = {path: path.read_bytes() for path in gripper.parent.rglob("*.*")}
+    report = lint(gripper, Request(seconds=0.02, fix_folder=str(folder)), ticking())
+    assert report.fixed is not None
+    assert [edit.told for edit in report.fixed.edits] == ['<option><flag autoreset="disable"/></option>']
+    assert report.fixed.change == 0.0
+    (folder / "fixed.xml").write_text(report.fixed.text)
+    fixed, model = (mujoco.MjModel.from_xml_path(str(path)) for path in (folder / "fixed.xml", gripper))
+    assert differing(fixed, model) == "option"
+    model.opt.disableflags = fixed.opt.disableflags
+    assert differing(fixed, model) == ""
+    assert {path: path.read_bytes() for path in before} == before
+
+
+def test_a_fix_removes_all_that_is_safe_and_tells_the_change(tmp_path: Path) -> None:
+    text = closed_twice(replaced('tolerance="0" ', "")(replaced('autoreset="disable" ', "")(SAW)))
+    text = renamed(replaced('gravity="0 -9.81 0"', 'gravity="0 -9 -3"')(text))
+    request = Request(seconds=0.03, fix_folder=str(tmp_path))
+    report = at(tmp_path, text, request)
+    safe = {finding.rule for finding in report.findings if finding.safe}
+    assert safe == {"redundant-closure", "solver-stops-early", "silent-reset", "gravity-across"}
+    assert report.fixed is not None
+    assert 0.0 < report.fixed.change < 1e-4
+    again = at(tmp_path, report.fixed.text, request, "fixed.xml")
+    assert again.findings == ()
+    assert again.fixed is not None
+    assert again.fixed.text == ""
+
+
+def test_what_somebody_must_decide_is_not_fixed(tmp_path: Path) -> None:
+    text = without_start_speeds(colliding_links(SAW))
+    report = at(tmp_path, text, Request(seconds=0.003, fix_folder=str(tmp_path)))
+    assert {finding.rule for finding in report.findings} == {"joined-links-collide", "torn-start"}
+    assert report.fixed is not None
+    assert report.fixed.text == ""
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+def test_start_speeds_that_fit_leave_a_heavy_crank_its_own_in_every_unit(unit: float, tmp_path: Path) -> None:
+    text = without_start_speeds(SAW) if unit == 1.0 else without_start_speeds(scaled(SAW, unit))
+    report = at(tmp_path, text, Request(seconds=0.005))
+    (finding,) = (finding for finding in report.findings if finding.rule == "torn-start")
+    slide, crank, rod = (float(value) for value in finding.fix.split('"')[1].split())
+    # Those of the keyframe that conrod writes.
+    assert (slide / unit, crank, rod) == pytest.approx((-1.6466419709575786, 52.35987755982988, -34.06385566030124))
+
+
+def test_comments_and_all_digits_survive_a_fix(tmp_path: Path) -> None:
+    report = at(tmp_path, replaced('autoreset="disable" ', "")(SAW), Request(seconds=0.01, fix_folder=str(tmp_path)))
+    assert report.fixed is not None
+    for words in ("LOAD THE KEYFRAME", "2.836899999574396", 'autoreset="disable"'):
+        assert words in report.fixed.text
+
+
+def test_bodies_without_names_get_them_where_a_pair_is_excluded(gripper: Path) -> None:
+    document = Document(gripper)
+    unnamed = [body for body in range(1, document.model.nbody) if not document.model.body(body).name]
+    edit = Exclude((unnamed[0], unnamed[-1]), ("one", "other"))
+    model = document.compiled((edit,))
+    assert model.exclude_signature.tolist() == [(unnamed[0] << 16) + unnamed[-1]]
+
+
+def test_a_binary_model_is_not_taken_apart(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="a binary model cannot be taken apart; give the MJCF"):
+        lint(tmp_path / "model.mjb", SHORT)
+
+
+def test_another_model_is_told_by_one_digit() -> None:
+    one = mujoco.MjModel.from_xml_string(SAW)
+    assert differing(one, mujoco.MjModel.from_xml_string(SAW)) == ""
+    assert differing(one, mujoco.MjModel.from_xml_string(SAW.replace('mass="1.5"', 'mass="1.5000000001"'))) != ""
+    assert differing(one, mujoco.MjModel.from_xml_string(SAW.replace('tolerance="0"', 'tolerance="1e-9"'))) == "option"
+
+
+# -- with a scene ----------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_drives_the_crank_and_named_points_are_observed(tmp_path: Path) -> None:
+    # Neither a flywheel nor speeds: on its own the machine would stand, or fall.
+    text = replaced('armature="1e+13" ', "")(SAW).replace('qvel="-1.6466419709575786 52.35987755982988 ', 'qvel="0 0 ')
+    path = tmp_path / "model.xml"
+    path.write_text(text.replace("-34.06385566030124", "0"))
+    request = Request(seconds=0.03, speed=52.35987755982988, points=(Place("C", "site", "C"),))
+    report = lint(path, request, ticking())
+    assert "driven run" in report.run
+    assert report.findings == ()
+
+
+def test_a_driven_model_must_have_one_crank_on_the_frame(tmp_path: Path) -> None:
+    text = SAW.replace('type="slide" axis="1 0 0"', 'type="hinge" axis="0 0 1"')
+    with pytest.raises(InvalidInput, match="2 hinges are on the frame: name the crank with --crank"):
+        at(tmp_path, text, Request(speed=1.0, seconds=0.01))
+    with pytest.raises(
+        InvalidInput, match="--crank slide: it is a slide joint, a crank is a hinge; its hinges: crank, crank-pin"
+    ):
+        at(tmp_path, SAW, Request(speed=1.0, crank="slide", seconds=0.01))
+
+
+def test_a_brake_on_the_crank_does_not_stop_a_driven_run(tmp_path: Path) -> None:
+    # Without it the flywheel is the least one: the speed is kept to a per cent at once.
+    brakes = ("", '<actuator><velocity joint="crank" kv="50" /></actuator>')
+    text = replaced(' armature="1e+13"', "")(SAW)
+    request = Request(seconds=0.03, speed=52.35987755982988, crank="crank")
+    heavy = []
+    for brake in brakes:
+        path = tmp_path / "model.xml"
+        path.write_text(text.replace("<sensor>", f"{brake}<sensor>"))
+        bench = prepared(Document(path), request, ticking())
+        speeds = [state.qvel[1] / 52.35987755982988 for state in bench.run.states]
+        assert max(abs(speed - 1.0) for speed in speeds) <= 0.01
+        # The solver stops where it would without the drive.
+        own = bench.document.model
+        assert bench.model.opt.tolerance * bench.model.stat.meaninertia == pytest.approx(
+            own.opt.tolerance * own.stat.meaninertia
+        )
+        heavy.append(bench.model.dof_armature[1])
+    assert heavy[1] > 2.0 * heavy[0]
+
+
+def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(tmp_path: Path) -> None:
+    hacksaw = Path(__file__).parents[1] / "support" / "own_models" / "hacksaw.xml"
+    request = Request(seconds=0.12, speed=52.35987755982988, crank="motor", ignored=("silent-reset",))
+    (finding,) = lint(hacksaw, request, ticking()).findings
+    evidence = dict(finding.evidence)
+    assert finding.rule == "soft-closure"
+    assert evidence["opening when stiff [m]"] > 0.1 * evidence["opening [m]"]
+    assert evidence["opening then when stiff [m]"] <= 0.1 * evidence["opening then [m]"]
+    # Negative control: what opens by the step and not by its softness is none.
+    text = replaced('site2="crankpin"/>', 'site2="crankpin" solref="0.004 1" solimp="0.9999 0.9999 0.001 0.5 2"/>')
+    assert at(tmp_path, text(hacksaw.read_text()), request).findings == ()
+
+
+# -- what a user gets wrong ------------------------------------------------------------------------------------------
+
+BROKEN = {
+    "no XML": ("nothing", "MuJoCo cannot load it"),
+    "a missing include": (replaced("<asset>", '<include file="parts.xml"/><asset>')(SAW), "parts.xml"),
+    "a missing mesh": (replaced("<asset>", '<asset><mesh name="m" file="m.stl"/>')(SAW), "m.stl"),
+    "nothing that moves": ("<mujoco/>", "nothing in the model can move"),
+    "a robot description": (
+        "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' "
+        "ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='a'/>"
+        "<child link='b'/><axis xyz='0 0 1'/></joint></robot>",
+        "is no MJCF",
+    ),
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_a_file_that_cannot_be_used_is_told_in_one_line(broken: str, tmp_path: Path) -> None:
+    text, words = BROKEN[broken]
+    with pytest.raises(InvalidInput) as told:
+        at(tmp_path, text)
+    assert words in str(told.value)
+    assert len(str(told.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        (Request(keyframe="begin"), "unknown keyframe 'begin': choose from qpos0, start"),
+        (Request(points=(Place("C", "site", "CC"),)), "unknown site 'CC'"),
+        (Request(points=(Place("C", "body", "slidr"),)), "did you mean 'slider'"),
+        (Request(speed=1.0, crank="crnk"), "did you mean 'crank'"),
+        (Request(ignored=("soft",)), "did you mean 'soft-closure'"),
+        (Request(seconds=1e6), "at most 1000000"),
+    ],
+)
+def test_a_name_that_is_not_there_is_told_with_the_nearest(request_: Request, words: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        at(tmp_path, SAW, request_)
+
+
+def test_a_model_that_runs_at_no_step_is_a_finding(tmp_path: Path) -> None:
+    text = replaced('<joint name="crank-pin" type="hinge" axis="0 0 1" />', '<joint name="crank-pin" damping="-1e9" />')
+    report = at(tmp_path, text(SAW))
+    assert report.findings[0].rule == "step-too-long"
+    assert "at no step" in report.findings[0].what
+    json.dumps(report.as_dict(), allow_nan=False)
+
+
+# -- the command -----------------------------------------------------------------------------------------------------
+
+
+def conrod(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "conrod", "lint", *arguments],
+        capture_output=True, text=True, cwd=cwd, timeout=300, check=False, env=dict(os.environ),
+    )  # fmt: skip
+
+
+def test_the_command_tells_writes_and_ends_with_its_status(tmp_path: Path) -> None:
+    (tmp_path / "saw.xml").write_text(renamed(closed_twice(SAW)))
+    arguments = ("--seconds", "0.01", "--scene", "saw-500rpm")
+    done = conrod("saw.xml", *arguments, "--json", "found.json", "--fix", "fixed.xml", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (1, "")
+    for words in ("redundant-closure", "evidence: ", "cost: ", "x a step (", "1 finding\n", "fixed.xml: 1 edit;"):
+        assert words in done.stdout
+    found = json.loads((tmp_path / "found.json").read_text())
+    (finding,) = found["findings"]
+    assert (finding["rule"], finding["evidence"]["redundant"]) == ("redundant-closure", 2)
+    assert found["fixed"]["change"] < 1e-6
+    done = conrod("fixed.xml", *arguments, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "no findings" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.xml"], "none.xml: there is no such file"),
+        (["saw.xml", "--fix", "./saw.xml"], "it is the same file as the model"),
+        (["saw.xml", "--json", "link.xml"], "it is the same file as the model"),
+        (["saw.xml", "--json", "a", "--fix", "a"], "it is the same file as --json"),
+        (["saw.xml", "--crank", "crank"], "say with --scene"),
+        (["saw.xml", "--set", "crank=80mm"], "--scene"),
+        (["saw.xml", "--point", "C"], "NAME=site:SITE"),
+        (["saw.xml", "--seconds", "-1"], "out of range"),
+        (["saw.xml", "--scene", "saw-500rpm", "--point", "D=site:C"], "choose from C, M"),
+    ],
+)
+def test_bad_usage_is_told_in_one_line_and_nothing_is_written(
+    arguments: list[str],
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "saw.xml").write_text(SAW)
+    (tmp_path / "link.xml").hardlink_to(tmp_path / "saw.xml")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["conrod", "lint", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    told = capsys.readouterr()
+    assert (ended.value.code, told.out) == (2, "")
+    assert len(told.err.splitlines()) == 1
+    assert words in told.err
+    assert (tmp_path / "saw.xml").read_text() == SAW
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.xml", "saw.xml"]
+
+
+@pytest.mark.parametrize("option", ["--json", "--fix"])
+@pytest.mark.parametrize("part", ["parts/defaults.xml", "shapes/cube.obj"])
+def test_what_a_model_is_made_of_is_not_written_over(option: str, part: str, gripper: Path) -> None:
+    before = (gripper.parent / part).read_bytes()
+    with pytest.raises(InvalidInput, match="which the model is made of"):
+        _outputs(gripper, *(str(gripper.parent / part) if option == o else None for o in ("--json", "--fix")))
+    assert (gripper.parent / part).read_bytes() == before
+    # Negative control: a file beside it may be written.
+    assert _outputs(gripper, str(gripper.parent / "parts" / "found.json"), None)[0] is not None
+
+
+def test_rules_are_documented() -> None:
+    from conrod.mjcf.lint.linting import RULES
+
+    text = (Path(__file__).parents[2] / "docs" / "lint.md").read_text()
+    names = [rule.name for rule in RULES]
+    assert len(set(names)) == len(names)
+    assert not [name for name in names if f"`{name}`" not in text]
+
+
+def test_mujocos_warnings_litter_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    at(tmp_path, replaced('timestep="0.00012"', 'timestep="0.05"')(SAW), Request(seconds=5.0))
+    assert [path.name for path in tmp_path.iterdir()] == ["model.xml"]
+
+
+# -- timing ----------------------------------------------------------------------------------------------------------
+
+
+class Clock:
+    """Moves when somebody works."""
+
+    def __init__(self) -> None:
+        self.now = 0
+
+    def stepper(self, nanoseconds: int) -> Callable[[], Callable[[int], None]]:
+        def make() -> Callable[[int], None]:
+            def advance(steps: int) -> None:
+                self.now += steps * nanoseconds
+
+            return advance
+
+        return make
+
+
+@pytest.mark.parametrize("ratio", [1, 2, 7])
+def test_a_paired_cost_is_the_ratio_of_the_work(ratio: int) -> None:
+    clock = Clock()
+    cost = paired_cost(clock.stepper(1000 * ratio), clock.stepper(1000), clock=lambda: clock.now)
+    assert (cost.ratio, cost.low, cost.high) == pytest.approx((ratio, ratio, ratio))
+    assert cost.seconds == pytest.approx(1e-6 * ratio)
+
+
+def test_what_slows_the_machine_for_a_while_slows_both() -> None:
+    clock = Clock()
+    seen = itertools.count()
+
+    def now() -> int:
+        # From some block on everything takes ten times as long.
+        return clock.now * (1 if next(seen) < 40 else 10)
+
+    cost = paired_cost(clock.stepper(3000), clock.stepper(1000), clock=now)
+    assert cost.ratio == pytest.approx(3.0)
+
+
+def test_a_block_is_bounded() -> None:
+    asked: list[int] = []
+    paired_cost(lambda: asked.append, lambda: asked.append, rounds=1, clock=lambda: 0)
+    assert max(asked) == MOST_STEPS
+    clock = Clock()
+    slow = clock.stepper(round(1e10 * STEPPER_BLOCK_TIME))
+    paired_cost(slow, slow, rounds=1, clock=lambda: clock.now)
+    assert clock.now < 1e12 * STEPPER_BLOCK_TIME

@@ -1,0 +1,210 @@
+"""A table is judged as an engine's run is, and a planted error is found with its size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
+from conrod.own.tables.study import TableStudy
+from conrod.runs.trajectory import Instants
+from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
+from tests.support.synthetic import longer_rod, synthetic_trajectory
+from tests.support.table_files import LETTERS, Columns, exact_table, judged
+
+ALL = ("position", "velocity", "acceleration")
+STEPS = 100
+
+
+def crank_columns(at: Instants) -> Columns:
+    return {
+        "time": at.times,
+        "crank_angle": at.angle,
+        "crank_speed": at.rate,
+        "crank_acceleration": at.acceleration,
+    }
+
+
+def table_of(trajectory: Trajectory, quantity: str) -> Columns:
+    """One quantity of a run as a table, at the instants that it belongs to."""
+    tracks = {point: getattr(own, quantity) for point, own in trajectory.points.items()}
+    columns = crank_columns(next(iter(tracks.values())).instants)
+    for point, track in tracks.items():
+        columns |= {f"{point}.{LETTERS[quantity]}{axis}": track.values[:, k] for k, axis in enumerate("xy")}
+    return columns
+
+
+def agrees_with_compare(trajectory: Trajectory, scene: Scene, folder: Path) -> None:
+    expected = compare(trajectory, scene)
+    for quantity in ALL:
+        study = judged(table_of(trajectory, quantity), scene, folder)
+        names = ("total", "position") if quantity == "position" else (quantity,)
+        assert {name for errors in study.errors.values() for name in errors} == set(names)
+        for point, errors in study.errors.items():
+            for name in names:
+                found, reference = errors[name].size, getattr(expected.points[point], name).size
+                for measure in ("max", "rms", "final"):
+                    assert getattr(found, measure) == pytest.approx(getattr(reference, measure), rel=0, abs=1e-12)
+        if quantity == "position":
+            assert study.largest("phase") == pytest.approx(expected.phase_max, rel=0, abs=1e-12)
+        if quantity == "velocity":
+            assert study.crank is not None
+            assert study.crank.speed == pytest.approx(expected.drive_speed, rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize("scene", [Saw(speed=20.0), ShearPress(speed=-3.0)])
+def test_a_run_exported_as_a_table_is_judged_as_compare_judges_it(scene: Scene, tmp_path: Path) -> None:
+    for settings in (MuJoCoSettings.stock(scene, STEPS), PymunkSettings.tuned(scene, STEPS)):
+        trajectory = run(scene, settings, 2.0)
+        assert compare(trajectory, scene).worst("position") > 1e-6
+        agrees_with_compare(trajectory, scene, tmp_path)
+
+
+def test_a_drive_that_is_off_shows_in_total_and_not_in_position(tmp_path: Path) -> None:
+    scene = Saw(speed=20.0)
+    trajectory = synthetic_trajectory(scene, drive=1e-4)
+    agrees_with_compare(trajectory, scene, tmp_path)
+    study = judged(table_of(trajectory, "position"), scene, tmp_path)
+    assert (study.largest("position") or 0.0) < 1e-12
+    assert (study.largest("total") or 0.0) > 1e-4
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_exact_motion_has_no_error(name: str, tmp_path: Path) -> None:
+    scene = SCENES[name]
+    study = judged(
+        exact_table(scene, ALL, crank=True), scene, tmp_path, tolerance={"position": 1e-12, "velocity": 1e-12}
+    )
+    assert study.passed is True
+    assert all(study.largest(quantity) == 0.0 for quantity in ("total", *ALL))
+    assert study.causes == ()
+
+
+@pytest.mark.parametrize(("name", "size"), [("saw-500rpm", 1e-4), ("shear-press", 1e-9), ("cam-follower", 1e-4)])
+def test_a_planted_error_is_found_with_its_size(name: str, size: float, tmp_path: Path) -> None:
+    scene = SCENES[name]
+    table = exact_table(scene)
+    point = scene.output
+    # In one row alone, along a slanting direction.
+    table[f"{point}.x"][77] += 0.6 * size * scene.lengths[point]
+    table[f"{point}.y"][77] -= 0.8 * size * scene.lengths[point]
+    study = judged(table, scene, tmp_path, tolerance={"total": 0.99 * size})
+    assert study.passed is False
+    assert study.largest("total") == pytest.approx(size, rel=1e-6)
+    assert int(np.argmax(study.errors[point]["total"].error)) == 77
+    assert judged(table, scene, tmp_path, tolerance={"total": 1.01 * size}).passed is True
+
+
+@pytest.mark.parametrize(("quantity", "letter", "power"), [("velocity", "v", 1), ("acceleration", "a", 2)])
+def test_rates_are_normalised_by_the_crank_speed(quantity: str, letter: str, power: int, tmp_path: Path) -> None:
+    scene = Saw(speed=-7.0)
+    table = exact_table(scene, ALL)
+    table[f"M.{letter}y"] += 1e-5 * scene.lengths["M"] * 7.0**power
+    study = judged(table, scene, tmp_path)
+    assert study.largest(quantity) == pytest.approx(1e-5, rel=1e-9)
+    assert study.largest("position") == 0.0
+
+
+def test_without_a_tolerance_nothing_is_judged(tmp_path: Path) -> None:
+    table = exact_table(Saw())
+    table["C.x"] += 1.0
+    assert judged(table, Saw(), tmp_path).passed is None
+
+
+def test_a_component_that_a_table_has_not_is_not_judged_and_said(tmp_path: Path) -> None:
+    table = exact_table(ShearPress())
+    del table["G.y"]
+    table["G.x"] += 1e-3 * ShearPress().lengths["G"]
+    study = judged(table, ShearPress(), tmp_path)
+    assert study.components == {"A": "xy", "G": "x"}
+    assert study.errors["G"]["total"].size.max == pytest.approx(1e-3, rel=1e-9)
+    assert any("of G there is one component alone, position in x" in note for note in study.notes)
+
+
+def test_rates_that_a_table_has_not_are_not_made_up(tmp_path: Path) -> None:
+    table = exact_table(Saw())
+    study = judged(table, Saw(), tmp_path)
+    assert set(study.errors["C"]) == {"total", "position"}
+    assert any("no velocity or acceleration of C" in note for note in study.notes)
+    with pytest.raises(InvalidInput, match="no velocity column; conrod does not differentiate"):
+        judged(table, Saw(), tmp_path, tolerance={"velocity": 1.0})
+    with pytest.raises(InvalidInput, match="--tolerance phase: the table has no crank angle column"):
+        judged(table, Saw(), tmp_path, tolerance={"phase": 1.0})
+
+
+def test_what_spans_less_than_a_revolution_is_said(tmp_path: Path) -> None:
+    table = exact_table(Saw(), rows=36)
+    for rows, said in ((36, True), (37, False)):
+        notes = judged({name: column[:rows] for name, column in table.items()}, Saw(), tmp_path).notes
+        assert any("less than a revolution" in note for note in notes) is said
+
+
+def test_an_encoder_log_is_judged_by_its_crank_angle(tmp_path: Path) -> None:
+    scene = Saw(speed=5.0)
+    times = np.linspace(0.0, 2.0 * scene.period, 500)
+    wobble = 0.01 * np.sin(7.0 * times)
+    # An encoder counts from 0 to a turn, again and again.
+    table = {"time": times, "crank_angle": np.mod(5.0 * times + wobble, 2.0 * np.pi)}
+    study = judged(table, scene, tmp_path, tolerance={"phase": 0.0101})
+    assert study.largest("phase") == pytest.approx(np.abs(wobble).max(), abs=1e-12)
+    assert study.passed is True
+    assert study.errors == {}
+    assert judged(table, scene, tmp_path, tolerance={"phase": 0.0099}).passed is False
+
+
+def test_a_longer_rod_is_an_error_that_no_common_cause_explains(tmp_path: Path) -> None:
+    scene = Saw(speed=20.0)
+    trajectory = synthetic_trajectory(scene, longer_rod(scene))
+    study = judged(table_of(trajectory, "position"), scene, tmp_path, tolerance={"position": 1e-6})
+    assert study.passed is False
+    assert 1e-5 < (study.largest("position") or 0.0) < 1e-3
+    assert study.causes == ()
+
+
+def test_the_sides_of_a_jump_are_told_by_the_crank(tmp_path: Path) -> None:
+    # At a joint of the cam's arcs the acceleration has two values; the table's own account of it is the right one.
+    scene = CamFollower(speed=2.0)
+    times = np.sort(np.append(np.linspace(0.0, scene.period, 50), scene.break_angles()[0] / 2.0))
+    study = judged(exact_table(scene, ALL, times=times), scene, tmp_path)
+    assert study.largest("acceleration") == 0.0
+
+
+def test_times_too_large_for_their_digits_are_noted(tmp_path: Path) -> None:
+    scene = Saw(speed=50.0)
+    table = exact_table(scene)
+    late = replace_times(table, 1.7e9)
+    assert any("uncertain by" in note for note in judged(late, scene, tmp_path).notes)
+    assert not any("uncertain by" in note for note in judged(table, scene, tmp_path).notes)
+
+
+def replace_times(table: Columns, by: float) -> Columns:
+    return table | {"time": table["time"] + by}
+
+
+def test_rows_are_thinned_evenly_and_keep_their_ends(tmp_path: Path) -> None:
+    from tests.support.table_files import reading_of
+
+    observed = reading_of(exact_table(Saw(), ALL, crank=True), Saw(), tmp_path).observed
+    few = observed.thinned(100)
+    assert len(few.times) == 100
+    assert (few.times[0], few.times[-1]) == (observed.times[0], observed.times[-1])
+    assert few.points["C"]["velocity"].values.shape == (100, 2)
+    assert replace(few, times=few.times).thinned(100) == replace(few, times=few.times)
+
+
+def largest_of(study: TableStudy) -> float:
+    return study.largest("total") or 0.0
+
+
+@pytest.mark.slow
+def test_a_million_rows_are_judged(tmp_path: Path) -> None:
+    scene = Saw(speed=50.0)
+    times = np.arange(1_000_000) * 1e-4
+    table = exact_table(scene, times=times)
+    table["C.x"][765_432] += 1e-3 * scene.lengths["C"]
+    study = judged(table, scene, tmp_path)
+    assert study.rows == 1_000_000
+    assert largest_of(study) == pytest.approx(1e-3, rel=1e-6)

@@ -1,0 +1,188 @@
+"""Is a user's own model the machine that it is to be? Every defect is planted, and has to be told by its name."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from own_model_edits import (
+    CRANK_PIN,
+    HACKSAW,
+    ROD_END,
+    TEXTS,
+    placed,
+    question,
+    replaced,
+    scaled,
+    seen,
+)
+
+from conrod.own.models.frame import GivenFrame
+from conrod.own.models.lengths import Length
+from conrod.own.models.references import ALL_LENGTHS
+from conrod.own.models.request import Place
+from conrod.own.models.scanning import scan
+from conrod.report.user_model.words import length
+
+SAW = TEXTS["saw"]
+DEGREES = np.pi / 180.0
+
+
+def told(identity_lengths: tuple[Length, ...]) -> list[str]:
+    return [length(one) for one in identity_lengths]
+
+
+# -- it is the machine ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["saw", "press"])
+def test_conrods_own_files_are_their_machines_to_rounding(tmp_path: Path, kind: str) -> None:
+    identity = seen(tmp_path, kind, TEXTS[kind])
+    assert identity.is_machine(1e-12)
+    assert identity.rate_off is not None
+    assert identity.rate_off < 1e-12
+    assert (identity.frame.view.name, identity.frame.rotation, identity.frame.zero) == ("xy", 0.0, 0.0)
+    assert identity.frame.unit == 1.0
+    assert not identity.explanations
+
+
+def test_the_cam_is_its_machine_within_the_error_of_its_shape(tmp_path: Path) -> None:
+    identity = seen(tmp_path, "cam", TEXTS["cam"])
+    assert identity.is_machine(1e-12)
+    assert 1e-9 < identity.largest < identity.floor < 1e-5
+    assert ("base_radius", "flank_radius", "nose_radius", "roller_radius") in identity.indistinct
+
+
+@pytest.mark.parametrize(
+    ("attributes", "plane", "rotation"),
+    [
+        ({"pos": "1 -2 3"}, "xy", 0.0),
+        ({"euler": f"0 0 {30 * DEGREES!r}", "pos": "1 2 3"}, "xy", 30.0),
+        ({"euler": f"{90 * DEGREES!r} 0 0"}, "xz", 0.0),
+        ({"euler": f"0 {90 * DEGREES!r} 0"}, "yz", -90.0),
+        ({"euler": f"0 {180 * DEGREES!r} 0"}, "-xy", 0.0),
+        ({"euler": "0 0.7 0.2", "pos": "0 0 5"}, "askew", None),
+    ],
+)
+def test_the_frame_is_worked_out(
+    tmp_path: Path, attributes: dict[str, str], plane: str, rotation: float | None
+) -> None:
+    identity = seen(tmp_path, "saw", placed(SAW, **attributes))
+    assert identity.is_machine(1e-12)
+    assert identity.frame.view.name == plane
+    if rotation is not None:
+        assert math.degrees(identity.frame.rotation) == pytest.approx(rotation, abs=1e-12)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1e3), ("cm", 1e2), ("inch", 1.0 / 0.0254)])
+def test_the_unit_of_length_is_worked_out(tmp_path: Path, unit: str, factor: float) -> None:
+    identity = seen(tmp_path, "saw", scaled(SAW, factor))
+    assert identity.frame.unit_name == unit
+    assert identity.is_machine(1e-12)
+
+
+def test_the_cranks_zero_is_worked_out_and_rounded_only_where_the_model_is_round(tmp_path: Path) -> None:
+    for angle, found in ((30.0, 30.0), (30.123456, 30.123456)):
+        text = replaced(SAW, 'name="crank" type="hinge"', f'name="crank" type="hinge" ref="{angle * DEGREES!r}"')
+        identity = seen(tmp_path, "saw", text)
+        assert math.degrees(identity.frame.zero) == pytest.approx(found, abs=1e-9)
+        assert identity.is_machine(1e-12)
+
+
+def test_a_frame_that_is_given_is_used(tmp_path: Path) -> None:
+    turned = placed(SAW, euler=f"0 0 {30 * DEGREES!r}")
+    right = seen(tmp_path, "saw", turned, GivenFrame("xy", 30 * DEGREES, 0.0, 1.0))
+    assert right.is_machine(1e-12)
+    # Negative control: what is given is not bettered by a fit.
+    for wrong in (GivenFrame(rotation=31 * DEGREES), GivenFrame(zero=1 * DEGREES), GivenFrame(unit=1e-3)):
+        assert not seen(tmp_path, "saw", turned, wrong, points=("C",)).is_machine(1e-3)
+
+
+def test_points_may_be_bodies_and_geoms_of_any_name(tmp_path: Path) -> None:
+    text = SAW.replace(
+        '<geom type="capsule" fromto="0 0 0 0.3 0 0"', '<geom name="bar" type="capsule" fromto="0 0 0 0.3 0 0"'
+    )
+    text = text.replace('"crank"', '"engine shaft"')
+    points = (Place("C", "body", "slider"), Place("M", "", "bar"))
+    assert seen(tmp_path, "saw", text, points=points, crank="engine shaft").is_machine(1e-12)
+
+
+def test_a_model_that_was_drawn_by_hand_is_the_saw() -> None:
+    points = (Place("C", "body", "bow"), Place("M", "geom", "rod"))
+    from conrod.own.models.identity import identify
+    from conrod.scenes import SCENES
+
+    scanned = scan(HACKSAW, question("saw", points=points, crank="motor"))
+    identity = identify(SCENES["saw-40rpm"], scanned, GivenFrame())
+    assert identity.is_machine(1e-12)
+    assert (identity.frame.view.name, identity.frame.sense) == ("xz", -1)
+    assert math.degrees(identity.frame.zero) == pytest.approx(90.0, abs=1e-12)
+
+
+# -- lengths ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_rod_that_is_a_ten_thousandth_too_long_is_named_with_its_size(tmp_path: Path) -> None:
+    text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"')
+    identity = seen(tmp_path, "saw", text, points=("C",))
+    assert not identity.is_machine(1e-6)
+    (found,) = identity.explanations
+    assert told(found.lengths) == ["rod is 0.01 % too long: 300.03 mm, wanted 300 mm"]
+    assert found.left < 1e-12
+
+
+def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_path: Path) -> None:
+    text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"')
+    (found,) = seen(tmp_path, "saw", text).explanations
+    assert told(found.lengths) == ["rod is 0.01 % too long: 300.03 mm, wanted 300 mm"]
+    (misplaced,) = found.misplaced
+    assert (misplaced.point, misplaced.away) == ("M", pytest.approx(15e-6, rel=1e-6))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "name", "value"),
+    [
+        (CRANK_PIN, '<body name="rod" pos="0.1001 0 0"', "crank", 0.1001),
+        (CRANK_PIN, '<body name="rod" pos="0.1 0.001 0"', "crank", math.hypot(0.1, 0.001)),
+        ('<body name="slider" pos="0 0 0"', '<body name="slider" pos="0 0.001 0"', "offset", 0.091),
+    ],
+    ids=["crank-pin-out", "crank-pin-aside", "slide-high"],
+)
+def test_one_length_that_is_off_is_found_to_rounding(
+    tmp_path: Path, old: str, new: str, name: str, value: float
+) -> None:
+    identity = seen(tmp_path, "saw", replaced(SAW, old, new))
+    (found,) = identity.explanations
+    assert [(one.name, one.found) for one in found.lengths] == [(name, pytest.approx(value, rel=1e-10))]
+    assert not found.misplaced
+    assert identity.left < 1e-12
+
+
+def test_all_lengths_off_alike_are_one_explanation(tmp_path: Path) -> None:
+    (found,) = seen(tmp_path, "press", scaled(TEXTS["press"], 1.001)).explanations
+    assert told(found.lengths) == ["all lengths are 0.1 % too long"]
+
+
+def test_lengths_in_another_unit_are_told_by_their_factor() -> None:
+    assert [length(Length(ALL_LENGTHS, 1.0, factor)) for factor in (0.001, 0.9)] == [
+        "all lengths are 0.001 times those wanted",
+        "all lengths are 10 % too short",
+    ]
+
+
+def test_a_misplaced_point_is_no_wrong_length(tmp_path: Path) -> None:
+    identity = seen(
+        tmp_path, "saw", replaced(SAW, '<site name="M" pos="0.15 0 0"', '<site name="M" pos="0.15 0.002 0"')
+    )
+    (found,) = identity.explanations
+    assert not found.lengths
+    assert [(one.point, one.away) for one in found.misplaced] == [("M", pytest.approx(2e-3, rel=1e-9))]
+
+
+def test_a_wrong_length_of_the_cam_is_seen_beyond_the_error_of_its_shape(tmp_path: Path) -> None:
+    text = replaced(TEXTS["cam"], 'type="sphere" size="0.009"', 'type="sphere" size="0.0095"')
+    identity = seen(tmp_path, "cam", text)
+    assert not identity.is_machine(1e-6)
+    assert {"roller_radius"} in [{one.name for one in found.lengths} for found in identity.explanations]

@@ -1,0 +1,203 @@
+"""How accurate are the settings of a user's own model, and what the drive has to do with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, question, replaced, settled
+
+from conrod import MuJoCoSettings, compare, run
+from conrod.errors import InvalidInput
+from conrod.own.models.driving import Stepper, ordered
+from conrod.own.models.request import DrivenRun, Order, Place
+from conrod.own.models.scanning import prepare
+from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE
+from conrod.report.user_model import words
+from conrod.report.user_model import words as run_words
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import SCENES
+
+SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
+STOCK = '<option timestep="0.002" gravity="0 -9.81 0"/>'
+QUANTITIES = ("position", "velocity", "acceleration")
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast", "discrete"])
+def test_looking_at_a_run_changes_no_bit_of_it(integrator: str) -> None:
+    text = settled(SAW, f'<option timestep="0.002" integrator="{integrator}"/>')
+    model = mujoco.MjModel.from_xml_string(text)
+    plain, looked_at = mujoco.MjData(model), mujoco.MjData(model)
+    for data in (plain, looked_at):
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    stepper = Stepper(model, looked_at)
+    for _ in range(200):
+        mujoco.mj_step(model, plain)
+        stepper.look()
+        stepper.step()
+    assert np.array_equal(plain.qpos, looked_at.qpos)
+    assert np.array_equal(plain.qvel, looked_at.qvel)
+    assert plain.time == looked_at.time
+
+
+def test_conrods_own_file_is_as_accurate_as_the_preset_it_was_written_with(tmp_path: Path) -> None:
+    study = judged(tmp_path, "saw", SAW, turns=2.0)
+    assert study.passed
+    for label in ("tuned", "hardened"):
+        settings = getattr(MuJoCoSettings, label)(SCENE, 1000)
+        errors = compare(run(SCENE, settings, 2.0), SCENE)
+        for quantity in QUANTITIES:
+            found = study.runs[label].worst(quantity)
+            assert found == pytest.approx(errors.worst(quantity), rel=0.05)
+    for quantity in QUANTITIES:
+        assert study.runs[OWN].worst(quantity) == study.runs["tuned"].worst(quantity)
+
+
+def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
+    text = settled(SAW, STOCK)
+    study = judged(tmp_path, "saw", text)
+    assert study.is_machine
+    assert study.passed
+    own = study.own
+    assert own is not None
+    assert own.steps_per_revolution == pytest.approx(750.0)
+    errors = [study.runs[label].worst("position") for label in (OWN, "tuned", "hardened")]
+    own_error, tuned, hardened = (float(error or 0.0) for error in errors)
+    assert own_error > 1e-4
+    assert 1e-8 < tuned < 1e-5
+    assert 0.0 < hardened < 1e-8
+    # What was asked for is judged on these settings.
+    asked = judged(tmp_path, "saw", text, tolerance={"velocity": 1e-6})
+    assert not asked.passed
+    assert set(asked.exceeded()) == {"velocity"}
+    assert "out of tolerance: velocity" in words.verdict(asked)
+
+
+def test_steps_need_not_divide_a_turn(tmp_path: Path) -> None:
+    study = judged(tmp_path, "press", settled(TEXTS["press"], '<option timestep="0.00313" integrator="RK4"/>'))
+    own = study.own
+    assert own is not None
+    assert own.steps_per_revolution % 1.0 > 0.1
+    assert study.passed
+
+
+@pytest.mark.parametrize("kind", ["saw", "press"])
+def test_the_flywheel_is_just_heavy_enough(tmp_path: Path, kind: str) -> None:
+    study = judged(tmp_path, kind, settled(TEXTS[kind], '<option timestep="0.002" integrator="RK4"/>'))
+    for own in study.runs.values():
+        assert 0.1 * RIPPLE < own.ripple <= RIPPLE
+
+
+def test_the_drive_is_blamed_for_what_the_solver_tolerance_makes_of_it(tmp_path: Path) -> None:
+    # A servo on the crank brakes it, so the flywheel is heavy, and with the default tolerance the solver ends early.
+    points = (Place("C", "body", "bow"), Place("M", "geom", "rod"))
+    study = judged(tmp_path, "saw", HACKSAW.read_text(), points=points, crank="motor")
+    share = study.drive_share
+    assert share is not None
+    own, exact = study.runs[OWN], study.runs[EXACT_SOLVER]
+    assert study.own is exact
+    worse = own.worst("position")
+    better = exact.worst("position")
+    assert worse is not None
+    assert better is not None
+    assert worse > 2.0 * better
+    assert share["position"] == pytest.approx(worse, rel=0.3)
+    assert any("that is the drive's" in line for line in run_words.drive(study))
+    assert any("on the crank acts motor: its control is left at 0" in line for line in study.scan.remarks)
+
+
+def test_nothing_is_blamed_on_a_drive_that_changes_nothing(tmp_path: Path) -> None:
+    share = judged(tmp_path, "saw", settled(SAW, STOCK)).drive_share
+    assert share is not None
+    assert max(share.values()) < 1e-9
+
+
+def test_a_length_that_is_off_is_not_held_against_the_settings(tmp_path: Path) -> None:
+    text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.303 0 0"')
+    study = judged(tmp_path, "saw", text, points=("C",))
+    assert not study.passed
+    hardened = study.runs["hardened"].worst("position")
+    assert hardened is not None
+    assert hardened < 1e-9
+    assert "rod is 1 % too long: 303 mm, wanted 300 mm" in words.verdict(study)
+
+
+def test_a_run_that_fails_is_an_outcome_without_errors(tmp_path: Path) -> None:
+    study = judged(tmp_path, "saw", settled(SAW, '<option timestep="0.3"/>'), turns=4.0)
+    own = study.own
+    assert own is not None
+    assert own.outcome is not Outcome.COMPLETED
+    assert own.errors is None
+    assert study.is_machine
+    assert not study.passed
+
+
+def moved(run: DrivenRun, by: float) -> DrivenRun:
+    """Its points further along x, from the middle of the run on."""
+    late = (np.arange(len(run.times)) > len(run.times) // 2)[:, None]
+    return replace(run, positions={name: p + by * late * [1.0, 0.0, 0.0] for name, p in run.positions.items()})
+
+
+def on_the_other_branch(run: DrivenRun) -> DrivenRun:
+    """C where the other branch has it, mirrored at the crank pin; that is 2 x the way to it."""
+    angle = SCENE.motion(run.coordinate, 1.0).point("C").position[:, 0]
+    pin = SCENE.shaft[0] + SCENE.crank * np.cos(run.coordinate)  # type: ignore[attr-defined]
+    other = run.positions["C"].copy()
+    other[:, 0] = 2.0 * pin - angle
+    return replace(run, positions={"C": other})
+
+
+@pytest.mark.parametrize(
+    ("spoil", "outcome"),
+    [
+        (lambda run: run, Outcome.COMPLETED),
+        (lambda run: moved(run, 100.0), Outcome.EXPLODED),
+        (lambda run: replace(run, ripple=0.6), Outcome.STALLED),
+        (lambda run: replace(run, gap=run.gap + np.linspace(0.0, 0.1, len(run.gap))), Outcome.OPENED),
+        (on_the_other_branch, Outcome.FLIPPED),
+        (lambda run: replace(run, outcome=Outcome.DIVERGED, reason="not finite"), Outcome.DIVERGED),
+    ],
+    ids=["as-it-is", "exploded", "stalled", "opened", "flipped", "diverged"],
+)
+def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: object, outcome: Outcome) -> None:
+    study = judged(tmp_path, "saw", SAW, points=("C",), spoil=spoil)
+    own = study.own
+    assert own is not None
+    assert own.outcome is outcome
+    assert (own.errors is None) == (outcome is not Outcome.COMPLETED)
+    assert study.passed == (outcome is Outcome.COMPLETED)
+
+
+def test_a_run_of_too_many_samples_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"1e-06 s makes 1500001 samples of 1 turns: at most 100000"):
+        judged(tmp_path, "saw", settled(SAW, '<option timestep="1e-6"/>'))
+
+
+def test_a_preset_reaches_closures_and_contacts_of_a_copy_alone(tmp_path: Path) -> None:
+    path = tmp_path / "model.xml"
+    path.write_text(SAW)
+    model = prepare(path, question("saw")).model
+    before = model.eq_solref.copy(), model.body_invweight0.copy(), int(model.opt.disableflags)
+    changed = ordered(model, Order("hardened", MuJoCoSettings.hardened(SCENE, 1000), tolerance=1e-3))
+    assert changed.opt.tolerance == 1e-3
+    assert changed.eq_solref[0][0] == pytest.approx(0.1 * SCENE.period)
+    assert np.all(changed.geom_solref[:] == MuJoCoSettings.hardened(SCENE, 1000).contact_solref)
+    assert changed.body_invweight0.max() < 1e-6 * before[1].max()
+    assert np.array_equal(model.eq_solref, before[0])
+    assert np.array_equal(model.body_invweight0, before[1])
+    assert int(model.opt.disableflags) == before[2]
+
+
+@pytest.mark.slow
+def test_the_cam_by_contact_is_driven_too(tmp_path: Path) -> None:
+    study = judged(tmp_path, "cam", TEXTS["cam"])
+    own = study.own
+    assert own is not None
+    position = own.worst("position")
+    assert position is not None
+    assert position < 3e-6
+    assert "hardened" in study.refused
+    assert study.passed

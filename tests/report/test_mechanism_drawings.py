@@ -1,0 +1,183 @@
+"""Drawings of machines of all kinds: what hangs together is drawn so, and texts stand clear of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+
+from conrod.engines.cam_polygon import convex_hull
+from conrod.mechanism.mechanism import GROUND, Prismatic
+from conrod.report.charts.canvas import drawing_style
+from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
+from conrod.report.drawing.label_placement import Room
+from conrod.report.drawing.link_shapes import link_shape
+from conrod.report.drawing.slides import Slide, slide_of, ways
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_scene
+
+FIGURES = Path(__file__).parents[2] / "reports" / "figures"
+CROWDED = ("geneva", "two-slider-linkage", "web-cutter")
+
+
+def place(x: float, y: float) -> np.ndarray:
+    return np.array([x, y])
+
+
+@cache
+def figure(name: str) -> Figure:
+    with drawing_style():
+        return mechanism_figure(catalogue_scene(name))
+
+
+# -- links -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_link_is_a_bar_along_what_is_in_line_and_a_plate_around_what_is_not() -> None:
+    ends = [place(0.0, 0.0), place(4.0, 0.0)]
+    bar = link_shape(ends, [place(6.0, 0.0), place(1.0, 0.01)])
+    np.testing.assert_array_equal(bar.corners, [(0.0, 0.0), (6.0, 0.0)])
+    plate = link_shape(ends, [place(2.0, 1.0)])
+    assert len(plate.corners) == 3
+    assert len(plate.edges) == 4
+    assert plate.arms == bar.arms == ()
+
+
+def test_what_is_looked_at_beside_a_plate_or_a_single_pin_hangs_on_the_nearest_pin() -> None:
+    pins = [place(0.0, 0.0), place(4.0, 0.0), place(0.0, 3.0)]
+    shape = link_shape([*pins, place(4.0, 0.0)], [place(9.0, 0.0), place(1.0, 1.0)])
+    assert len(shape.corners) == 3
+    np.testing.assert_array_equal(shape.arms, [[(4.0, 0.0), (9.0, 0.0)]])
+    np.testing.assert_array_equal(link_shape(pins[:1], pins[1:2]).arms, [pins[:2]])
+    # A body that no joint holds has no shape to hang anything on.
+    assert link_shape([], pins).arms == ()
+
+
+def test_a_hull_leaves_out_what_is_inside_and_between() -> None:
+    square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    hull = convex_hull(np.array([*square, (0.5, 0.5), (0.5, 0.0), (1.0, 1.0)]))
+    assert sorted(map(tuple, hull)) == sorted(square)
+    np.testing.assert_array_equal(convex_hull(np.array([(1.0, 2.0), (1.0, 2.0)])), [(1.0, 2.0)])
+    np.testing.assert_array_equal(convex_hull(np.array([(0.0, 0.0), (2.0, 2.0), (1.0, 1.0)])), [(0, 0), (2, 2)])
+
+
+# -- slides ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_pin_in_the_slot_of_a_geneva_wheel_goes_along_it_and_never_aside() -> None:
+    scene = catalogue_scene("geneva")
+    mechanism = scene.mechanism()
+    (joint,) = (j for j in mechanism.joints if isinstance(j, Prismatic))
+    slide = slide_of(mechanism, joint)
+    assert (slide.guide, slide.moving) == ("wheel", "follower")
+    turn = scene.kinematics.poses(np.linspace(*scene.kinematics.span, 41))
+    guides, movings = (turn[:, 3 * k : 3 * k + 3] for k in map(mechanism.body_index.__getitem__, ("wheel", "follower")))
+    gone = ways(slide, guides, movings)
+    # From the rim at both ends to where the pin lies between the shafts.
+    centre_distance = np.hypot(0.06, 0.06)
+    np.testing.assert_allclose([gone[0], gone[20], gone[-1]], [0.06, centre_distance - 0.06, 0.06], atol=1e-9)
+    np.testing.assert_allclose(
+        ways(Slide("wheel", "follower", slide.point, 0.5 * np.pi), guides, movings), 0, atol=1e-9
+    )
+
+
+def slots(drawn: Figure) -> list[Polygon]:
+    return [p for p in drawn.axes[0].patches if isinstance(p, Polygon) and p.get_zorder() == 4.5]
+
+
+@pytest.mark.parametrize(("name", "moving"), [("geneva", 1), ("two-slider-linkage", 0)])
+def test_only_the_ground_is_hatched(name: str, moving: int) -> None:
+    joints = [j for j in catalogue_scene(name).mechanism().joints if isinstance(j, Prismatic)]
+    assert sum(GROUND not in (j.a, j.b) for j in joints) == moving
+    assert len(slots(figure(name))) == moving
+    # Two rails a slide of the ground, and one line under each bearing, all in the frame's colour.
+    long = [
+        line for line in figure(name).axes[0].lines if line.get_color() == parts.FRAME and line.get_linewidth() == 1.0
+    ]
+    bearings = sum(isinstance(p, Polygon) and p.get_zorder() == 3 for p in figure(name).axes[0].patches)
+    assert len(long) == 2 * (len(joints) - moving) + bearings
+
+
+# -- texts -----------------------------------------------------------------------------------------------------------
+
+
+def shown(drawn: Figure) -> Iterator[Text]:
+    return (text for text in drawn.axes[0].texts if text.get_text())
+
+
+def overlaps(drawn: Figure) -> list[tuple[str, str]]:
+    """Texts whose letters overlap, tried with points along their middle lines."""
+    renderer = FigureCanvasAgg(drawn).get_renderer()  # type: ignore[no-untyped-call]  # of the library
+    boxes = []
+    for text in shown(drawn):
+        turned, ground = text.get_rotation(), text.get_bbox_patch()
+        text.set_rotation(0.0)
+        text.set_bbox(None)
+        extent = text.get_window_extent(renderer)
+        text.set_rotation(turned)
+        boxes.append((text.get_text(), extent, np.radians(turned)))
+        if ground is not None:
+            text.set_bbox(parts.HALO)
+    return [(one[0], other[0]) for one, other in combinations(boxes, 2) if _touch(one, other) or _touch(other, one)]
+
+
+def _touch(one: tuple[str, Bbox, float], other: tuple[str, Bbox, float]) -> bool:
+    middles = [np.array([(b.x0 + b.x1) / 2.0, (b.y0 + b.y1) / 2.0]) for b in (one[1], other[1])]
+    along = np.array([np.cos(one[2]), np.sin(one[2])])
+    points = middles[0] + np.outer(np.linspace(-0.48, 0.48, 60) * one[1].width, along)
+    turn = np.array([[np.cos(other[2]), np.sin(other[2])], [-np.sin(other[2]), np.cos(other[2])]])
+    inside = np.abs((points - middles[1]) @ turn.T) < 0.45 * np.array([other[1].width, other[1].height])
+    return bool(inside.all(axis=1).any())
+
+
+@pytest.mark.parametrize("name", CROWDED)
+def test_texts_of_a_drawing_stand_clear_of_each_other(name: str) -> None:
+    assert overlaps(figure(name)) == []
+
+
+def test_texts_over_each_other_are_told() -> None:
+    # Negative control of the look at overlaps.
+    with drawing_style():
+        drawn = mechanism_figure(catalogue_scene("geneva"))
+        at = drawn.axes[0].texts[0].xy  # type: ignore[attr-defined]
+        parts.note(drawn.axes[0], np.array(at), "one", parts.INK)
+        parts.note(drawn.axes[0], np.array(at), "other", parts.INK, 30.0)
+    assert ("one", "other") in overlaps(drawn)
+
+
+def test_a_text_goes_where_there_is_room() -> None:
+    places = [place(0.0, 0.0), place(0.0, 50.0)]
+    for first, expected in ((False, 1), (True, 0)):
+        room = Room(1.0, first)
+        boxes = [room.box(at, "crank 100 mm", 8.0, 20.0) for at in places]
+        assert room.best([(box, ()) for box in boxes]) == 0
+        room.mark(places[0], 2.0)
+        assert room.best([(box, ()) for box in boxes]) == expected
+
+
+def test_the_crank_angle_of_a_machine_is_theta_and_its_dimensions_are_lengths() -> None:
+    texts = [text.get_text() for text in shown(figure("two-slider-linkage"))]
+    assert sum(text.startswith("\N{GREEK SMALL LETTER THETA} = ") for text in texts) == 1
+    assert [text for text in texts if " -" in text and "deg" not in text] == []
+    assert "offset 152.654 mm" in texts
+
+
+def test_a_machine_with_one_pass_is_drawn_within_it_and_off_its_middle() -> None:
+    scene = catalogue_scene("geneva")
+    assert np.degrees(telling_angle(scene)) == pytest.approx(22.5)
+
+
+@pytest.mark.parametrize("name", ["shear-press", "saw-40rpm"])
+def test_scenes_with_a_closed_form_are_drawn_as_they_were_laid_out(name: str) -> None:
+    committed = (FIGURES / f"{name}-mechanism.svg").read_text(encoding="utf-8")
+    assert mechanism_svg(SCENES[name]) == committed

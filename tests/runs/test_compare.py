@@ -1,0 +1,319 @@
+"""A comparison sees nothing where there is nothing, and every planted defect in the size that theory gives it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, PRESS, SAW, SCENES
+from synthetic import (
+    STAGGERED,
+    STEPS,
+    TOGETHER,
+    Stamps,
+    instants,
+    longer_rod,
+    other_branch,
+    rod_reach,
+    synthetic_trajectory,
+    turned_crank,
+    with_values,
+)
+
+from conrod import Comparison, Outcome, compare
+from conrod.exact.motion import Array
+from conrod.runs.outcome import judge
+from conrod.scenes import CamFollower, Scene
+
+ROUNDING = 1e-14
+QUANTITIES = ("position", "velocity", "acceleration")
+# The reference's own agreement: velocities and accelerations of a cam carry the conditioning of its joints.
+REFERENCES_AGREE = 1e-12
+STEP = 2.0 * math.pi / STEPS  # [rad]
+
+LINKAGES: dict[str, Any] = {name: s for name, s in EVERY_SCENE.items() if not isinstance(s, CamFollower)}
+CAMS = {name: s for name, s in EVERY_SCENE.items() if isinstance(s, CamFollower)}
+
+
+def slopes(scene: Scene, point: str, angles: Array) -> tuple[Array, Array, Array, Array]:
+    """|x|, |x'|, |x''|, |x'''| by the crank angle, over L."""
+    unit = scene.motion(angles, 1.0).point(point)
+    length = scene.lengths[point]
+    position, velocity, acceleration, jerk = (
+        np.linalg.norm(getattr(unit, q), axis=1) / length for q in (*QUANTITIES, "jerk")
+    )
+    return position, velocity, acceleration, jerk
+
+
+def nothing_found(found: Comparison) -> bool:
+    """Whether the comparison calls this trajectory exact: the one rule that all negative controls must break."""
+    return found.worst("position") <= ROUNDING and max(found.worst(q) for q in QUANTITIES) <= REFERENCES_AGREE
+
+
+# -- nothing planted -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stamps", [TOGETHER, Stamps(velocity=0.5, acceleration=0.5)])
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_the_exact_motion_has_no_errors_whenever_it_is_sampled(name: str, stamps: Stamps) -> None:
+    scene = EVERY_SCENE[name]
+    found = compare(synthetic_trajectory(scene, stamps=stamps), scene)
+    assert nothing_found(found)
+    if not isinstance(scene, CamFollower):
+        assert max(found.worst(q) for q in QUANTITIES) <= ROUNDING
+    assert found.worst("total") <= ROUNDING
+    assert found.closure.position <= ROUNDING
+    assert max(found.closure.velocity, found.closure.acceleration) <= REFERENCES_AGREE
+    assert (found.phase_max, found.drive_speed, found.drive_acceleration) == (0.0, 0.0, 0.0)
+    assert set(found.points) == set(scene.lengths)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_masses_and_gravity_do_not_change_the_exact_motion(name: str) -> None:
+    scene = SCENES[name]
+    facts = scene.parameter_facts()
+    heavy = {n: 7.0 * getattr(scene, n) for n, fact in facts.items() if fact.unit in ("kg", "kg*m^2", "m/s^2")}
+    assert heavy
+    other = replace(scene, **heavy)
+    assert other.mechanism() != scene.mechanism()
+    angles = np.linspace(0.0, 20.0, 500)
+    for mine, its in ((scene, other), (scene.kinematics, other.kinematics)):
+        first, second = mine.motion(angles, scene.speed), its.motion(angles, scene.speed)
+        for point in scene.lengths:
+            for quantity in (*QUANTITIES, "jerk"):
+                np.testing.assert_array_equal(
+                    getattr(first.point(point), quantity), getattr(second.point(point), quantity)
+                )
+
+
+# -- planted in the samples ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_a_shift_by_one_step_is_an_error_of_the_next_derivative_times_the_step(name: str) -> None:
+    scene = EVERY_SCENE[name]
+    exact = synthetic_trajectory(scene)
+    found = compare(with_values(exact, "position", lambda v: np.vstack([v[1:], v[:1]])), scene)
+    assert not nothing_found(found)
+    angles = exact.points[next(iter(scene.lengths))].position.instants.angle
+    for point, errors in found.points.items():
+        _, velocity, acceleration, _ = slopes(scene, point, angles[:-1])
+        bend = 0.6 * STEP**2 * acceleration.max()
+        np.testing.assert_allclose(errors.position.error[:-1], STEP * velocity, rtol=0.0, atol=bend)
+        assert errors.position.size.max > 100.0 * ROUNDING
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_a_velocity_stamped_half_a_step_early_is_off_by_half_a_step_of_acceleration(name: str) -> None:
+    scene = LINKAGES[name]
+    staggered = synthetic_trajectory(scene, stamps=STAGGERED)
+    early = {
+        point: replace(tracks, velocity=replace(tracks.velocity, instants=tracks.position.instants))
+        for point, tracks in staggered.points.items()
+    }
+    found = compare(replace(staggered, points=early), scene)
+    assert not nothing_found(found)
+    assert found.worst("position") <= ROUNDING  # the defect is in the velocity, and is named so
+    angles = staggered.points[scene.output].position.instants.angle
+    for point, errors in found.points.items():
+        _, _, acceleration, jerk = slopes(scene, point, angles)
+        bend = 0.15 * STEP**2 * jerk.max()
+        np.testing.assert_allclose(errors.velocity.error, 0.5 * STEP * acceleration, rtol=0.0, atol=bend)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_a_swapped_sign_is_an_error_of_twice_the_quantity(name: str, order: int) -> None:
+    scene, quantity = EVERY_SCENE[name], QUANTITIES[order]
+    exact = synthetic_trajectory(scene)
+    found = compare(with_values(exact, quantity, lambda v: -v), scene)
+    assert not nothing_found(found)
+    for point, errors in found.points.items():
+        at = getattr(exact.points[point], quantity).instants.angle
+        np.testing.assert_allclose(
+            getattr(errors, quantity).error, 2.0 * slopes(scene, point, at)[order], rtol=1e-10, atol=1e-11
+        )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_gravity_left_in_the_acceleration_is_an_error_of_just_that(name: str) -> None:
+    scene = SCENES[name]
+    found = compare(
+        with_values(synthetic_trajectory(scene), "acceleration", lambda v: v + np.array([0.0, 9.81])), scene
+    )
+    assert not nothing_found(found)
+    assert found.worst("velocity") <= REFERENCES_AGREE
+    for point, errors in found.points.items():
+        expected = 9.81 / (scene.speed**2 * scene.lengths[point])
+        np.testing.assert_allclose(errors.acceleration.error, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", EVERY_SCENE)
+def test_a_drive_a_millionth_too_fast_shows_in_drive_phase_and_total_but_not_in_position(name: str) -> None:
+    scene = EVERY_SCENE[name]
+    trajectory = synthetic_trajectory(scene, drive=1e-6)
+    found = compare(trajectory, scene)
+    assert found.worst("position") <= ROUNDING
+    assert found.worst("velocity") <= REFERENCES_AGREE
+    assert found.drive_speed == pytest.approx(1e-6, rel=1e-9)
+    assert found.phase_final == found.phase_max == pytest.approx(1e-6 * 4.0 * math.pi, rel=1e-9)
+    for point, errors in found.points.items():
+        at = instants(scene.speed, 2.0)
+        lag = 1e-6 * np.abs(scene.speed * at.times)
+        expected = lag * slopes(scene, point, scene.speed * at.times)[1]
+        bend = 0.6 * lag.max() ** 2 * slopes(scene, point, at.angle)[2].max()
+        np.testing.assert_allclose(errors.total.error, expected, rtol=0.0, atol=bend + ROUNDING)
+        assert errors.total.size.max > 1e-6
+
+
+def test_an_angular_acceleration_of_the_drive_is_named_and_not_charged_to_the_points() -> None:
+    scene = SAW
+    alpha = 1e-3 * scene.speed**2
+    trajectory = synthetic_trajectory(scene)
+    at = trajectory.points["C"].position.instants
+    at = replace(at, rate=at.rate + alpha * at.times, angle=at.angle + 0.5 * alpha * at.times**2)
+    at = replace(at, acceleration=np.full_like(at.times, alpha))
+    motion = scene.kinematics.motion(at.angle, at.rate, at.acceleration)
+    points = {
+        name: replace(
+            tracks,
+            **{q: replace(getattr(tracks, q), instants=at, values=getattr(motion.point(name), q)) for q in QUANTITIES},
+        )
+        for name, tracks in trajectory.points.items()
+    }
+    assert trajectory.bodies is not None
+    states = replace(trajectory.bodies.position, instants=at)
+    bodies = replace(trajectory.bodies, position=states, velocity=states, acceleration=states)
+    found = compare(replace(trajectory, points=points, bodies=bodies), scene)
+    assert nothing_found(found)
+    assert found.drive_acceleration == pytest.approx(1e-3, rel=1e-12)
+    assert found.drive_speed == pytest.approx(1e-3 * 4.0 * math.pi, rel=1e-9)
+
+
+# -- planted in the mechanism ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
+def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_says(name: str) -> None:
+    scene = LINKAGES[name]
+    trajectory = synthetic_trajectory(scene, longer_rod(scene))
+    found = compare(trajectory, scene)
+    assert not nothing_found(found)
+    slider = found.points[scene.output]
+    # w = sqrt(l^2 - u^2) is the rod along the slide: dw / dl = l / w. Second order: 1e-8 of the rod.
+    angles = slider.position.angle
+    excess = 1e-4 * scene.rod
+    expected = excess * scene.rod / rod_reach(scene, angles) / scene.lengths[scene.output]
+    np.testing.assert_allclose(slider.position.error, expected, rtol=1e-4)
+    # The joints of the right mechanism are open by just the excess.
+    assert found.closure.position == pytest.approx(excess / max(scene.lengths.values()), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
+def test_the_other_branch_is_an_error_of_twice_the_rod_and_no_gap_at_all(name: str) -> None:
+    scene = LINKAGES[name]
+    trajectory = synthetic_trajectory(scene, other_branch(scene))
+    found = compare(trajectory, scene)
+    slider = found.points[scene.output]
+    expected = 2.0 * rod_reach(scene, slider.position.angle) / scene.lengths[scene.output]
+    np.testing.assert_allclose(slider.position.error, expected, rtol=1e-12)
+    # Every joint is closed: it takes the branch's sign to tell how this run ended.
+    assert found.closure.position <= ROUNDING
+    assert trajectory.bodies is not None
+    assert judge(scene.kinematics, trajectory.bodies, scene.speed).outcome is Outcome.FLIPPED
+
+
+@pytest.mark.parametrize("name", {**DEFECTIVE_LINKAGES, **DEFECTIVE_CAMS})
+def test_a_cam_or_crank_turned_by_a_hundredth_degree_is_an_error_of_the_slope_times_that(name: str) -> None:
+    scene = EVERY_SCENE[name]
+    turn = math.radians(0.01)
+    trajectory = synthetic_trajectory(scene, turned_crank(scene))
+    found = compare(trajectory, scene)
+    assert not nothing_found(found)
+    assert found.phase_max == 0.0  # by the drive's own account all is well
+    for point, errors in found.points.items():
+        _, velocity, acceleration, _ = slopes(scene, point, errors.position.angle)
+        bend = 0.6 * turn**2 * acceleration.max()
+        np.testing.assert_allclose(errors.position.error, turn * velocity, rtol=0.0, atol=bend + ROUNDING)
+        assert errors.position.size.max > 1e-5
+
+
+@pytest.mark.parametrize("name", CAMS)
+def test_a_cam_turned_under_an_unmoved_follower_opens_the_contact(name: str) -> None:
+    cam = CAMS[name]
+    trajectory = synthetic_trajectory(cam)
+    turn = math.radians(0.01)
+    assert trajectory.bodies is not None
+    poses = trajectory.bodies.position.poses.copy()
+    poses[:, 2] += turn
+    states = replace(trajectory.bodies.position, poses=poses)
+    found = compare(replace(trajectory, bodies=replace(trajectory.bodies, position=states)), cam)
+    # The gap is the lift's change times the cosine of the pressure angle, whose tangent is h'/h on a radial follower.
+    at = cam.motion(trajectory.bodies.position.instants.angle, 1.0).point("roller")
+    height, slope = at.position[:, 1], at.velocity[:, 1]
+    largest = np.abs(turn * slope * np.cos(np.arctan(slope / height))).max() / cam.full_lift
+    assert found.closure.position == pytest.approx(largest, rel=1e-3)
+
+
+# -- gaps that are planted in velocity and acceleration ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_a_slider_that_drifts_off_its_pin_is_closure_of_that_level(name: str) -> None:
+    scene = LINKAGES[name]
+    trajectory = synthetic_trajectory(scene)
+    assert trajectory.bodies is not None
+    length, w = max(scene.lengths.values()), abs(scene.speed)
+    slider = 3 * scene.mechanism().body_index["slider"]
+    for level, (field, scale) in enumerate((("poses", 1.0), ("rates", w), ("accelerations", w**2))):
+        states = getattr(trajectory.bodies, QUANTITIES[level])
+        values = getattr(states, field).copy()
+        values[7, slider : slider + 2] += 1e-5 * length * scale * np.array([0.6, 0.8])
+        moved = replace(trajectory.bodies, **{QUANTITIES[level]: replace(states, **{field: values})})
+        closure = compare(replace(trajectory, bodies=moved), scene).closure
+        assert getattr(closure, QUANTITIES[level]) == pytest.approx(1e-5, rel=1e-6)
+        for other in set(QUANTITIES) - {QUANTITIES[level]}:
+            assert getattr(closure, other) <= REFERENCES_AGREE
+
+
+# -- figures ---------------------------------------------------------------------------------------------------------
+
+
+def test_max_rms_and_final_are_what_they_are_called() -> None:
+    scene = PRESS
+    trajectory = synthetic_trajectory(scene)
+    bump = np.zeros((2 * STEPS + 1, 2))
+    bump[5], bump[-1] = [3e-3, 4e-3], [0.0, -1e-3]
+    size = compare(with_values(trajectory, "position", lambda v: v + bump), scene).points["A"].position.size
+    length = scene.lengths["A"]
+    assert size.max == pytest.approx(5e-3 / length)
+    assert size.final == pytest.approx(1e-3 / length)
+    assert size.rms == pytest.approx(math.sqrt((5e-3**2 + 1e-3**2) / (2 * STEPS + 1)) / length)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_peaks_printed_beside_are_those_of_the_exact_motion(name: str) -> None:
+    scene = SCENES[name]
+    found = compare(synthetic_trajectory(scene), scene)
+    turn = np.linspace(0.0, 2.0 * np.pi, STEPS + 1)
+    for point, peak in found.peaks.items():
+        exact = scene.motion(turn, scene.speed).point(point)
+        assert peak.velocity == pytest.approx(np.linalg.norm(exact.velocity, axis=1).max(), rel=1e-9)
+        assert peak.acceleration == pytest.approx(np.linalg.norm(exact.acceleration, axis=1).max(), rel=1e-9)
+
+
+@pytest.mark.parametrize("outcome", [o for o in Outcome if o is not Outcome.COMPLETED])
+def test_a_run_that_did_not_complete_is_not_compared(outcome: Outcome) -> None:
+    scene = SAW
+    trajectory = synthetic_trajectory(scene, revolutions=0.01, outcome=outcome)
+    with pytest.raises(ValueError, match=f"{outcome.slug}.*has no errors: planted"):
+        compare(trajectory, scene)
+
+
+def test_a_run_without_bodies_is_not_compared() -> None:
+    scene = SAW
+    with pytest.raises(ValueError, match="has no errors"):
+        compare(replace(synthetic_trajectory(scene, revolutions=0.01), bodies=None), scene)

@@ -1,0 +1,333 @@
+"""Every way that a run can end is recognised, and none but a completed run has errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import CAM, DEFECTIVE_LINKAGES, PRESS, SAW, SCENES
+from synthetic import TOGETHER, body_states, instants, longer_rod, other_branch, synthetic_trajectory
+
+from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, run
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.mechanism import Revolute
+from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict, judge
+from conrod.runs.trajectory import BodyStates, BodyTracks
+from conrod.scenes import CamFollower, Saw, ShearPress
+
+LINKAGES: dict[str, Any] = {name: s for name, s in SCENES.items() if not isinstance(s, CamFollower)}
+
+Change = Callable[[BodyStates], BodyStates]
+
+
+@pytest.fixture(autouse=True)
+def _log_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """MuJoCo writes its warnings into a file of the working folder."""
+    monkeypatch.chdir(tmp_path)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A mechanism that is no scene, driven at a speed [rad/s]."""
+
+    speed: float
+    kinematics: Kinematics
+
+
+@cache
+def exact_states(scene: Any) -> BodyStates:
+    return body_states(scene.kinematics, instants(scene.speed, 2.0))
+
+
+def verdict(scene: Any, change: Change = lambda states: states) -> Verdict:
+    """The judgement of an exact run with a change to its body states."""
+    states = change(exact_states(scene))
+    return judge(scene.kinematics, BodyTracks(states, states, states), scene.speed)
+
+
+def moved(body: int, way: tuple[float, float], first: int = 0) -> Change:
+    """Shifts a body by `way` [m] from a sample on."""
+
+    def change(states: BodyStates) -> BodyStates:
+        poses = states.poses.copy()
+        poses[first:, 3 * body : 3 * body + 2] += way
+        return replace(states, poses=poses)
+
+    return change
+
+
+def with_rate(ratio: float, first: int) -> Change:
+    """A crank that runs at a share of its speed from a sample on (its angles stay what they are)."""
+
+    def change(states: BodyStates) -> BodyStates:
+        rate = states.instants.rate.copy()
+        rate[first:] *= ratio
+        return replace(states, instants=replace(states.instants, rate=rate))
+
+    return change
+
+
+# -- the list --------------------------------------------------------------------------------------------------------
+
+
+def test_the_list_of_outcomes_is_closed_and_reads_back() -> None:
+    slugs = {
+        "completed", "diverged", "exploded", "reset", "flipped", "locked", "opened", "lost-contact", "tunnelled",
+        "stalled", "crashed", "timed-out", "out-of-memory", "unsupported",
+    }  # fmt: skip
+    assert {outcome.slug for outcome in Outcome} == slugs
+    assert all(Outcome.of(outcome.slug) is outcome and outcome.meaning for outcome in Outcome)
+
+
+# -- told from motion: one rule each ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_an_exact_run_is_completed_without_a_reason(name: str) -> None:
+    assert verdict(SCENES[name]) == Verdict(Outcome.COMPLETED)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("field", ["poses", "rates", "accelerations"])
+@pytest.mark.parametrize("level", ["position", "velocity", "acceleration"])
+def test_a_state_that_is_not_finite_has_diverged(level: str, field: str, bad: float) -> None:
+    scene = SAW
+    states = exact_states(scene)
+    values = getattr(states, field).copy()
+    values[17, 4] = bad
+    tracks = replace(BodyTracks(states, states, states), **{level: replace(states, **{field: values})})
+    found = judge(scene.kinematics, tracks, scene.speed)
+    assert found.outcome is Outcome.DIVERGED
+    assert found.reason == f"not finite from {states.instants.times[17]:.6g} s on"
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_body_far_out_of_reach_has_exploded(name: str) -> None:
+    scene = SCENES[name]
+    far = 1.5 * OUT_OF_REACH * scene.kinematics.size
+    found = verdict(scene, moved(1, (far, 0.0), first=31))
+    assert found.outcome is Outcome.EXPLODED
+    assert f"from {exact_states(scene).instants.times[31]:.6g} s on" in found.reason
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+@pytest.mark.parametrize("ratio", [0.0, 0.49, -1.0, 1.6])
+def test_a_drive_that_loses_half_of_its_speed_has_stalled(name: str, ratio: float) -> None:
+    # Away from every singular pose of the linkage: these linkages have none.
+    assert verdict(LINKAGES[name], with_rate(ratio, 100)).outcome is Outcome.STALLED
+
+
+@pytest.mark.parametrize("ratio", [0.51, 0.99, 1.49])
+def test_a_drive_that_keeps_more_than_half_of_its_speed_has_not(ratio: float) -> None:
+    assert abs(ratio - 1.0) < STALL
+    assert verdict(SAW, with_rate(ratio, 100)).outcome is Outcome.COMPLETED
+
+
+def test_a_crank_that_stops_where_the_linkage_is_singular_is_locked() -> None:
+    # Crank and rod all but equally long: at a quarter of a turn the rod lies across the slide.
+    scene = ShearPress(crank=0.38999)
+    quarter = int(np.argmax(exact_states(scene).instants.angle >= math.pi / 2))
+    assert verdict(scene, with_rate(0.0, quarter)).outcome is Outcome.LOCKED
+
+    def stop_early(states: BodyStates) -> BodyStates:
+        return with_rate(0.0, quarter // 2)(_held(states, quarter // 2))
+
+    # The same stop at 45 degrees, far from there, is the drive's.
+    assert verdict(scene, stop_early).outcome is Outcome.STALLED
+
+
+def _held(states: BodyStates, first: int) -> BodyStates:
+    poses = states.poses.copy()
+    poses[first:] = poses[first]
+    return replace(states, poses=poses)
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_a_joint_that_gapes_by_a_twentieth_of_the_travel_is_open(name: str) -> None:
+    scene = LINKAGES[name]
+    slider = scene.mechanism().body_index["slider"]
+    along = (0.0, 1.0) if isinstance(scene, ShearPress) else (1.0, 0.0)
+    for share, expected in ((1.05, Outcome.OPENED), (0.95, Outcome.COMPLETED)):
+        gap = share * OPEN_GAP * scene.kinematics.travel
+        found = verdict(scene, moved(slider, (gap * along[0], gap * along[1]), first=40))
+        assert found.outcome is expected
+        assert ("slider-pin" in found.reason) == (expected is Outcome.OPENED)
+
+
+def test_a_slider_off_its_slide_is_open_too() -> None:
+    scene = SAW
+    poses_up = (0.0, 0.06 * scene.kinematics.travel)
+
+    def everything_up(states: BodyStates) -> BodyStates:
+        return moved(2, poses_up)(moved(1, poses_up)(states))
+
+    assert verdict(scene, everything_up).outcome is Outcome.OPENED
+
+
+def test_a_follower_off_its_cam_has_lost_contact() -> None:
+    cam = CAM
+    for share, expected in ((1.05, Outcome.LOST_CONTACT), (0.9, Outcome.COMPLETED)):
+        lift = share * LOST_GAP * cam.kinematics.travel
+        found = verdict(cam, moved(1, (0.0, lift), first=0))
+        assert found.outcome is expected
+    assert "first near" in verdict(cam, moved(1, (0.0, 0.01), first=100)).reason
+
+
+def test_a_roller_whose_centre_is_inside_the_cam_has_tunnelled() -> None:
+    cam = CAM
+    found = verdict(cam, moved(1, (0.0, -2.0 * cam.roller_radius), first=50))
+    assert found.outcome is Outcome.TUNNELLED
+
+
+def test_a_roller_that_only_sinks_into_the_cam_is_an_error_and_not_an_outcome() -> None:
+    cam = CAM
+    assert verdict(cam, moved(1, (0.0, -0.9 * cam.roller_radius))).outcome is Outcome.COMPLETED
+
+
+@pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
+def test_a_linkage_on_its_other_branch_has_flipped(name: str) -> None:
+    scene = DEFECTIVE_LINKAGES[name]
+    other = body_states(other_branch(scene), instants(scene.speed, 2.0))
+
+    def flip_half_way(states: BodyStates) -> BodyStates:
+        half = len(states.poses) // 2
+        poses = np.vstack([states.poses[:half], other.poses[half:]])
+        return replace(states, poses=poses)
+
+    found = verdict(scene, flip_half_way)
+    assert found.outcome is Outcome.FLIPPED
+    assert "360.0 deg" in found.reason  # half of two turns
+
+
+@pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
+def test_a_small_defect_is_an_error_and_not_an_outcome(name: str) -> None:
+    scene = DEFECTIVE_LINKAGES[name]
+    states = body_states(longer_rod(scene), instants(scene.speed, 2.0))
+    tracks = BodyTracks(states, states, states)
+    assert judge(scene.kinematics, tracks, scene.speed).outcome is Outcome.COMPLETED
+    assert compare(synthetic_trajectory(scene, longer_rod(scene), stamps=TOGETHER), scene).worst("position") > 1e-5
+
+
+# -- told from real runs ---------------------------------------------------------------------------------------------
+
+
+def refused(trajectory: Trajectory, scene: Any) -> bool:
+    """Whether the run has no error figures."""
+    assert trajectory.reason
+    with pytest.raises(ValueError, match=trajectory.outcome.slug):
+        compare(trajectory, scene)
+    return True
+
+
+def unstable(saw: Any, autoreset: bool) -> MuJoCoSettings:
+    """Loop closures far stiffer than the step can follow: the state grows a thousandfold at each step."""
+    stock = MuJoCoSettings.stock(saw, 100)
+    return replace(stock, preset="custom", solref=(-1e9, -1e3), hardening=1e-6, autoreset=autoreset)
+
+
+@pytest.mark.filterwarnings("default")
+def test_mujocos_silent_reset_is_called_reset() -> None:
+    saw = SAW
+    trajectory = run(saw, unstable(saw, autoreset=True))
+    assert trajectory.outcome is Outcome.RESET
+    assert trajectory.bodies is not None
+    assert np.all(np.isfinite(trajectory.bodies.position.poses))  # which is why it takes a rule of its own
+    assert refused(trajectory, saw)
+
+
+@pytest.mark.filterwarnings("default")
+def test_the_same_run_without_autoreset_has_exploded_or_diverged() -> None:
+    saw = SAW
+    trajectory = run(saw, unstable(saw, autoreset=False))
+    assert trajectory.outcome in (Outcome.EXPLODED, Outcome.DIVERGED), trajectory.reason
+    assert refused(trajectory, saw)
+
+
+@pytest.mark.parametrize("name", ["shear-press", "saw-40rpm"])
+def test_mujocos_default_tolerance_with_the_drives_armature_opens_the_loop(name: str) -> None:
+    scene = LINKAGES[name]
+    trap = replace(MuJoCoSettings.stock(scene, 500), preset="custom", tolerance=1e-8)
+    trajectory = run(scene, trap)
+    assert trajectory.outcome is Outcome.OPENED
+    assert refused(trajectory, scene)
+    # Negative control: the tolerance alone makes the difference.
+    assert run(scene, replace(trap, tolerance=0.0)).outcome is Outcome.COMPLETED
+
+
+def test_pymunk_comes_apart_where_its_iterations_do_not_follow_the_mass_ratio() -> None:
+    heavy = Saw(slider_mass=600.0)
+    tuned = PymunkSettings.tuned(heavy, 1000)
+    trajectory = run(heavy, replace(tuned, preset="custom", iterations=100))
+    assert trajectory.outcome in (Outcome.OPENED, Outcome.EXPLODED)
+    assert refused(trajectory, heavy)
+    # Negative control: the preset's own iterations hold it together.
+    assert run(heavy, tuned, revolutions=0.5).outcome is Outcome.COMPLETED
+
+
+@pytest.mark.parametrize("settings", [MuJoCoSettings, PymunkSettings])
+def test_a_preload_below_the_least_acceleration_loses_contact(settings: Any) -> None:
+    cam = CamFollower(preload=0.5)
+    trajectory = run(cam, settings.tuned(cam, 3927))
+    assert trajectory.outcome is Outcome.LOST_CONTACT
+    assert refused(trajectory, cam)
+
+
+def test_a_contact_softer_than_a_turn_is_long_does_not_complete() -> None:
+    cam = CAM
+    soft = replace(MuJoCoSettings.tuned(cam, 500), preset="custom", contact_solref=(5.0, 1.0))
+    assert run(cam, soft).outcome in (Outcome.EXPLODED, Outcome.TUNNELLED, Outcome.OPENED)
+
+
+@pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
+def test_a_flywheel_that_is_too_light_stalls(scene: Any) -> None:
+    light = replace(MuJoCoSettings.tuned(scene, 500), preset="custom", armature=1e-2)
+    trajectory = run(scene, light)
+    assert trajectory.outcome is Outcome.STALLED
+    assert refused(trajectory, scene)
+
+
+def test_a_light_flywheel_is_locked_where_the_rod_lies_across_the_slide() -> None:
+    press = ShearPress(crank=0.3899)
+    light = replace(MuJoCoSettings.tuned(press, 500), preset="custom", armature=1.0)
+    trajectory = run(press, light)
+    assert trajectory.outcome is Outcome.LOCKED
+    assert refused(trajectory, press)
+
+
+def test_a_linkage_that_cannot_turn_is_locked() -> None:
+    saw = SAW
+    mechanism = saw.mechanism()
+    # Half the rod is too short for crank and offset: it is straight before the crank is round.
+    joints = tuple(
+        replace(j, point_a=(0.5 * saw.rod, 0.0)) if isinstance(j, Revolute) and j.name == "slider-pin" else j
+        for j in mechanism.joints
+    )
+    machine = Machine(saw.speed, Kinematics(replace(mechanism, joints=joints)))
+    light = replace(MuJoCoSettings.tuned(saw, 500), preset="custom", armature=1.0)
+    trajectory = run(machine, light)
+    assert trajectory.outcome is Outcome.LOCKED
+    assert trajectory.reason
+
+
+def test_a_run_through_a_change_point_ends_on_the_other_branch() -> None:
+    press = ShearPress(crank=0.38999)
+    settings = replace(MuJoCoSettings.tuned(press, 500), preset="custom", armature=1000.0)
+    trajectory = run(press, settings)
+    assert trajectory.outcome is Outcome.FLIPPED
+    assert trajectory.bodies is not None
+    assert refused(trajectory, press)
+
+
+@pytest.mark.parametrize("settings", [MuJoCoSettings, PymunkSettings])
+@pytest.mark.parametrize("name", SCENES)
+def test_the_presets_themselves_complete(name: str, settings: Any) -> None:
+    scene = SCENES[name]
+    steps = 3927 if isinstance(scene, CamFollower) else 500
+    trajectory = run(scene, settings.tuned(scene, steps))
+    assert (trajectory.outcome, trajectory.reason) == (Outcome.COMPLETED, "")

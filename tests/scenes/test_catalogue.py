@@ -1,0 +1,288 @@
+"""The catalogue: machines that ship as files are first-class scenes, from their names to a page in a report."""
+
+from __future__ import annotations
+
+import itertools
+import pickle
+import tomllib
+import zipfile
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.engines import ENGINES, Engine, engine_named
+from conrod.engines.engine import KinematicResult
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.report.reproduction import Reproduction, told_origin
+from conrod.report.validation.writer import report_batch
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.catalogue import catalogue_file, catalogue_heading, catalogue_names, catalogue_scene, scene_named
+from conrod.scenes.catalogue.page import page
+from conrod.scenes.dynamics import dynamics_names
+from conrod.scenes.dynamics.chain import CHAIN
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.validation import run_jobs
+from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
+from conrod.studies.validation.job import Job, jobs_of
+from conrod.studies.validation.kinematic_proof import validate_kinematic
+from conrod.studies.validation.plan import Plan
+from conrod.studies.validation.results import Result, SceneStudy
+from tests.support.command_line import conrod
+
+NAMES = catalogue_names()
+QUICK_MACHINES = ("slider-crank", "swinging-four-bar")
+COMMAND = Reproduction("conrod validate {scene} --out reports/catalogue")
+
+
+# -- names -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_machine_is_called_like_its_file() -> None:
+    assert NAMES
+    assert {name: tomllib.loads(catalogue_file(name).read_text())["name"] for name in NAMES} == {n: n for n in NAMES}
+    assert not set(NAMES) & set(SCENES)
+
+
+def test_every_machine_tells_where_it_comes_from_and_what_was_assumed() -> None:
+    for name in NAMES:
+        heading, tables = catalogue_heading(name), tomllib.loads(catalogue_file(name).read_text())
+        assert heading.title
+        assert heading.source
+        assert tables["assumptions"], name
+        assert all(isinstance(text, str) and text.strip() for text in tables["assumptions"])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_machine_is_read_and_makes_its_turn_or_its_pass(name: str) -> None:
+    scene = catalogue_scene(name)
+    assert scene.kind == name
+    assert catalogue_heading(name).one_pass == (scene.span is not None)
+    assert catalogue_heading(name).links == len(scene.mechanism().bodies)
+    angles = np.linspace(*scene.kinematics.span, 37)
+    assert all(np.isfinite(p.position).all() for p in scene.motion(angles, scene.speed).points.values())
+
+
+def test_a_name_is_found_wherever_it_ships_and_an_unknown_one_is_told_the_nearest() -> None:
+    assert scene_named("slider-crank") is catalogue_scene("slider-crank")
+    assert scene_named("saw-40rpm") is SCENES["saw-40rpm"]
+    with pytest.raises(InvalidInput, match=r"saw-40rpm.*did you mean 'slider-crank'"):
+        scene_named("slidercrank")
+
+
+def test_the_word_catalogue_stands_for_all_machines_and_for_no_single_one() -> None:
+    assert list(select_scenes(["catalogue"], [])) == list(NAMES)
+    with pytest.raises(InvalidInput, match="stands for many machines"):
+        select_scene("catalogue", [])
+
+
+def test_a_changed_copy_may_keep_its_name_but_not_beside_the_machine_itself(tmp_path: Path) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text(catalogue_file("slider-crank").read_text().replace("560 mm", "600 mm"))
+    alone = select_scenes([str(own)], [])["slider-crank"]
+    assert alone.parameters_text != catalogue_scene("slider-crank").parameters_text
+    assert typed_names([str(own), "saw-40rpm"]) == {"slider-crank": str(own)}
+    for both in itertools.permutations([str(own), "slider-crank"]):
+        with pytest.raises(InvalidInput, match=r"own\.toml.*another"):
+            select_scenes(both, [])
+
+
+def test_the_list_names_every_machine_with_its_source() -> None:
+    lines = conrod("show").stdout.splitlines()
+    for name in NAMES:
+        assert [line for line in lines if line.split()[:1] == [name] and catalogue_heading(name).source in line], name
+
+
+def test_a_scene_that_arrives_again_in_a_process_is_not_built_again() -> None:
+    sent = pickle.dumps(catalogue_scene("slider-crank"))
+    assert pickle.loads(sent) is pickle.loads(sent)
+    assert pickle.loads(sent) == catalogue_scene("slider-crank")
+
+
+def test_the_page_on_the_catalogue_is_made_from_its_files() -> None:
+    written = Path(__file__).parents[2] / "docs" / "catalogue.md"
+    assert written.read_text(encoding="utf-8") == page(), "python -m conrod.scenes.catalogue.page > docs/catalogue.md"
+
+
+@pytest.mark.slow
+def test_the_wheel_has_the_files(tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    root = Path(__file__).parents[2]
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path), str(root)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob(f"conrod-{version('conrod')}-*.whl")
+    inside = zipfile.ZipFile(wheel).namelist()
+    assert {f"conrod/catalogue/{name}.toml" for name in NAMES} <= set(inside)
+    files = {name for name in dynamics_names() if not name.startswith(CHAIN)}
+    assert {f"conrod/dynamics_scenes/{name}.toml" for name in files} <= set(inside)
+
+
+# -- validation ------------------------------------------------------------------------------------------------------
+
+
+def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:
+    for job in jobs_of({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan):
+        result = job.run()
+        assert result.passed is not False, (job.label, result.reason, result.exceeded())
+        assert result.outcome != "unsupported" or result.reason
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", QUICK_MACHINES)
+def test_a_few_machines_meet_their_tolerances_with_few_steps(name: str, engine: str) -> None:
+    check_met(name, engine, ("tuned",), Plan(200, 1.0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("name", NAMES)
+def test_every_machine_meets_its_tolerances_or_the_engine_says_why_it_cannot(name: str, engine: str) -> None:
+    check_met(name, engine, tuple(engine_named(engine).presets), Plan())
+
+
+class Mistaken(Engine[Any]):
+    """An engine whose translator was given another machine than the one that is judged."""
+
+    def __init__(self, true: Engine[Any], given: Scene) -> None:
+        self._true, self._given = true, given
+        self.name, self.presets = true.name, true.presets
+
+    @property
+    def version(self) -> str:
+        return self._true.version
+
+    def refusal(self, machine: Any, settings: Any) -> str | None:
+        return self._true.refusal(self._given, settings)
+
+    def solve_kinematics(self, machine: Any, angle: Array) -> KinematicResult:
+        return self._true.solve_kinematics(self._given, angle)
+
+
+Mistaken.__abstractmethods__ = frozenset()  # what kinematic mode does not call is not there
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_model_with_a_wrong_length_is_found_out(engine: str) -> None:
+    scene, true = catalogue_scene("slider-crank"), engine_named(engine)
+    longer = scene.with_parameters(**{"bodies.rod.points.B.x": 0.56 * 1.0001})
+    assert validate_kinematic("slider-crank", scene, true).passed
+    found = validate_kinematic("slider-crank", scene, Mistaken(true, longer))
+    assert found.passed is False
+    position = found.largest("position")
+    assert position is not None
+    assert position > 1e-5
+
+
+# -- many at a time --------------------------------------------------------------------------------------------------
+
+
+def few_jobs(steps: int = 60) -> list[Job]:
+    scenes: dict[str, Scene] = {name: catalogue_scene(name) for name in QUICK_MACHINES}
+    return jobs_of(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0))
+
+
+def told(result: Result) -> str:
+    """All of a result, to the last bit."""
+    with np.printoptions(floatmode="unique", threshold=10**6):
+        return repr(result)
+
+
+def test_results_do_not_depend_on_how_many_run_at_a_time() -> None:
+    jobs, seen = few_jobs(), list[str]()
+    with LocalProcesses(2) as two:
+        together = run_jobs(jobs, two, lambda job: seen.append(job.label))
+    alone = [job.run() for job in jobs]
+    assert [told(result) for result in together] == [told(result) for result in alone]
+    assert [(r.scene, r.preset) for r in together] == [(job.name, job.preset) for job in jobs]
+    assert sorted(seen) == sorted(job.label for job in jobs)
+    # Negative control: another number of steps is seen.
+    assert told(together[1]) != told(few_jobs(61)[1].run())
+
+
+class Fatal(Job):
+    """A job that kills its process."""
+
+    def run(self) -> Result:
+        import os
+
+        os.abort()
+
+
+def test_a_job_that_kills_its_process_costs_itself_alone() -> None:
+    first, *others = few_jobs()
+    fatal = Fatal(first.name, first.scene, first.engine, "tuned", first.plan)
+    with LocalProcesses(1) as executor:
+        crashed, *rest = run_jobs([fatal, *others], executor, lambda job: None)
+    assert (crashed.outcome, crashed.passed, crashed.errors) == ("crashed", False, None)
+    assert {result.outcome for result in rest} == {"completed"}
+
+
+# -- the report ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def studied() -> SceneStudy:
+    name = "swinging-four-bar"
+    jobs = jobs_of({name: catalogue_scene(name)}, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(200))
+    return SceneStudy(name, catalogue_scene(name), tuple(job.run() for job in jobs))
+
+
+def test_the_index_tells_what_is_allowed_and_what_an_engine_cannot_do(studied: SceneStudy, tmp_path: Path) -> None:
+    refused = replace(
+        studied.results[1], outcome="unsupported", reason="it has no such joint", errors=None, curves=None
+    )
+    refused = replace(refused, passed=None, refinement=())
+    batch = report_batch([replace(studied, results=(*studied.results, refused))], tmp_path, COMMAND, ("mechanism",))
+    index = str(batch.files["README.md"])
+    assert "position allowed / L" in index
+    assert "## What an engine cannot do" in index
+    assert "| [swinging-four-bar](swinging-four-bar.md) | pymunk | it has no such joint |" in index
+    # Negative control: where all can be done, nothing is said of it.
+    assert "cannot do" not in str(report_batch([studied], tmp_path, COMMAND, ("mechanism",)).files["README.md"])
+
+
+def test_a_page_says_which_ruler_was_used_and_has_the_figures_that_were_asked_for(
+    studied: SceneStudy, tmp_path: Path
+) -> None:
+    batch = report_batch([studied], tmp_path, COMMAND, ("mechanism", "error"))
+    page = str(batch.files["swinging-four-bar.md"])
+    assert "Ruler: the generic solver" in page
+    assert all(f"\n- {assumption}\n" in page for assumption in studied.scene.assumptions)
+    assert page.count("\nAssumed:\n") == len(studied.scene.assumptions[:1]) == 1
+    # Negative control: the description does not tell them as well.
+    assert "ssumed" not in studied.scene.description
+    assert "over its one pass" in page
+    assert sorted(name for name in batch.files if name.endswith(".svg")) == [
+        "figures/swinging-four-bar-error.svg",
+        "figures/swinging-four-bar-mechanism.svg",
+    ]
+    assert [name for name in batch.files if name.endswith(".svg") and f"]({name})" not in page] == []
+    assert "-motion.svg" not in page
+
+
+def test_a_report_on_a_file_is_reproduced_with_the_file(studied: SceneStudy, tmp_path: Path) -> None:
+    typed = Reproduction(COMMAND.text, {"swinging-four-bar": "my machines/own.toml"})
+    files = report_batch([studied], tmp_path, typed, ("mechanism",)).files
+    for name in ("README.md", "swinging-four-bar.md"):
+        assert "`conrod validate 'my machines/own.toml' --out reports/catalogue`" in str(files[name])
+
+
+def test_an_index_of_files_does_not_make_up_a_command() -> None:
+    typed = {name: {"commands": [f"conrod limits x/{name}.toml --out d"]} for name in "ab"}
+    assert "each page names its own" in told_origin(typed)
+    assert "x/" not in told_origin(typed)
+    # Negative control: those that go by their names are told in one command.
+    named = {name: {"commands": [f"conrod limits {name} --out d"]} for name in "ab"}
+    assert "`conrod limits a b --out d`" in told_origin(named)
+
+
+def test_unknown_figures_are_refused_before_anything_runs(tmp_path: Path) -> None:
+    done = conrod("validate", "slider-crank", "--figures", "motions", "--out", str(tmp_path / "report"))
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "unknown figure 'motions'" in done.stderr

@@ -1,0 +1,195 @@
+"""The machines of document 001 move as the document prints, where it is right; their lengths and senses are its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from conrod.audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
+from conrod.exact.linkage.state import LinkState, left_of
+from conrod.mechanism.mechanism import Mechanism, Prismatic, Revolute
+from conrod.mechanism.rolling import Mesh
+from conrod.scenes import Scene
+from conrod.scenes.catalogue import catalogue_scene
+from tests.support.document_machines import state, turning
+
+
+def place(scene: Scene, name: str) -> tuple[LinkState, tuple[float, float]]:
+    """A link and a point of it, of an observed point's name."""
+    observed = next(observed for observed in scene.mechanism().observed if observed.name == name)
+    return state(scene).links[observed.body], observed.point
+
+
+def speed(scene: Scene, first: str, second: str | None = None) -> float:
+    """Speed of an observed point, or of one against another [m/s]."""
+    links = [place(scene, name) for name in (first, second) if name]
+    velocities = [link.velocity_at(point) for link, point in links]
+    return float(np.linalg.norm(velocities[0] - (velocities[1] if second else 0.0)))
+
+
+def normal(scene: Scene, link: str, first: tuple[float, float], second: tuple[float, float]) -> float:
+    """Normal acceleration of a point of a link against another one [m/s^2]."""
+    return turning(scene, link) ** 2 * math.dist(first, second)
+
+
+def off(exact: float, printed: str) -> float:
+    """Difference in units of the last printed digit."""
+    digits = len(printed.partition(".")[2])
+    return (exact - float(printed)) * 10.0**digits
+
+
+# -- printed numbers -------------------------------------------------------------------------------------------------
+
+Quantity = Callable[[Scene], float]
+# Machine, what of it, as printed, and a length whose 1 % is seen in it.
+PRINTED: dict[str, tuple[str, Quantity, str, str]] = {
+    "5.1 V_A": ("slider-crank", lambda s: speed(s, "A"), "9", "crank.points.A.x"),
+    "5.6 V_A": ("swinging-four-bar", lambda s: speed(s, "A"), "6.6", "crank.points.A.x"),
+    "5.6 V_B": ("swinging-four-bar", lambda s: speed(s, "B"), "5.8", "coupler.points.B.x"),
+    "5.6 V_B/A": ("swinging-four-bar", lambda s: speed(s, "B", "A"), "6.4", "rocker.points.B.x"),
+    "5.6 w2": ("swinging-four-bar", lambda s: turning(s, "crank"), "-60", "speed"),
+    "4.10 w2": ("two-slider-linkage", lambda s: turning(s, "crank"), "104.72", "speed"),
+    "4.10 V_A": ("two-slider-linkage", lambda s: speed(s, "A"), "14.66", "crank.points.A.x"),
+    "4.10 w3": ("two-slider-linkage", lambda s: turning(s, "rod-3"), "-21.88", "rod-3.points.B.y"),
+    "4.10 V_B": ("two-slider-linkage", lambda s: speed(s, "B"), "12.69", "crank.points.A.x"),
+    "4.10 V_C": ("two-slider-linkage", lambda s: speed(s, "C"), "3.8", "rod-5.points.C.y"),
+    "6.15 w2": ("six-bar", lambda s: turning(s, "crank"), "-62.83", "speed"),
+    "6.15 V_B": ("six-bar", lambda s: speed(s, "B"), "12.2", "rocker.points.O15.x"),
+    "6.18 V_B": ("rack-and-wheel", lambda s: speed(s, "B"), "6", "wheel.points.B.x"),
+    "6.18 V_rack": ("rack-and-wheel", lambda s: speed(s, "P"), "6", "speed"),
+    "6.18 V_C": ("rack-and-wheel", lambda s: speed(s, "C"), "6.9", "rod.points.C.x"),
+    "6.18 V_C/B": ("rack-and-wheel", lambda s: speed(s, "C", "B"), "5", "crank.points.C.x"),
+    "6.18 w3": ("rack-and-wheel", lambda s: abs(turning(s, "rod")), "20", "rod.points.C.x"),
+    "6.18 w4": ("rack-and-wheel", lambda s: turning(s, "wheel"), "20", "speed"),
+    "6.18 A_C^n": ("rack-and-wheel", lambda s: normal(s, "crank", (0.13, 0), (0, 0)), "366.23", "rod.points.C.x"),
+    "6.18 A_B/C^n": ("rack-and-wheel", lambda s: normal(s, "rod", (0, 0), (0.25, 0)), "100", "crank.points.C.x"),
+}
+
+
+@pytest.mark.parametrize("number", PRINTED)
+def test_machine_has_the_printed_number_to_its_last_digit(number: str) -> None:
+    machine, quantity, printed, length = PRINTED[number]
+    scene = catalogue_scene(machine)
+    assert abs(off(quantity(scene), printed)) <= 0.5 + 1e-9
+    # Negative control: a hundredth of a length, or of the speed, shows in the number long before its last digit.
+    name = length if length == "speed" else f"bodies.{length}"
+    changed = scene.with_parameters(**{name: 1.01 * scene.parameters[name]})
+    exact = quantity(scene)
+    assert abs(quantity(changed) - exact) > 1e-3 * abs(exact)
+
+
+def test_numbers_that_the_document_cut_short() -> None:
+    cut: tuple[tuple[str, Quantity, str], ...] = (
+        ("swinging-four-bar", lambda s: abs(turning(s, "coupler")), "30.47"),
+        ("six-bar", lambda s: speed(s, "A"), "12.5"),
+    )
+    for machine, quantity, printed in cut:
+        assert 0.5 < off(quantity(catalogue_scene(machine)), printed) < 1.0
+
+
+# -- the six-bar of Example 6.15 -------------------------------------------------------------------------------------
+
+
+def test_six_bar_moves_as_the_equations_of_its_bars_say() -> None:
+    scene, bars = catalogue_scene("six-bar"), SixBar()
+    motion = scene.motion(0.0, scene.speed)
+    for name, key in {"A": "A", "B": "B", "C": "C", "D": "D", "X4": "X"}.items():
+        np.testing.assert_allclose(motion.point(name).velocity[0], bars.velocities[key], atol=1e-12 * 60)
+        np.testing.assert_allclose(motion.point(name).acceleration[0], bars.accelerations[key], atol=1e-12 * 60**2)
+    longer = scene.with_parameters(**{"bodies.rocker.points.O15.x": -0.337})
+    moved = longer.motion(0.0, longer.speed).point("C").velocity[0]
+    assert np.linalg.norm(moved - bars.velocities["C"]) > 0.01
+
+
+def test_six_bar_stays_as_near_to_its_printed_polygon_as_its_description_says() -> None:
+    scene = catalogue_scene("six-bar")
+    names = {"X": "X4"}
+    worst = {
+        pair: abs(speed(scene, *(names.get(letter, letter) for letter in pair)) - printed)
+        for pair, printed in SIX_BAR_POLYGON.items()
+    }
+    assert max(worst, key=lambda pair: worst[pair]) == "X"
+    assert worst["X"] == pytest.approx(1.465, abs=5e-4)
+    assert speed(scene, "E") == pytest.approx(13.45, abs=5e-3)
+    # No pose of the printed lengths does it without a difference that a reader of the polygon would see.
+    assert 0.2 < least_misfit() <= worst["X"]
+
+
+# -- geometry --------------------------------------------------------------------------------------------------------
+
+LENGTHS: dict[str, dict[str, float]] = {
+    "swinging-four-bar": {"crank O A": 0.11, "coupler A B": 0.21, "rocker O B": 0.145},
+    "six-bar": {
+        "crank O12 A": 0.2, "coupler A B": 0.53, "coupler A E": 0.53, "coupler B E": 0.19, "ternary D B": 0.53,
+        "ternary B C": 0.29, "rocker O15 C": 0.49, "ternary C D": 0.45, "ternary B X4": 1.05, "ternary D X4": 0.9,
+    },
+    "rack-and-wheel": {"wheel O B": 0.3, "rod B C": 0.25, "crank O C": 0.13},
+    "two-slider-linkage": {"crank O12 A": 0.14, "ground O12 O13": 0.81, "ground O13 B0": 0.58, "ground O15 B0": 0.20,
+                           "ground O15 C0": 0.06},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("machine", LENGTHS)
+def test_machine_has_the_printed_lengths(machine: str) -> None:
+    values = catalogue_scene(machine).parameters
+    for line, printed in LENGTHS[machine].items():
+        body, *ends = line.split()
+        folder = body if body == "ground" else f"bodies.{body}"
+        first, second = ([values[f"{folder}.points.{end}.{axis}"] for axis in "xy"] for end in ends)
+        assert math.dist(first, second) == pytest.approx(printed, rel=1e-12)
+
+
+def test_auxiliary_point_lies_on_the_line_ab_and_across_the_slide_from_d() -> None:
+    scene = catalogue_scene("six-bar")
+    a, b, c, d, x = (scene.motion(0.0, scene.speed).point(name).position[0] for name in ("A", "B", "C", "D", "X4"))
+    assert abs(left_of(a - b) @ (x - b)) < 1e-15
+    assert abs(off(float(np.linalg.norm(x - c)), "1.21")) < 0.5
+    sliding = scene.motion(0.0, scene.speed).point("D").velocity[0]
+    assert abs(sliding @ (x - d)) < 1e-13 * np.linalg.norm(sliding)
+
+
+@pytest.mark.parametrize(
+    ("machine", "links", "lower_pairs", "higher_pairs"),
+    [("web-cutter", 4, 4, 0), ("two-slider-linkage", 6, 7, 0), ("six-bar", 6, 7, 0), ("rack-and-wheel", 5, 5, 1)],
+)
+def test_machine_has_the_links_and_joints_that_the_document_counts(
+    machine: str, links: int, lower_pairs: int, higher_pairs: int
+) -> None:
+    mechanism: Mechanism = catalogue_scene(machine).mechanism()
+    assert len(mechanism.bodies) + 1 == links
+    assert sum(isinstance(joint, Revolute | Prismatic) for joint in mechanism.joints) == lower_pairs
+    assert sum(isinstance(joint, Mesh) for joint in mechanism.joints) == higher_pairs
+    assert mechanism.mobility == 1
+
+
+@pytest.mark.parametrize(
+    ("machine", "lengths", "told"),
+    [("swinging-four-bar", (0.11, 0.21, 0.145, 0.3397), 88.86), ("rack-and-wheel", (0.3, 0.25, 0.13, 0.475), 53.07)],
+)
+def test_pass_of_a_four_bar_stays_within_the_arc_that_its_description_tells(
+    machine: str, lengths: tuple[float, ...], told: float
+) -> None:
+    # The input ends where coupler and output are in line: law of cosines.
+    a, b, c, ground = lengths
+    limit = math.acos((a**2 + ground**2 - (b + c) ** 2) / (2.0 * a * ground))
+    assert math.degrees(limit) == pytest.approx(told, abs=0.02)
+    mechanism = catalogue_scene(machine).mechanism()
+    assert mechanism.driver.span is not None
+    assert f"{told} deg" in " ".join(catalogue_scene(machine).assumptions)
+    assert all(abs(mechanism.crank_turn(angle)) < limit for angle in (*mechanism.driver.span, 0.0))
+
+
+def test_pass_of_the_two_slider_linkage_stays_within_the_arc_that_its_description_tells() -> None:
+    # The input ends where the rod AB stands at right angles to the slide of B.
+    scene = catalogue_scene("two-slider-linkage")
+    values, slide = scene.parameters, scene.parameters["joints.slide-4.direction"]
+    across = np.array([math.sin(slide), -math.cos(slide)])
+    a, b = (np.array([values[f"bodies.rod-3.points.{end}.{axis}"] for axis in "xy"]) for end in "AB")
+    limit = math.acos((across @ b - np.linalg.norm(b - a)) / np.linalg.norm(a))
+    low, high = slide - 0.5 * math.pi - limit, slide - 0.5 * math.pi + limit
+    assert np.degrees([low, high]) == pytest.approx([-159.08, 112.84], abs=0.005)
+    assert "from -159.08 to 112.84 deg" in " ".join(scene.assumptions)
+    assert low < scene.kinematics.span[0] < 0.0 < scene.kinematics.span[1] < high

@@ -1,0 +1,210 @@
+"""Machines that users know: the catalogue's motions against what theory says of each."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from described import CATALOGUE, changed, tables
+
+from conrod.engines import engine_named
+from conrod.engines.mujoco.law import regularisation_errors
+from conrod.exact.linkage.course import crank_range
+from conrod.exact.motion import Array
+from conrod.runs.comparison import compare
+from conrod.scenes.described_scene import DescribedScene, scene_of
+
+TURN = np.linspace(0.0, 2.0 * math.pi, 721)
+
+
+@cache
+def scene(name: str) -> DescribedScene:
+    return scene_of(tables(CATALOGUE / f"{name}.toml"))
+
+
+def altered(name: str, place: str, value: Any) -> DescribedScene:
+    """A planted defect."""
+    return scene_of(changed(CATALOGUE / f"{name}.toml", place, value))
+
+
+def turn_of(of: DescribedScene, body: str, angle: Array) -> Array:
+    """Turn [rad] of a body."""
+    return np.asarray(of.kinematics.poses(angle)[:, 3 * of.mechanism().body_index[body] + 2])
+
+
+def time_ratio(of: DescribedScene, point: str = "D") -> float:
+    """Crank angle of the longer stroke over that of the shorter one, from where the ram's speed changes its sense."""
+    ends = []
+    speed = of.motion(TURN, 1.0).point(point).velocity[:, 0]
+    for k in np.flatnonzero(np.diff(np.sign(speed))):
+        low, high = TURN[k], TURN[k + 1]
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            same = of.motion(middle, 1.0).point(point).velocity[0, 0] * speed[k] > 0.0
+            low, high = (middle, high) if same else (low, middle)
+        ends.append(low)
+    assert len(ends) == 2
+    forth = float(ends[1] - ends[0])
+    return max(forth, 2.0 * math.pi - forth) / min(forth, 2.0 * math.pi - forth)
+
+
+# -- quick returns -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "lean"), [("whitworth", 50.0 / 100.0), ("crank-shaper", 100.0 / 200.0)])
+def test_the_time_ratio_of_a_quick_return_is_that_of_its_closed_form(name: str, lean: float) -> None:
+    """(pi + 2 a) / (pi - 2 a), sin a = offset / crank (Whitworth) or crank / offset (crank-shaper)."""
+    a = math.asin(lean)
+    assert time_ratio(scene(name)) == pytest.approx((math.pi + 2.0 * a) / (math.pi - 2.0 * a), abs=1e-9)
+
+
+def test_another_offset_gives_another_time_ratio() -> None:
+    assert abs(time_ratio(altered("crank-shaper", "ground.points.O4", [0, -0.21])) - 2.0) > 0.05
+
+
+def test_the_whitworth_lever_goes_round_and_that_of_the_shaper_swings() -> None:
+    assert np.ptp(turn_of(scene("whitworth"), "lever", TURN)) == pytest.approx(2.0 * math.pi)
+    # Between the tangents to the crank's circle; the samples miss the extremes by their spacing's square.
+    swing = np.ptp(turn_of(scene("crank-shaper"), "lever", TURN))
+    assert swing == pytest.approx(2.0 * math.asin(0.5), abs=1e-4)
+
+
+# -- four-bar linkages -------------------------------------------------------------------------------------------------
+
+
+def test_the_double_rocker_reaches_what_the_triangle_of_its_links_allows() -> None:
+    reached = crank_range(scene("double-rocker").kinematics)
+    a, b, c, d = 80.0, 30.0, 70.0, 100.0
+    for end, side in ((reached.start, c - b), (reached.stop, c + b)):
+        assert math.radians(45.0) + end == pytest.approx(
+            math.acos((a * a + d * d - side * side) / (2 * a * d)), abs=1e-7
+        )
+    assert min(a, b, c, d) == b  # the coupler is shortest: Grashof's condition makes both arms rockers
+    assert b + d <= a + c
+
+
+def test_a_crank_rocker_by_grashof_turns_fully() -> None:
+    """The same links with the shortest one as the crank."""
+    whole = changed(CATALOGUE / "double-rocker.toml", "bodies.input.points.A", [0.03, 0])
+    whole["bodies"]["coupler"]["points"]["B"] = [0.08, 0]
+    del whole["driver"]["from"], whole["driver"]["to"]
+    whole["start"] = {"coupler": {"B": [0.1, 0.07]}}
+    assert scene_of(whole).kinematics.turns_fully
+
+
+def test_the_follower_of_a_parallelogram_turns_as_its_crank_and_the_coupler_does_not() -> None:
+    of = scene("parallelogram")
+    crank, coupler, follower = (turn_of(of, body, TURN) for body in ("crank", "coupler", "follower"))
+    assert np.abs(follower - crank).max() < 1e-13
+    assert np.abs(coupler).max() < 1e-13
+
+
+def test_a_longer_follower_turns_the_coupler() -> None:
+    assert np.ptp(turn_of(altered("parallelogram", "bodies.follower.points.B", [0.11, 0]), "coupler", TURN)) > 0.1
+
+
+# -- straight lines ----------------------------------------------------------------------------------------------------
+
+
+def across(of: DescribedScene, point: str, angle: Array) -> Array:
+    """x [m] of a point that goes up and down."""
+    return np.asarray(of.motion(angle, 1.0).point(point).position[:, 0])
+
+
+def test_peaucelliers_point_runs_straight() -> None:
+    of = scene("peaucellier")
+    angle = of.kinematics.angles(721)
+    assert np.abs(across(of, "C", angle) - 0.14).max() < 1e-12 * 0.14
+    assert of.lengths["C"] == pytest.approx(2.0 * 0.14 * math.tan(math.radians(30.0)), rel=1e-6)
+
+
+def test_a_crank_circle_that_misses_the_pivot_bends_the_line() -> None:
+    of = altered("peaucellier", "ground.points.Q", ["121 mm", 0])
+    assert np.ptp(across(of, "C", of.kinematics.angles(721))) > 1e-4
+
+
+def test_watts_point_leaves_its_line_by_the_fifth_power() -> None:
+    """x = L^2 a^5 / (8 c) for arms L and a coupler 2 c, to leading order in the arms' turn a."""
+    of, arm, half = scene("watt-straight-line"), 0.2, 0.06
+    angle = np.radians([16.0, 8.0, 4.0])
+    left = np.abs(across(of, "P", angle))
+    assert np.log2(left[:-1] / left[1:]) == pytest.approx(5.0, abs=0.1)
+    assert left[-1] == pytest.approx(arm**2 * angle[-1] ** 5 / (8.0 * half), rel=0.02)
+    assert np.ptp(across(of, "P", of.kinematics.angles(721))) < 0.02 * of.lengths["P"]
+
+
+def test_a_point_beside_the_couplers_middle_leaves_it_at_once() -> None:
+    beside = altered("watt-straight-line", "bodies.coupler.points.P", [0, "6 mm"])
+    angle = np.radians([0.0, 4.0])
+    middle, off = (np.ptp(across(of, "P", angle)) for of in (scene("watt-straight-line"), beside))
+    assert off > 10.0 * middle
+
+
+# -- leg, wheel, gears -------------------------------------------------------------------------------------------------
+
+
+def ground_phase(of: DescribedScene) -> tuple[float, float, float]:
+    """Of the foot: part of a turn that it is within 3 % of its width of the ground, the step's length, its height."""
+    foot = of.motion(TURN[:-1], 1.0).point("foot").position
+    low = foot[:, 1] - foot[:, 1].min() < 0.03 * np.ptp(foot[:, 0])
+    return float(low.mean()), float(np.ptp(foot[low, 0])), float(np.ptp(foot[:, 1]))
+
+
+def test_jansens_leg_keeps_its_foot_down_for_half_a_turn() -> None:
+    share, step, height = ground_phase(scene("jansen-leg"))
+    assert share > 0.5
+    assert step > 0.55
+    assert height < 0.5 * step
+
+
+def test_a_leg_with_one_rod_mistaken_does_not_walk() -> None:
+    share, step, _ = ground_phase(altered("jansen-leg", "bodies.k.points.V", ["55 cm", 0]))
+    assert share < 0.45 or step < 0.5
+
+
+def test_the_geneva_wheel_turns_by_a_quarter_and_starts_and_stops_without_a_jump() -> None:
+    """Its turn is -atan(m sin a / (1 - m cos a)), m = pin radius / centre distance = 1 / sqrt 2."""
+    of, m = scene("geneva"), math.sqrt(0.5)
+    angle = of.kinematics.angles(181)
+    wheel = turn_of(of, "wheel", angle) - math.pi
+    assert np.abs(wheel + np.arctan2(m * np.sin(angle), 1.0 - m * np.cos(angle))).max() < 1e-12
+    assert np.ptp(wheel) == pytest.approx(math.radians(90.0))
+    speed = np.linalg.norm(of.motion(angle, 1.0).point("rim").velocity, axis=1)
+    assert speed[[0, -1]].max() < 1e-9 * speed.max()
+    # Largest ratio m / (1 - m), between the shafts.
+    assert speed.max() / 0.06 == pytest.approx(m / (1.0 - m))
+
+
+def test_a_geneva_wheel_at_another_distance_starts_with_a_jump() -> None:
+    of = altered("geneva", "ground.points.O4", ["86 mm", 0])
+    speed = np.linalg.norm(of.motion(of.kinematics.angles(181), 1.0).point("rim").velocity, axis=1)
+    assert speed[0] > 1e-3 * speed.max()
+
+
+def test_the_carrier_and_the_planet_turn_by_willis_formula() -> None:
+    """Carrier: 1 / (1 + ring / sun) of the sun; against it the ring turns the planet by -ring / planet (1 - ...)."""
+    of = scene("planetary-gear")
+    carrier, planet = (turn_of(of, body, TURN) for body in ("carrier", "planet"))
+    assert np.abs(carrier - TURN / 3.5).max() < 1e-12
+    assert np.abs(planet - carrier * (1.0 - 50.0 / 15.0)).max() < 1e-12
+
+
+def test_other_teeth_give_another_ratio() -> None:
+    whole = changed(CATALOGUE / "planetary-gear.toml", "joints.sun-mesh.radii", ["18 mm", "17 mm"])
+    whole["joints"]["ring-mesh"]["radii"] = ["17 mm", "52 mm"]
+    assert turn_of(scene_of(whole), "carrier", TURN)[-1] == pytest.approx(2.0 * math.pi / (1.0 + 52.0 / 18.0))
+
+
+def test_mujocos_law_allows_for_the_legs_fast_reactions() -> None:
+    """Its foot's reactions peak within a tenth of a radian: what gives way to them moves faster than it opened."""
+    of, engine = scene("jansen-leg"), engine_named("mujoco")
+    settings = engine.presets["tuned"](of, 1000)
+    found = compare(engine.run(of, settings, 1.0, 0.0), of).worst("velocity")
+    softness = regularisation_errors(of, settings)[0]
+    opening = softness / (math.e * abs(of.speed) * settings.solref[0]) + softness
+    allowed = engine.expected_error(of, settings).velocity
+    assert allowed is not None
+    assert opening < found < allowed < 2.0 * found

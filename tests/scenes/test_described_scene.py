@@ -1,0 +1,187 @@
+"""A scene from a file is a scene like those that ship: parameters, identity, engines; its format is documented."""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+
+import conrod
+from conrod import MuJoCoSettings, PymunkSettings, compare, run
+from conrod.errors import InvalidInput
+from conrod.scenes import SCENES
+from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
+from conrod.studies.frame.cell import Cell
+from tests.support.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
+
+SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism" / "files" / "schema.json").read_text(encoding="utf-8"))
+VALIDATOR = Draft202012Validator(SCHEMA)
+DOCUMENT = Path(conrod.__file__).parents[2] / "docs" / "mechanism-files.md"
+
+
+def example() -> dict[str, Any]:
+    """The example of the documentation, its first block of TOML; others show a part of a file."""
+    text, *_ = re.findall(r"```toml\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)
+    return tomllib.loads(text)
+
+
+# -- format ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_documented_example_is_a_mechanism() -> None:
+    scene = scene_of(example())
+    assert (scene.kind, scene.output, scene.span) == ("crank-rocker", "P", None)
+    assert scene.speed == pytest.approx(4.0 * math.pi)
+    assert scene.mechanism().body("rocker").inertia == pytest.approx(0.9 * 0.2**2 / 12.0)
+    assert scene.kinematics.turns_fully
+
+
+@pytest.mark.parametrize("whole", [example(), *map(tables, SHIPPED)], ids=["documented", *(p.stem for p in SHIPPED)])
+def test_files_fit_the_schema(whole: Mapping[str, Any]) -> None:
+    Draft202012Validator.check_schema(SCHEMA)
+    VALIDATOR.validate(whole)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        ("bodies.rod.mas", 1),
+        ("bodies.rod.mass", True),
+        ("bodies.rod.inertia", 1),
+        ("bodies.rod.uniform", "cube"),
+        ("bodies.rod.points.B", [0, 0, 0]),
+        ("bodies.rod.points.turn", [0, 0]),
+        ("bodies.rod.points.origin", [0, 0]),
+        ("bodies.rod.mass", "heavy"),
+        ("bodies.world", {"mass": 1, "inertia": 1}),
+        ("joints.slide.offset", 0.1),
+        ("joints.shaft.offset", "1 mm"),
+        ("joints.slide.direction", None),
+        ("joints.slide.kind", "revolute"),
+        ("joints.shaft.kind", "spherical"),
+        ("driver.speed", None),
+        ("driver.from", 0),
+        ("driver.sense", "left"),
+        ("observed", {}),
+        ("name", "../saw"),
+        ("profile", "cam.csv"),
+    ],
+)
+def test_what_the_schema_refuses_the_reader_refuses(place: str, value: Any) -> None:
+    whole = changed(SLIDER_CRANK, place, value)
+    assert not VALIDATOR.is_valid(whole)
+    with pytest.raises(InvalidInput):
+        scene_of(whole)
+
+
+def test_every_field_of_the_schema_is_documented() -> None:
+    text = DOCUMENT.read_text(encoding="utf-8")
+    names = {*SCHEMA["properties"], *SCHEMA["properties"]["driver"]["properties"]}
+    names |= {name for kind in SCHEMA["$defs"]["joint"]["oneOf"] for name in kind["properties"]}
+    names |= {name for kind in SCHEMA["$defs"]["body"]["oneOf"] for name in kind["properties"]}
+    assert {name for name in names if not re.search(rf"[`\[ ]{name}[`.\] ]", text)} == set()
+
+
+# -- scene -----------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_are_parameters_by_their_place() -> None:
+    scene = read_scene(SLIDER_CRANK)
+    assert scene.parameters["bodies.crank.points.A.x"] == 0.3
+    assert scene.parameters["speed"] == 30.0
+    assert scene.parameter_facts()["bodies.rod.mass"].unit == "kg"
+    assert scene.parameters.keys() == scene.parameter_facts().keys()
+
+
+def test_a_parameter_given_anew_moves_the_machine() -> None:
+    scene = read_scene(SLIDER_CRANK).with_parameters(**{"bodies.rod.points.B.x": 0.6})
+    assert scene.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.9)
+    assert scene.mechanism().body("rod").inertia == pytest.approx(5.0 * 0.6**2 / 12.0)
+    assert scene.with_parameters(speed=-3.0).speed == -3.0
+    assert scene.with_parameters(speed=-3.0).parameters["bodies.rod.points.B.x"] == 0.6
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("bodies.rod.points.B.z", 0.6, "unknown parameter 'bodies.rod.points.B.z'"),
+        ("bodies.rod.mass", -1.0, "out of range"),
+        ("bodies.rod.mass", math.nan, "not a finite number"),
+        ("bodies.rod.points.B.x", 0.2, "cannot be assembled|cannot turn fully"),
+    ],
+)
+def test_a_parameter_that_cannot_be_is_refused(name: str, value: float, expected: str) -> None:
+    with pytest.raises(InvalidInput, match=expected):
+        read_scene(SLIDER_CRANK).with_parameters(**{name: value})
+
+
+def key(scene: DescribedScene) -> str:
+    return Cell("any", scene, MuJoCoSettings.stock(scene, 100)).key
+
+
+def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
+    scene = read_scene(SLIDER_CRANK)
+    same = [
+        scene_of(shuffled(tables(SLIDER_CRANK), 3)),
+        scene_of(changed(SLIDER_CRANK, "title", "Another title")),
+        scene_of(changed(SLIDER_CRANK, "bodies.crank.points.A", [0.3, "0 mm"])),
+        pickle.loads(pickle.dumps(scene)),
+    ]
+    assert {key(other) for other in same} == {key(scene)}
+    other_machines = [
+        scene.with_parameters(**{"bodies.rod.mass": 5.5}),
+        scene_of(changed(SLIDER_CRANK, "start.rod.turn", "180 deg")),
+        scene_of(changed(SLIDER_CRANK, "observed.G", "rod.A")),
+        read_scene(FOUR_BAR),
+    ]
+    assert len({key(other) for other in other_machines} | {key(scene)}) == 1 + len(other_machines)
+
+
+def test_keys_of_scenes_in_closed_form_are_of_their_parameters() -> None:
+    saw = SCENES["saw-40rpm"]
+    assert Cell("any", saw, MuJoCoSettings.stock(saw, 100)).identity()["parameters"] == saw.parameters
+
+
+def test_a_scene_arrives_in_another_process() -> None:
+    scene = read_scene(FOUR_BAR).with_parameters(speed=50.0)
+    arrived = pickle.loads(pickle.dumps(scene))
+    assert arrived == scene
+    assert hash(arrived) == hash(scene)
+    assert arrived.speed == 50.0
+    assert arrived != read_scene(FOUR_BAR)
+
+
+def test_braces_in_a_text_are_not_filled_in() -> None:
+    scene = scene_of(changed(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
+    assert scene.description.format().startswith("A {crank} of {0.__class__}.")
+
+
+# -- engines ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", [SLIDER_CRANK, FOUR_BAR], ids=lambda path: path.stem)
+def test_hardened_mujoco_runs_a_file_at_its_accuracy(path: Path) -> None:
+    scene = read_scene(path)
+    assert error(scene, MuJoCoSettings.hardened(scene, 1000)) < 1e-8
+
+
+@pytest.mark.parametrize("path", [SLIDER_CRANK, FOUR_BAR], ids=lambda path: path.stem)
+def test_pymunk_runs_a_file_with_an_error_of_order_two(path: Path) -> None:
+    scene = read_scene(path)
+    coarse, fine = (error(scene, PymunkSettings.tuned(scene, steps)) for steps in (1000, 2000))
+    assert coarse / fine == pytest.approx(4.0, rel=0.1)
+
+
+def error(scene: DescribedScene, settings: MuJoCoSettings | PymunkSettings) -> float:
+    """Largest error of position over a turn, or over the pass."""
+    low, high = scene.span or (0.0, 2.0 * np.pi)
+    return compare(run(scene, settings, (high - low) / (2.0 * np.pi), low), scene).worst("position")

@@ -1,0 +1,151 @@
+"""Verdicts on ingredients follow from numbers alone: each of the four, and what a wrong threshold would do to them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from ablations import MINIMAL, MINIMAL_ERROR, alone, timing, variant
+
+from conrod.studies.ablate import verdict as rules
+from conrod.studies.ablate.plan import Role
+from conrod.studies.ablate.results import Evidence, Verdict
+from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
+
+LEVEL = Levels.of([MINIMAL])
+
+
+def without(error: float | None, cost: float | None = 1.0) -> Evidence:
+    """What a part of the minimal model shows without which it is like this."""
+    reduced = variant(Role.REDUCED, "it", error, 0.0 if error is None else error)
+    return evidence_of(reduced, MINIMAL, reduced, None if cost is None else timing(cost), LEVEL)
+
+
+def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evidence:
+    """What an ingredient shows beside all others."""
+    taken, dressed = variant(Role.TAKEN, "it", before), variant(Role.DRESSED, "", after)
+    return evidence_of(taken, dressed, taken, timing(cost), LEVEL, full=True)
+
+
+def test_what_changes_nothing_and_costs_nothing_is_free() -> None:
+    assert verdict([alone(MINIMAL_ERROR, 1e-12, 1.01)]) == (Verdict.FREE, "")
+    assert verdict([alone(MINIMAL_ERROR, 1e-12, 0.7)]) == (Verdict.FREE, "")
+
+
+def test_what_changes_nothing_and_costs_time_is_costly() -> None:
+    assert verdict([alone(MINIMAL_ERROR, 1e-12, 1.2)]) == (Verdict.COSTLY, "")
+    # An interval that reaches down to one proves nothing.
+    unsure = replace(alone(MINIMAL_ERROR, 0.0, 1.2), cost=timing(1.2, half=0.19))
+    assert verdict([unsure])[0] is Verdict.FREE
+
+
+def test_what_makes_the_motion_worse_is_harmful_whatever_it_costs() -> None:
+    for cost in (0.5, 1.0, 3.0):
+        assert verdict([alone(1e-6, 1e-6, cost)]) == (Verdict.HARMFUL, "position")
+    assert verdict([alone(None, 0.0, None)]) == (Verdict.HARMFUL, "opened")
+
+
+def test_what_the_motion_is_wrong_without_is_required() -> None:
+    assert verdict([without(1e-5)]) == (Verdict.REQUIRED, "position")
+    assert verdict([without(None, cost=None)]) == (Verdict.REQUIRED, "opened")
+
+
+def test_a_part_that_the_motion_does_not_need_is_no_better_than_what_is_carried() -> None:
+    assert verdict([without(MINIMAL_ERROR)])[0] is Verdict.FREE
+    assert verdict([without(MINIMAL_ERROR, cost=1.3)])[0] is Verdict.COSTLY
+
+
+def test_a_part_without_which_the_motion_is_better_is_harmful() -> None:
+    rough = variant(Role.MINIMAL, error=1e-4)
+    better = variant(Role.REDUCED, "it", 1e-6, 1e-4)
+    found = evidence_of(better, rough, better, timing(1.0), Levels.of([rough]))
+    assert verdict([found]) == (Verdict.HARMFUL, "position, better without it")
+    # What only improves a motion that is as good as was asked for is not required.
+    finer = variant(Role.ADDED, "it", 1e-6, 1e-4)
+    assert verdict([evidence_of(rough, finer, finer, timing(3.0), Levels.of([rough]))])[0] is Verdict.COSTLY
+
+
+@pytest.mark.parametrize("quantity", JUDGED)
+def test_every_quantity_can_show_harm(quantity: str) -> None:
+    errors = dict.fromkeys(JUDGED, MINIMAL_ERROR) | {quantity: 1e-5}
+    added = replace(variant(Role.ADDED, "it"), errors=errors)
+    found = evidence_of(MINIMAL, added, added, timing(1.0), LEVEL)
+    assert verdict([found]) == (Verdict.HARMFUL, quantity)
+
+
+def test_a_change_below_the_minimal_models_own_error_or_below_what_is_none_is_no_change() -> None:
+    # Twenty times the minimal model's own error, and yet nothing that anybody asks for.
+    assert verdict([alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0)])[0] is Verdict.FREE
+    rough = variant(Role.MINIMAL, error=1e-4)
+    added = variant(Role.ADDED, "it", 1.5e-4, 0.9e-4)
+    assert verdict([evidence_of(rough, added, added, timing(1.0), Levels.of([rough]))])[0] is Verdict.FREE
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "right", "wrong", "evidence"),
+    [
+        ("COSTS", 1.5, Verdict.COSTLY, Verdict.FREE, lambda: alone(MINIMAL_ERROR, 0.0, 1.2)),
+        ("COSTS", 0.9, Verdict.FREE, Verdict.COSTLY, lambda: alone(MINIMAL_ERROR, 0.0, 1.0)),
+        ("AS_GOOD", 1e6, Verdict.HARMFUL, Verdict.FREE, lambda: alone(1e-6, 1e-6, 1.0)),
+        ("AS_GOOD", 1e-3, Verdict.FREE, Verdict.UNTOLD, lambda: alone(MINIMAL_ERROR, 0.0, 1.0)),
+        ("AS_GOOD", 1e6, Verdict.REQUIRED, Verdict.FREE, lambda: without(1e-5)),
+    ],
+)
+def test_a_wrong_threshold_is_seen(
+    name: str, value: float, right: Verdict, wrong: Verdict, evidence: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert callable(evidence)
+    assert verdict([evidence()])[0] is right
+    monkeypatch.setattr(rules, name, value)
+    assert verdict([evidence()])[0] is wrong
+
+
+def test_a_level_without_a_least_one_would_call_rounding_harm(monkeypatch: pytest.MonkeyPatch) -> None:
+    added = variant(Role.ADDED, "it", 5 * MINIMAL_ERROR, 4 * MINIMAL_ERROR)
+    monkeypatch.setattr(rules, "NO_CHANGE", 0.0)
+    found = evidence_of(MINIMAL, added, added, timing(1.0), Levels.of([MINIMAL]))
+    assert verdict([found])[0] is Verdict.HARMFUL
+
+
+def test_harm_beside_all_others_counts_and_is_told_so() -> None:
+    harmless = alone(MINIMAL_ERROR, 0.0, 1.0)
+    assert verdict([harmless, in_full(MINIMAL_ERROR, 1e-5)]) == (Verdict.HARMFUL, f"position, {BESIDE_OTHERS}")
+    assert verdict([harmless, in_full(1e-5, MINIMAL_ERROR)]) == (Verdict.REQUIRED, f"position, {BESIDE_OTHERS}")
+    assert verdict([harmless, in_full(MINIMAL_ERROR, MINIMAL_ERROR, 1.4)]) == (Verdict.COSTLY, BESIDE_OTHERS)
+    # Where a model is wrong with it and without, it tells nothing, and what is known otherwise stays.
+    assert verdict([harmless, in_full(1e-5, 1e-5)])[0] is Verdict.FREE
+    assert verdict([in_full(1e-5, 1e-5)])[0] is Verdict.UNTOLD
+
+
+def test_what_an_engine_cannot_do_is_not_told() -> None:
+    refused = replace(variant(Role.ADDED, "it", None), outcome="unsupported", reason="it has no rod")
+    found = evidence_of(MINIMAL, refused, refused, None, LEVEL)
+    assert verdict([found]) == (Verdict.UNTOLD, "it has no rod")
+    assert verdict([]) == (Verdict.UNTOLD, "")
+    assert verdict([alone(MINIMAL_ERROR, 0.0, None)]) == (Verdict.UNTOLD, "it could not be timed")
+
+
+def torque(before: float | None, after: float | None, change: float, best: float = 1e-9) -> str:
+    """What the torque errors of two models show."""
+    one = variant(Role.MINIMAL, torque_error=before)
+    two = variant(Role.ADDED, "it", torque_error=after, torque_change=change)
+    level = replace(LEVEL, torque=best)
+    return torque_verdict([evidence_of(one, two, two, timing(1.0), level)])
+
+
+def test_what_the_torque_is_wrong_without_is_required_of_it_though_the_motion_does_not_change() -> None:
+    assert torque(0.05, 1e-9, 0.05) == "required"
+    assert torque(1e-9, 0.05, 0.05) == "harmful"
+    assert torque(0.05, 0.08, 0.03) == "changes it"
+    assert torque(1e-9, 1e-9, 1e-12) == ""
+    assert torque(None, None, 0.0) == ""
+    # The best torque of a study that has none better is as good as can be asked for.
+    assert torque(0.05, 2e-3, 0.05, best=1.5e-3) == "required"
+
+
+def test_the_level_of_the_torque_is_that_of_the_best_model() -> None:
+    models = [variant(Role.MINIMAL, torque_error=0.05), variant(Role.ADDED, "gravity", torque_error=3e-7)]
+    assert Levels.of(models).torque == 3e-7
+    assert Levels.of(models).motion["position"] == rules.NO_CHANGE
+    assert Levels.of([MINIMAL]).torque == rules.NO_CHANGE
+    assert Effect.NONE.value == alone(MINIMAL_ERROR, 0.0, 1.0).effect

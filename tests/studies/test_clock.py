@@ -1,0 +1,262 @@
+"""Timing: claims that hold whatever the speed of the machine, by a clock of the tests' own."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import CAM, SAW
+
+from conrod import MuJoCoSettings, PymunkSettings, run
+from conrod.engines import ENGINES, engine_named
+from conrod.engines.mujoco.model import build
+from conrod.engines.pymunk import stepping
+from conrod.engines.pymunk import timing as bare
+from conrod.engines.pymunk.dynamics import body_states
+from conrod.engines.pymunk.timing import reference_loop as pymunk_reference
+from conrod.exact.motion import Array
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.timing import BLOCK, MOST_REVOLUTIONS, REFERENCE_STEPS, fingerprint, time_run
+
+MILLISECOND = 1_000_000  # [ns]
+REFERENCE_COST = 1000  # [ns] a step
+
+
+@dataclass
+class FakeEngine:
+    """An engine whose steps cost what a list says, on a clock that nothing else advances."""
+
+    costs: list[int]  # [ns] a step, of one call of the stepper after the other; the last one stays
+    now: int = 0
+    advanced: list[int] = field(default_factory=list)
+    referred: list[int] = field(default_factory=list)
+
+    def clock(self) -> int:
+        return self.now
+
+    def stepper(self, machine: object, settings: object) -> Callable[[int], None]:
+        def advance(steps: int) -> None:
+            self.now += steps * (self.costs.pop(0) if len(self.costs) > 1 else self.costs[0])
+            self.advanced.append(steps)
+
+        return advance
+
+    def reference_loop(self) -> Callable[[int], None]:
+        def advance(steps: int) -> None:
+            self.now += steps * REFERENCE_COST
+            self.referred.append(steps)
+
+        return advance
+
+
+def timed(engine: Any, steps: int, **options: Any) -> Any:
+    return time_run(engine, SAW, MuJoCoSettings.stock(SAW, steps), clock=engine.clock, **options)
+
+
+def test_the_least_of_the_repeats_counts() -> None:
+    # 1000 steps a turn of 5 ms or more: one turn a repeat, in one call. The first call is the warm-up.
+    engine = FakeEngine([9000, 7000, 6000, 8000])
+    found = timed(engine, 1000)
+    assert found.seconds_per_revolution == pytest.approx(1000 * 6e-6, rel=1e-15)
+    assert (found.steps, found.repeats) == (1000, 3)
+    assert timed(FakeEngine([9000, 7000, 8000, 7500, 5100, 6000]), 1000, repeats=5).repeats == 5
+
+
+def test_the_warm_up_is_not_counted() -> None:
+    # Neither a slow one nor a fast one, which the minimum alone would take.
+    for warm_up in (50_000, 5001):
+        engine = FakeEngine([warm_up, 7000])
+        assert timed(engine, 1000).seconds_per_revolution == pytest.approx(1000 * 7e-6, rel=1e-15)
+        assert engine.advanced == [1000] * 4
+
+
+def test_the_ratio_is_to_a_step_of_the_reference_loop() -> None:
+    engine = FakeEngine([7000])
+    found = timed(engine, 1000)
+    assert found.reference_seconds == pytest.approx(1e-9 * REFERENCE_COST, rel=1e-15)
+    assert found.ratio == found.seconds_per_revolution / found.reference_seconds
+    # Once to warm up, and once just before each repeat.
+    assert engine.referred == [REFERENCE_STEPS] * 4
+
+
+def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
+    engine = FakeEngine([1000])
+    found = timed(engine, 20)
+    assert found.steps % 20 == 0
+    assert found.steps * 1000 >= 5 * MILLISECOND
+    assert found.seconds_per_revolution == pytest.approx(20e-6, rel=1e-15)
+    engine = FakeEngine([1000])
+    assert timed(engine, 20000).steps == 20000
+    assert max(engine.advanced) == BLOCK
+    # A clock too coarse to see a turn does not ask for endlessly many.
+    assert timed(FakeEngine([1, 1, 1]), 20).steps == 20 * MOST_REVOLUTIONS
+
+
+def test_what_takes_too_long_is_given_up() -> None:
+    engine = FakeEngine([MILLISECOND])
+    assert timed(engine, 20000, limit=1.0) is None
+    assert sum(engine.advanced) < 20000
+    # Warm-up and one repeat of 2 s each fit into 5 s, a second repeat does not.
+    assert timed(FakeEngine([MILLISECOND]), 2000, limit=5.0).repeats == 1
+    assert timed(FakeEngine([MILLISECOND]), 2000, limit=3.0) is None
+
+
+def test_the_machine_is_told_by_its_processor_and_python() -> None:
+    assert timed(FakeEngine([7000]), 1000).machine == fingerprint()
+    assert "cores, Python 3" in fingerprint()
+
+
+# -- the engines' own steppers ---------------------------------------------------------------------------------------
+
+
+def settings_of(engine: str, preset: str, machine: Any, steps: int) -> Any:
+    return engine_named(engine).presets[preset](machine, steps)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_timing_of_a_real_engine_adds_up(engine: str) -> None:
+    found = time_run(engine_named(engine), SAW, settings_of(engine, "stock", SAW, 20))
+    assert found is not None
+    assert found.ratio == found.seconds_per_revolution / found.reference_seconds > 0.0
+
+
+def test_the_model_that_is_timed_has_no_sensors() -> None:
+    engine, settings = engine_named("mujoco"), MuJoCoSettings.tuned(SAW, 100)
+    loops: list[Any] = [engine.stepper(SAW, settings), engine.reference_loop()]
+    assert [loop.model.nsensor for loop in loops] == [0, 0]
+    # Negative control: the model that is recorded has some.
+    assert build(SAW, settings).model.nsensor > 0
+
+
+RECORDED = [
+    ("mujoco", preset, machine)
+    for preset, machine in (("stock", SAW), ("tuned", SAW), ("hardened", SAW), ("stock", CAM), ("tuned", CAM))
+] + [("pymunk", preset, machine) for preset in ("stock", "tuned") for machine in (SAW, CAM)]
+
+
+@pytest.mark.parametrize(
+    ("engine", "preset", "machine"), RECORDED, ids=[f"{e}-{p}-{type(m).kind}" for e, p, m in RECORDED]
+)
+def test_the_steps_that_are_timed_are_those_of_a_recorded_run(engine: str, preset: str, machine: Any) -> None:
+    settings = settings_of(engine, preset, machine, 1000)
+    recorded = run(machine, settings, revolutions=1.0).bodies
+    advance: Any = engine_named(engine).stepper(machine, settings)
+    advance(333)
+    advance(667)
+    assert recorded is not None
+    poses, rates = poses_and_rates(engine, machine, settings, advance)
+    assert np.array_equal(poses[0], recorded.position.poses[-1])
+    assert np.array_equal(rates[0], recorded.position.rates[-1])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_steps_that_are_timed_carry_the_loads(engine: str) -> None:
+    # Full correction at every step leaves nothing of a load in pymunk's motion: stock settings give way to it.
+    test_the_steps_that_are_timed_are_those_of_a_recorded_run(engine, "stock", scene_named("press-cutting"))
+
+
+def poses_and_rates(engine: str, machine: Any, settings: Any, advance: Any) -> tuple[Array, Array]:
+    """States of the bodies, as a recorded run has them."""
+    if engine == "mujoco":
+        return build(machine, settings).forward(advance.data.qpos[None], advance.data.qvel[None])
+    bodies = advance.space.bodies
+    centres = np.array([[x for b in bodies for x in (*b.position, b.angle)]])
+    return body_states(
+        machine.kinematics.mechanism,
+        centres,
+        np.array([[x for b in bodies for x in (*b.velocity, b.angular_velocity)]]),
+    )
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_diverged_run_does_not_hang_or_crash_the_timer(engine: str) -> None:
+    class Diverged:
+        """The engine, with a state that is not finite from the start."""
+
+        reference_loop = engine_named(engine).reference_loop
+
+        @staticmethod
+        def stepper(machine: Any, settings: Any) -> Any:
+            advance: Any = engine_named(engine).stepper(machine, settings)
+            if engine == "mujoco":
+                advance.data.qvel[:] = math.nan
+            else:
+                for body in advance.space.bodies:
+                    body.velocity = (math.nan, math.nan)
+            return advance
+
+    for machine in (SAW, CAM):
+        settings = settings_of(engine, "tuned", machine, 20)
+        diverged: Any = Diverged
+        assert time_run(diverged, machine, settings, repeats=1) is not None
+
+
+# -- the reference loops ---------------------------------------------------------------------------------------------
+
+
+def states(engine: str, loop: Any) -> list[float]:
+    if engine == "mujoco":
+        return [*loop.data.qpos, *loop.data.qvel]
+    return [
+        x for body in loop.space.bodies for x in (*body.position, body.angle, *body.velocity, body.angular_velocity)
+    ]
+
+
+# Timings of all dates and machines relate to these very loops. They are never changed; nor is this.
+AFTER_100: dict[str, list[float]] = {
+    "mujoco": [
+        *(0.6278726734904517, -0.8246786625049323, -0.02460264912419562),
+        *(6.2710417382472805, -7.996326038893795, -0.4684157870822607),
+    ],
+    "pymunk": [
+        *(0.0, 0.0, 0.6283185307179587, 0.0, 0.0, 6.283185307179586),
+        *(0.22814723053363173, 0.02941376978929742, -0.19735549798855595),
+        *(-0.4211044114559482, 0.2540059294046008, -1.7269918336553445),
+        *(0.3752567214837482, 0.0, 0.0, -0.4720315460054893, 0.0, 0.0),
+    ],
+}
+SOURCE = {"mujoco": "412a32be21423b0f", "pymunk": "a1596be9a8e1e6cb"}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_reference_loop_is_what_it_always_was(engine: str) -> None:
+    loop: Any = engine_named(engine).reference_loop()
+    before = states(engine, loop)
+    loop(100)
+    after = states(engine, loop)
+    assert np.abs(np.array(after) - before).max() > 0.1
+    assert after == pytest.approx(AFTER_100[engine], rel=1e-6, abs=1e-9)
+    module = import_module(f"conrod.engines.{engine}.reference_loop")
+    assert hashlib.sha256(inspect.getsource(module).encode()).hexdigest()[:16] == SOURCE[engine]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_reference_loop_closes_and_keeps_turning(engine: str) -> None:
+    loop: Any = engine_named(engine).reference_loop()
+    loop(4000)
+    if engine == "mujoco":
+        turn, rod, slide = loop.data.qpos
+        end = 0.1 * np.exp(1j * turn) + 0.3 * np.exp(1j * (turn + rod))
+        assert turn > 2.0 * math.pi
+        assert abs(end - (0.4 + slide)) < 0.01
+    else:
+        _, rod, slider = loop.space.bodies
+        end = rod.local_to_world((0.15, 0.0))
+        assert (end - slider.position).length < 0.01
+
+
+def test_pymunks_private_loop_and_its_public_one_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = PymunkSettings.tuned(SAW, 100)
+    private, public = bare.started(SAW, settings), bare.started(SAW, settings)
+    private(150)
+    monkeypatch.setattr(stepping, "lib", None)
+    public(150)
+    assert states("pymunk", private) == states("pymunk", public)
+    assert states("pymunk", pymunk_reference()) != states("pymunk", private)

@@ -1,0 +1,319 @@
+"""A real Dask scheduler with two real workers gives the local table, also when one of them is killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cell_tasks as tasks
+import pytest
+from outside_kills import killing, waiting_cell, was_alone
+
+from conrod import InvalidInput
+from conrod.studies.execution import cluster_connection
+from conrod.studies.execution import cluster_connection as cluster_worker
+from conrod.studies.execution.child import HOME
+from conrod.studies.execution.cluster import DaskCluster
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement, measure
+
+distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")
+
+
+class Cluster:
+    """A scheduler and workers of one thread on the loopback interface, at a free port."""
+
+    def __init__(self, folder: Path, workers: int, *options: str) -> None:
+        self.folder = folder
+        told = folder / "scheduler.json"
+        self.scheduler = self._started("scheduler", "--port", "0", "--scheduler-file", str(told))
+        self.address = _address(told, self.scheduler)
+        self.workers = [self._started("worker", self.address, "--nthreads", "1", *options) for _ in range(workers)]
+        with distributed.Client(self.address, set_as_default=False) as client:
+            client.wait_for_workers(workers)
+
+    def _started(self, *arguments: str) -> subprocess.Popen[bytes]:
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join((str(Path(__file__).parents[1] / "support"), HOME)),
+            "DASK_TEMPORARY_DIRECTORY": str(self.folder),
+        }
+        command = [sys.executable, "-m", "dask", *arguments, "--host", "127.0.0.1", "--no-dashboard"]
+        with (self.folder / "log.txt").open("ab") as log:
+            return subprocess.Popen(command, env=environment, stdout=log, stderr=log, cwd=self.folder)
+
+    def stop(self) -> None:
+        for process in (*self.workers, self.scheduler):
+            process.terminate()
+        for process in (*self.workers, self.scheduler):
+            try:
+                process.wait(20.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _address(told: Path, scheduler: subprocess.Popen[bytes]) -> str:
+    while scheduler.poll() is None:
+        try:
+            return str(json.loads(told.read_text())["address"])
+        except (FileNotFoundError, json.JSONDecodeError):
+            time.sleep(0.02)
+    raise AssertionError(f"the scheduler ended with status {scheduler.returncode}")
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    running = Cluster(tmp_path_factory.mktemp("cluster"), 2)
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def own_cluster(tmp_path: Path) -> Iterator[Cluster]:
+    running = Cluster(tmp_path, 2, "--no-nanny")
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def ledger(tmp_path: Path) -> Iterator[Ledger]:
+    with Ledger.open(tmp_path / "ledger.sqlite") as opened:
+        yield opened
+
+
+class After:
+    """Does something once, after so many results."""
+
+    def __init__(self, count: int, then: threading.Event) -> None:
+        self.count = count
+        self.then = then
+
+    def started(self, total: int, already_finished: int) -> None: ...
+
+    def advanced(self, cell: Cell, measurement: Measurement) -> None:
+        self.count -= 1
+        if self.count == 0:
+            self.then.set()
+
+
+def kill_after(event: threading.Event, *processes: subprocess.Popen[bytes]) -> threading.Thread:
+    def kill() -> None:
+        event.wait()
+        for process in processes:
+            process.kill()
+
+    thread = threading.Thread(target=kill, daemon=True)
+    thread.start()
+    return thread
+
+
+# -- the same table --------------------------------------------------------------------------------------------------
+
+
+def test_one_of_two_workers_is_killed_and_the_table_is_the_local_one(own_cluster: Cluster, tmp_path: Path) -> None:
+    cells = tasks.cells(40)
+    killed = threading.Event()
+    with (
+        Ledger.open(tmp_path / "cluster") as ledger,
+        DaskCluster(own_cluster.address, cell_timeout=60.0) as executor,
+    ):
+        kill_after(killed, own_cluster.workers[0])
+        table = run_cells(cells, ledger, executor, watcher=After(10, killed))
+        rows = list(ledger.rows())
+    # Negative control: it did die, and the other one lives.
+    assert own_cluster.workers[0].wait() == -9
+    assert own_cluster.workers[1].poll() is None
+    with Ledger.open(tmp_path / "local") as ledger, LocalProcesses(2) as local:
+        assert run_cells(cells, ledger, local) == table
+        assert list(ledger.rows()) == rows
+    assert table[cells[0].key] == measure(cells[0])
+
+
+@pytest.mark.slow
+def test_outcomes_on_the_cluster_are_those_of_this_machine(cluster: Cluster, tmp_path: Path) -> None:
+    cells = tasks.cells(20)
+    limits = {"cell_timeout": tasks.TIMEOUT, "cell_memory": tasks.MEMORY}
+    with Ledger.open(tmp_path / "cluster") as ledger, DaskCluster(cluster.address, **limits) as executor:  # type: ignore[arg-type]
+        there = run_cells(cells, ledger, executor, task=tasks.misbehave)
+        stopped = ledger.stopped(there)
+    with Ledger.open(tmp_path / "local") as ledger, LocalProcesses(2, **limits) as local:  # type: ignore[arg-type]
+        assert run_cells(cells, ledger, local, task=tasks.misbehave) == there
+        assert ledger.stopped(there) == stopped
+    assert {m.outcome for m in there.values()} == {"completed", "crashed", "timed-out", "out-of-memory"}
+
+
+@pytest.mark.slow
+def test_a_cell_that_kills_worker_after_worker_has_crashed_and_no_other_is_blamed(
+    cluster: Cluster, ledger: Ledger
+) -> None:
+    cells = tasks.cells(12)
+    with DaskCluster(cluster.address) as executor:
+        table = run_cells(cells, ledger, executor, task=tasks.kill_dask_worker)
+    crashed = [tasks.number(cell) for cell in cells if table[cell.key].outcome == "crashed"]
+    assert crashed == [tasks.CRASHES]
+    assert "workers of the cluster died" in table[cells[tasks.CRASHES].key].reason
+    assert sum(m.outcome == "completed" for m in table.values()) == 11
+
+
+def test_a_cell_whose_process_beside_a_worker_is_killed_is_repeated_alone(own_cluster: Cluster, tmp_path: Path) -> None:
+    folder = tmp_path / "attempts"
+    folder.mkdir()
+    cells = tasks.kept_in(folder, tasks.cells(60))
+    with (
+        Ledger.open(tmp_path / "ledger") as ledger,
+        killing(waiting_cell(folder)) as killed,
+        DaskCluster(own_cluster.address, cell_timeout=60.0) as executor,
+    ):
+        table = run_cells(cells, ledger, executor, task=tasks.wait_for_a_kill)
+    assert killed
+    assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(60)}
+    assert was_alone(folder, *killed)
+
+
+@pytest.mark.slow
+def test_a_cell_that_kills_its_process_again_and_again_has_crashed_on_a_cluster(
+    cluster: Cluster, ledger: Ledger
+) -> None:
+    cells = tasks.cells(12)
+    with DaskCluster(cluster.address) as executor:
+        table = run_cells(cells, ledger, executor, task=tasks.kill_itself)
+    crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
+    assert crashed == {tasks.CRASHES: "ended by signal SIGKILL, and again with nothing beside it"}
+    assert sum(m.outcome == "completed" for m in table.values()) == 11
+
+
+@pytest.mark.slow
+def test_bad_usage_of_a_cell_and_mistakes_arrive(cluster: Cluster, ledger: Ledger) -> None:
+    with DaskCluster(cluster.address) as executor:
+        with pytest.raises(InvalidInput, match="cannot be run"):
+            run_cells(tasks.cells(5), ledger, executor, task=tasks.refuse)
+        with pytest.raises(RuntimeError, match=r"ZeroDivisionError on .*: a mistake"):
+            run_cells(tasks.cells(5), ledger, executor, task=tasks.fail, fresh=True)
+        assert run_cells(tasks.cells(5), ledger, executor, task=tasks.echo, fresh=True)
+
+
+@pytest.mark.slow
+def test_an_interrupt_leaves_the_cluster_usable(cluster: Cluster, ledger: Ledger) -> None:
+    class Interrupt(After):
+        def advanced(self, cell: Cell, measurement: Measurement) -> None:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), DaskCluster(cluster.address) as executor:
+        run_cells(tasks.cells(8), ledger, executor, task=tasks.echo, watcher=Interrupt(1, threading.Event()))
+    with DaskCluster(cluster.address) as executor:
+        assert len(run_cells(tasks.cells(8), ledger, executor, task=tasks.echo)) == 8
+
+
+# -- a cluster that fails --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_cluster_that_loses_all_its_workers_is_given_up_and_finished_cells_are_kept(
+    own_cluster: Cluster, ledger: Ledger
+) -> None:
+    lost = threading.Event()
+    kill_after(lost, *own_cluster.workers)
+    with (
+        DaskCluster(own_cluster.address, grace=5.0) as executor,
+        pytest.raises(InvalidInput, match=r"has had no worker, or given no answer, for 5 s"),
+    ):
+        run_cells(tasks.cells(200), ledger, executor, task=tasks.sleep_half, watcher=After(2, lost))
+    assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_dies_is_one_line_and_finished_cells_are_kept(own_cluster: Cluster, ledger: Ledger) -> None:
+    lost = threading.Event()
+    kill_after(lost, own_cluster.scheduler)
+    with (
+        DaskCluster(own_cluster.address, grace=5.0, patience=2.0) as executor,
+        pytest.raises(InvalidInput, match="lost the connection to the cluster at tcp://") as told,
+    ):
+        run_cells(tasks.cells(200), ledger, executor, task=tasks.sleep_half, watcher=After(2, lost))
+    assert "\n" not in str(told.value)
+    assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
+
+
+def refusal(address: str) -> str:
+    with pytest.raises(InvalidInput) as told:
+        DaskCluster(address, patience=1.0)
+    assert "\n" not in str(told.value)
+    return str(told.value)
+
+
+@pytest.mark.parametrize("address", ["", "here", "127.0.0.1:8786", "http://127.0.0.1:8786", "tcp://127.0.0.1"])
+def test_an_address_that_is_none_is_refused(address: str) -> None:
+    assert "give the scheduler's address" in refusal(address)
+
+
+def test_a_cluster_that_is_not_there_or_says_nothing_is_one_line() -> None:
+    with socket.socket() as mute:
+        mute.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{mute.getsockname()[1]}"
+        assert f"no cluster answers at {address}" in refusal(address)
+        mute.listen()
+        assert f"no cluster answers at {address}" in refusal(address)
+
+
+@pytest.mark.slow
+def test_an_address_of_a_worker_is_no_clusters(cluster: Cluster) -> None:
+    with DaskCluster(cluster.address) as executor:
+        worker = next(iter(executor._client.nthreads()))
+    assert "not a scheduler" in refusal(worker)
+
+
+def test_without_dask_it_is_said_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert "pip install 'conrod[cluster]'" in refusal("tcp://127.0.0.1:8786")
+
+
+VERSIONS = {"python": "3.11.7.final.0", "dask": "2026.8.0", "distributed": "2026.8.0"}
+
+
+@pytest.mark.parametrize(
+    ("package", "other"), [("python", "3.12.1.final.0"), ("dask", "2025.1.0"), ("distributed", "1")]
+)
+@pytest.mark.parametrize("place", ["scheduler", "worker tcp://10.0.0.2:1"])
+def test_other_versions_on_the_cluster_are_refused(package: str, other: str, place: str) -> None:
+    same, different = {"packages": VERSIONS}, {"packages": VERSIONS | {package: other}}
+    versions = {"client": same, "scheduler": same, "workers": {"tcp://10.0.0.1:1": same, "tcp://10.0.0.2:1": same}}
+    cluster_connection.check_versions(versions, "tcp://10.0.0.1:8786")
+    if place == "scheduler":
+        versions["scheduler"] = different
+    else:
+        versions["workers"]["tcp://10.0.0.2:1"] = different
+    with pytest.raises(InvalidInput, match=f"other versions: {package} .* on its {place}, "):
+        cluster_connection.check_versions(versions, "tcp://10.0.0.1:8786")
+
+
+def test_a_patch_release_of_python_is_no_other_version() -> None:
+    here, there = {"packages": VERSIONS}, {"packages": VERSIONS | {"python": "3.11.9.final.0"}}
+    cluster_connection.check_versions({"client": here, "scheduler": there, "workers": {}}, "tcp://10.0.0.1:8786")
+
+
+@pytest.mark.slow
+def test_a_worker_with_another_engine_version_runs_nothing(
+    cluster: Cluster, ledger: Ledger, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def older(arguments: tuple[object, ...]) -> list[dict[str, object]]:
+        return [{**told, "engine_version": "6.0"} for told in here(arguments)]
+
+    here = cluster_worker.identities
+    monkeypatch.setattr(cluster_worker, "identities", older)
+    with (
+        DaskCluster(cluster.address) as executor,
+        pytest.raises(InvalidInput, match=r"engine_version '7.* there and '6\.0' here; install the same versions"),
+    ):
+        run_cells(tasks.cells(3), ledger, executor)
+    assert ledger.finished(c.key for c in tasks.cells(3)) == set()

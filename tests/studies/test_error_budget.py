@@ -1,0 +1,285 @@
+"""Error budgets: planted causes are found in the part that they belong to, and the parts sum to the whole."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measured import FAILED, measured, shape_of
+
+from conrod.engines.mujoco.settings import STOCK_SOLIMP, MuJoCoSettings
+from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Settings
+from conrod.scenes import SCENES
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.sweep.budget_plan import (
+    AS_IS,
+    BUDGET_ANGLES,
+    CONVERGED,
+    FINER,
+    FINEST,
+    REGULARISATION,
+    STABILISATION,
+    TWICE,
+    BudgetPlan,
+    budget_plan_of,
+)
+from conrod.studies.sweep.error_budget import ITERATION, MODEL, STEP, TOTAL, ErrorBudget, Runs, budget_of
+from conrod.studies.sweep.plan import SweepPlan, sweep_study
+from conrod.studies.validation.results import QUANTITIES
+
+SAW, CAM = SCENES["saw-500rpm"], SCENES["cam-follower"]
+PARTS = (ITERATION, STEP, MODEL)
+TUNED = PymunkSettings.tuned(SAW, 100)
+SOFT = MuJoCoSettings.tuned(SAW, 100)
+
+
+def plan_of(settings: Settings, fineness: int = 16) -> BudgetPlan:
+    return budget_plan_of("saw-500rpm", SAW, settings, fineness)
+
+
+def made_up(plan: BudgetPlan, sizes: Mapping[str, float]) -> dict[str, Measurement]:
+    """Runs whose errors are the sum, over the roles' sizes, of vectors that belong to each cause."""
+    return {cell.key: measured(vectors(sizes.get(role, 0.0), cell.key)) for role, cell in plan.cells.items()}
+
+
+def vectors(size: float, seed: str) -> dict[str, Array]:
+    return {n: size * v for n, v in shape_of(SAW, BUDGET_ANGLES, seed=int(seed[:8], 16)).items()}
+
+
+def run_budget(settings: Settings, fineness: int = 4) -> ErrorBudget:
+    plan = plan_of(settings, fineness)
+    return budget_of(plan, {cell.key: measure(cell) for cell in plan.cells.values()})
+
+
+def sizes_of(budget: ErrorBudget, quantity: str = "position") -> dict[str, float]:
+    norms = {part.name: part.norms for part in budget.parts}
+    return {name: found[quantity].max for name, found in norms.items() if found is not None}
+
+
+def largest_part(budget: ErrorBudget, quantity: str = "position") -> str:
+    sizes = sizes_of(budget, quantity)
+    return max(PARTS, key=lambda name: sizes[name])
+
+
+# -- the plan --------------------------------------------------------------------------------------------------------
+
+
+def test_each_run_varies_one_thing_alone() -> None:
+    cells = plan_of(SOFT).cells
+    changed = {
+        role: {
+            k
+            for k, v in cell.settings.as_dict().items()
+            if v != cells[CONVERGED].settings.as_dict()[k] and k != "preset"
+        }
+        for role, cell in cells.items()
+    }
+    step = {"steps_per_revolution", "timestep"}
+    assert changed[AS_IS] == changed[TWICE] == {"iterations"}
+    assert changed[FINER] == changed[FINEST] == step
+    assert changed[REGULARISATION] == {"hardening"}
+    assert changed[STABILISATION] == {"solref"}
+    assert changed[f"{STABILISATION} finest"] == {"solref"} | step
+
+
+def test_pymunk_is_stabilised_alone_because_its_joints_are_not_regularised() -> None:
+    plan = plan_of(PymunkSettings.stock(SAW, 200))
+    assert plan.changes == {STABILISATION: {"error_bias": (STOCK_BIAS, 0.0)}}
+
+
+def test_a_time_constant_that_cannot_be_halved_is_doubled() -> None:
+    shortest = replace(SOFT, solref=(2.0 * SOFT.timestep, 1.0))
+    before, after = plan_of(shortest).changes[STABILISATION]["solref"]
+    assert after[0] == 2.0 * before[0]
+
+
+def test_stiffness_and_damping_given_directly_are_varied_as_the_same_time_constant() -> None:
+    direct = replace(SOFT, solref=(-1e6, -2e3))
+    assert plan_of(direct).changes[STABILISATION]["solref"] == ([-1e6, -2e3], [-4e6, -4e3])
+
+
+def test_contact_is_not_hardened_but_stiffened() -> None:
+    plan = budget_plan_of("cam", CAM, MuJoCoSettings.tuned(CAM, 1000))
+    assert set(plan.changes[REGULARISATION]) == {"contact_solimp"}
+    assert set(plan.changes[STABILISATION]) == {"contact_solref"}
+    plan = budget_plan_of("cam", CAM, PymunkSettings.tuned(CAM, 1000))
+    assert set(plan.changes[REGULARISATION]) == {"collision_slop"}
+
+
+@pytest.mark.parametrize(("steps", "fineness", "wrong"), [(120, 16, "multiple of 100"), (200, 3, "even number")])
+def test_plans_without_common_angles_are_refused(steps: int, fineness: int, wrong: str) -> None:
+    with pytest.raises(InvalidInput, match=wrong):
+        plan_of(PymunkSettings.stock(SAW, steps), fineness)
+
+
+# -- the sums --------------------------------------------------------------------------------------------------------
+
+
+def test_signed_parts_sum_to_the_signed_error_at_every_angle() -> None:
+    plan = plan_of(SOFT)
+    measurements = made_up(plan, {AS_IS: 1e-3, CONVERGED: 3.0, FINEST: 1e-7, FINER: 2e-7})
+    runs = Runs(plan, {role: measurements[cell.key] for role, cell in plan.cells.items()})
+    parts = [runs.combined(w) for w in ({AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, FINEST: -1}, {FINEST: 1})]
+    total = runs.combined({AS_IS: 1})
+    for quantity in QUANTITIES:
+        for point in SAW.lengths:
+            off = sum(part[quantity][point] for part in parts) - total[quantity][point]
+            assert np.abs(off).max() <= 1e-15 * 3.0
+    budget_of(plan, measurements)
+
+
+def test_a_sum_that_does_not_close_is_an_error() -> None:
+    # Negative control: nothing finite fails to telescope, so what is planted is not a number.
+    plan = plan_of(SOFT)
+    with pytest.raises(ArithmeticError, match="do not sum"):
+        budget_of(plan, made_up(plan, {CONVERGED: float("nan")}))
+
+
+def test_norms_are_not_summands_where_parts_point_against_each_other() -> None:
+    plan = plan_of(SOFT)
+    same = shape_of(SAW, BUDGET_ANGLES)
+    factors = {AS_IS: 0.0, CONVERGED: 0.0, TWICE: 0.0}
+    runs = {
+        cell.key: measured({n: factors.get(role, 1.0) * v for n, v in same.items()})
+        for role, cell in plan.cells.items()
+    }
+    found = sizes_of(budget_of(plan, runs))
+    assert found[TOTAL] == 0.0
+    assert found[STEP] == found[MODEL] > 0.1
+
+
+def test_a_part_no_larger_than_the_last_doubling_is_not_told_from_zero() -> None:
+    plan = plan_of(TUNED)
+    shape = shape_of(SAW, BUDGET_ANGLES)
+    # An error that is the step's alone, of order 1: what is left at the finest step looks like a model's.
+    runs = {
+        cell.key: measured({n: 100.0 / cell.settings.steps_per_revolution * v for n, v in shape.items()})
+        for cell in plan.cells.values()
+    }
+    budget = budget_of(plan, runs)
+    model, step = budget.part(MODEL).norms, budget.part(STEP).norms
+    assert model is not None
+    assert step is not None
+    assert not model["position"].told_from_zero
+    assert step["position"].told_from_zero
+    assert not budget.settled(STEP, "position")
+
+
+def test_a_run_that_failed_leaves_its_parts_out_and_says_so() -> None:
+    plan = plan_of(TUNED)
+    runs = made_up(plan, dict.fromkeys(plan.cells, 1.0)) | {plan.cells[FINEST].key: FAILED}
+    budget = budget_of(plan, runs)
+    assert budget.part(ITERATION).norms is not None
+    assert budget.part(MODEL).norms is None
+    assert budget.part(MODEL).missing == {FINEST: "exploded"}
+    json.dumps(budget.as_dict(), allow_nan=False)
+
+
+# -- causes ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_cause_is_named_only_where_the_law_gives_the_size() -> None:
+    plan = plan_of(SOFT)
+    runs = made_up(plan, dict.fromkeys(plan.cells, 1.0))
+    assert not budget_of(plan, runs).part(MODEL).named
+    norms = budget_of(plan, runs).part(MODEL).norms
+    assert norms is not None
+    right = norms["position"].max
+    assert budget_of(plan, runs, {FINEST: (right, "law")}).part(MODEL).named
+    assert not budget_of(plan, runs, {FINEST: (2.0 * right, "law")}).part(MODEL).named
+    told = {FINEST: 1.0, f"{STABILISATION} finest": 0.25, CONVERGED: 2.0, STABILISATION: 0.5}
+    budget = budget_of(plan, runs, {role: (size, "law") for role, size in told.items()})
+    assert budget.part(f"{STABILISATION}, no step").predicted == 0.75
+    assert budget.part(f"{STABILISATION}, this step").predicted == 1.5
+    assert budget.part(f"{REGULARISATION}, this step").predicted is None
+
+
+def test_too_few_iterations_grow_the_iterations_part_alone() -> None:
+    right, planted = run_budget(TUNED, 2), run_budget(replace(TUNED, iterations=20), 2)
+    assert sizes_of(right)[ITERATION] < 1e-6 * sizes_of(planted)[ITERATION]
+    for part in (STEP, MODEL):
+        assert sizes_of(planted)[part] == pytest.approx(sizes_of(right)[part], rel=1e-6)
+    assert planted.settled(ITERATION, "position")
+
+
+@pytest.mark.parametrize(("solver", "iterations"), [("PGS", 10), ("CG", 1)])
+def test_a_solver_that_stops_early_grows_the_iterations_part_alone(solver: str, iterations: int) -> None:
+    right, planted = run_budget(SOFT, 2), run_budget(replace(SOFT, solver=solver, iterations=iterations), 2)
+    assert sizes_of(right)[ITERATION] < 1e-12
+    assert largest_part(planted) == ITERATION
+    assert sizes_of(planted)[MODEL] == sizes_of(right)[MODEL]
+
+
+def test_a_coarse_step_grows_the_steps_part() -> None:
+    right, planted = (run_budget(MuJoCoSettings.hardened(SAW, steps)) for steps in (300, 100))
+    assert sizes_of(planted)[STEP] > 50.0 * sizes_of(right)[STEP]
+    assert largest_part(planted) == STEP
+
+
+@pytest.mark.parametrize("planted", [{"solref": (0.01, 1.0)}, {"solimp": STOCK_SOLIMP}], ids=["solref", "solimp"])
+def test_softness_grows_the_models_part(planted: Mapping[str, tuple[float, ...]]) -> None:
+    # At most two steps' time constant would be MuJoCo's own choice and not the one that is planted.
+    right = replace(SOFT, solref=(0.0024, 1.0))
+    before, after = run_budget(right, 2), run_budget(replace(right, **planted), 2)
+    assert largest_part(after) == MODEL
+    assert sizes_of(after)[MODEL] > 10.0 * sizes_of(before)[MODEL]
+    # Without regularisation, or without what it multiplies, all of it goes.
+    knob = sizes_of(after)[f"{REGULARISATION}, no step"]
+    assert knob == pytest.approx(sizes_of(after)[MODEL], rel=0.05)
+
+
+def swept_budget(settings: Settings, fineness: int) -> ErrorBudget:
+    """The budget as a sweep tells it, with what the engine's law gives."""
+    plan = plan_of(settings, fineness)
+    runs = {cell.key: measure(cell) for cell in plan.cells.values()}
+    swept = SweepPlan("saw-500rpm", SAW, "coarse", (), (plan,), ())
+    return sweep_study(swept, runs, {}, "m").budgets[0]
+
+
+def test_the_law_names_regularisation_as_the_cause_of_tuned_mujocos_error() -> None:
+    budget = swept_budget(MuJoCoSettings.tuned(SAW, 400), 2)
+    named = {part.name for part in budget.parts if part.named}
+    knobs = {f"{knob}, {step}" for knob in (REGULARISATION, STABILISATION) for step in ("no step", "this step")}
+    assert named == {MODEL} | knobs
+    assert largest_part(budget) == MODEL
+
+
+def test_the_law_names_the_bias_as_the_cause_of_stock_pymunks_error() -> None:
+    budget = swept_budget(PymunkSettings.stock(SAW, 200), 8)
+    assert budget.part(f"{STABILISATION}, this step").named
+    # What is left at the finest step is the bias's too, a finer step's, and not told from zero.
+    assert budget.part(MODEL).named
+    norms = budget.part(MODEL).norms
+    assert norms is not None
+    assert not norms["position"].told_from_zero
+
+
+def test_a_run_that_failed_is_asked_no_law() -> None:
+    plan = plan_of(TUNED, 2)
+    runs = {cell.key: FAILED for cell in plan.cells.values()}
+    swept = SweepPlan("saw-500rpm", SAW, "coarse", (), (plan,), ())
+    assert all(part.predicted is None for part in sweep_study(swept, runs, {}, "m").budgets[0].parts)
+
+
+def test_the_bias_is_the_cause_of_stock_pymunks_error_at_this_step_and_of_none_without_step() -> None:
+    budget = run_budget(PymunkSettings.stock(SAW, 200), 8)
+    found = sizes_of(budget)
+    assert found[f"{STABILISATION}, this step"] == pytest.approx(found[TOTAL], rel=0.05)
+    model = budget.part(MODEL).norms
+    assert model is not None
+    assert not any(model[q].told_from_zero for q in QUANTITIES)
+    assert largest_part(budget) == STEP
+
+
+@pytest.mark.slow
+def test_stock_mujocos_error_is_its_models_at_any_step() -> None:
+    for steps in (400, 1000, 2000):
+        budget = run_budget(MuJoCoSettings.stock(SAW, steps), 8)
+        assert all(largest_part(budget, q) == MODEL for q in QUANTITIES)
+        assert sizes_of(budget)[MODEL] == pytest.approx(3.77e-2, rel=0.03)

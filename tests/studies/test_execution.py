@@ -1,0 +1,437 @@
+"""Cells run by any executor give one table, and what a cell does to its process costs that cell alone."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from itertools import islice
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import cell_tasks as tasks
+import pytest
+from rich.console import Console
+
+from conrod import InvalidInput
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.limits import Limits
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.progress import CostBar, ProgressBar
+from conrod.studies.execution.worker_process import WorkerDied
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.timing import Timing
+
+CELLS = tasks.cells(30)
+
+
+@pytest.fixture
+def ledger(tmp_path: Path) -> Iterator[Ledger]:
+    with Ledger.open(tmp_path / "ledger.sqlite") as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def local() -> Iterator[LocalProcesses]:
+    with LocalProcesses(2, cell_timeout=60.0) as executor:
+        yield executor
+
+
+class Here(Executor):
+    """Runs everything at once in the calling thread, and counts."""
+
+    def __init__(self, limits: Limits | None = None) -> None:
+        self.ran: list[int] = []
+        self.limits = limits or Limits()
+
+    def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
+        self.ran.append(tasks.number(args[-1]))
+        future: Future[Measurement] = Future()
+        future.set_running_or_notify_cancel()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def ended(outcome: type[Exception]) -> Callable[[Cell], Measurement]:
+    def task(cell: Cell) -> Measurement:
+        raise outcome("no result after 3 s")
+
+    return task
+
+
+# -- one table, whoever runs it --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def expected() -> dict[str, Measurement]:
+    return {cell.key: measure(cell) for cell in CELLS[:6]}
+
+
+def executors() -> dict[str, Callable[[], Executor]]:
+    return {
+        "in the caller": Here,
+        "threads": lambda: ThreadPoolExecutor(3),
+        "the standard library's processes": lambda: ProcessPoolExecutor(1, mp_context=get_context("spawn")),
+        "one local process": lambda: LocalProcesses(1),
+        "two local processes": lambda: LocalProcesses(2, cell_timeout=60.0),
+    }
+
+
+@pytest.mark.parametrize("name", executors())
+def test_every_executor_gives_the_same_table(name: str, ledger: Ledger, expected: dict[str, Measurement]) -> None:
+    with executors()[name]() as executor:
+        table = run_cells(CELLS[:6], ledger, executor)
+    assert table == expected
+    assert list(table) == list(expected)
+    assert any(m.outcome == "completed" for m in table.values())
+
+
+def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
+    here = Here()
+    table = run_cells([*CELLS[:3], *CELLS[:4]], ledger, here, task=tasks.echo)
+    assert sorted(here.ran) == [0, 1, 2, 3]
+    assert [int(m.reason) for m in table.values()] == [0, 1, 2, 3]
+    again = Here()
+    assert run_cells(CELLS[:5], ledger, again, task=tasks.echo) == table | ledger.measurements([CELLS[4].key])
+    assert again.ran == [4]
+
+
+def test_fresh_runs_all_and_the_new_results_count(ledger: Ledger) -> None:
+    run_cells(CELLS[:3], ledger, Here(), task=tasks.echo)
+    here = Here()
+    table = run_cells(CELLS[:3], ledger, here, task=lambda cell: Measurement("exploded"), fresh=True)
+    assert sorted(here.ran) == [0, 1, 2]
+    assert {m.outcome for m in table.values()} == {"exploded"}
+    assert ledger.measurements(table) == table
+
+
+@pytest.mark.parametrize(("error", "outcome"), [(TimeoutError, "timed-out"), (MemoryError, "out-of-memory")])
+def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
+    ledger: Ledger, error: type[Exception], outcome: str
+) -> None:
+    def again(timeout: float | None, memory: int | None) -> list[int]:
+        here = Here(Limits(timeout, memory))
+        table = run_cells(CELLS[:1], ledger, here, task=ended(error))
+        assert [m.outcome for m in table.values()] == [outcome]
+        return here.ran
+
+    assert again(3.0, 1000) == [0]
+    assert again(3.0, 1000) == []
+    assert again(2.0, 900) == []
+    assert again(4.0, 2000) == [0]
+    done = Here(Limits(5.0, 3000))
+    assert [m.outcome for m in run_cells(CELLS[:1], ledger, done, task=tasks.echo).values()] == ["completed"]
+    assert again_is_none(ledger)
+
+
+def again_is_none(ledger: Ledger) -> bool:
+    here = Here()
+    run_cells(CELLS[:1], ledger, here, task=tasks.echo)
+    return not here.ran
+
+
+def test_a_crash_is_a_result_and_does_not_run_again(ledger: Ledger) -> None:
+    table = run_cells(CELLS[:1], ledger, Here(), task=ended(WorkerDied))
+    assert [m.outcome for m in table.values()] == ["crashed"]
+    assert again_is_none(ledger)
+
+
+# -- what a cell does to its process ---------------------------------------------------------------------------------
+
+
+def test_crashes_a_hang_and_a_memory_hog_cost_their_own_cells_alone(ledger: Ledger) -> None:
+    cells = tasks.cells(100)
+    with LocalProcesses(2, cell_timeout=tasks.TIMEOUT, cell_memory=tasks.MEMORY) as executor:
+        table = run_cells(cells, ledger, executor, task=tasks.misbehave)
+    assert len(table) == 100
+    wrong = {
+        tasks.CRASHES: ("crashed", "ended by signal SIGABRT"),
+        tasks.HANGS: ("timed-out", "no result after 5 s"),
+        tasks.HOARDS: ("out-of-memory", "the limit was 3000000000 bytes"),
+        tasks.LEAVES: ("crashed", "ended with status 3"),
+    }
+    for cell in cells:
+        k = tasks.number(cell)
+        expected = wrong.get(k, wrong[tasks.CRASHES] if k % 10 == tasks.CRASHES else ("completed", str(k)))
+        assert (table[cell.key].outcome, table[cell.key].reason) == expected
+    assert ledger.stopped(table) == {
+        cells[tasks.HANGS].key: ("timed-out", 5.0),
+        cells[tasks.HOARDS].key: ("out-of-memory", 3e9),
+    }
+
+
+def test_workers_are_used_again_until_one_dies(ledger: Ledger, local: LocalProcesses) -> None:
+    table = run_cells(CELLS, ledger, local, task=tasks.count_processes)
+    workers = {int(m.reason) for m in table.values()}
+    assert len(workers) <= 2
+    assert os.getpid() not in workers
+    for worker in workers:
+        os.kill(worker, signal.SIGKILL)
+    # Killed while idle: nobody's result is lost, and nobody is blamed.
+    table = run_cells(CELLS, ledger, local, task=tasks.count_processes, fresh=True)
+    assert {m.outcome for m in table.values()} == {"completed"}
+    assert not workers & {int(m.reason) for m in table.values()}
+
+
+def test_what_an_engine_prints_does_not_disturb(ledger: Ledger, local: LocalProcesses) -> None:
+    table = run_cells(CELLS[:3], ledger, local, task=tasks.print_and_echo)
+    assert [m.reason for m in table.values()] == ["0", "1", "2"]
+
+
+def test_a_mistake_in_a_task_is_raised_with_its_traceback(local: LocalProcesses) -> None:
+    with pytest.raises(ZeroDivisionError, match="a mistake") as raised:
+        local.submit(tasks.fail, CELLS[0]).result()
+    assert "cell_tasks.py" in raised.value.__notes__[0]
+
+
+def test_an_error_or_answer_that_cannot_travel_is_told_in_words(local: LocalProcesses) -> None:
+    with pytest.raises(RuntimeError, match="LocalError: 1 and 2"):
+        local.submit(tasks.fail_strangely, CELLS[0]).result()
+    with pytest.raises(Exception, match="pickle"):
+        local.submit(tasks.answer_strangely, CELLS[0]).result()
+    assert local.submit(tasks.echo, CELLS[0]).result() == tasks.echo(CELLS[0])
+
+
+def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(
+    ledger: Ledger, local: LocalProcesses
+) -> None:
+    with pytest.raises(InvalidInput, match="cannot be run"):
+        run_cells(CELLS, ledger, local, task=tasks.refuse)
+    kept = ledger.measurements(cell.key for cell in CELLS)
+    assert all(m.outcome == "completed" for m in kept.values())
+    assert CELLS[tasks.CRASHES].key not in kept
+
+
+class PoolThatBreaks(Executor):
+    """Breaks at its third call, as the standard library's pool does when a process dies: all its futures say so.
+
+    (The real one may wait forever instead, when the process dies with the queue's lock in hand.)
+    """
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        self.calls += 1
+        if self.calls < 3:
+            future.set_result(fn(*args, **kwargs))
+        else:
+            future.set_exception(BrokenProcessPool("a process in the pool was terminated abruptly"))
+        return future
+
+
+def test_a_broken_pool_blames_no_cell(ledger: Ledger) -> None:
+    # Negative control for LocalProcesses: the standard library's pool cannot tell who broke it.
+    with pytest.raises(InvalidInput, match="use LocalProcesses"):
+        run_cells(tasks.cells(6), ledger, PoolThatBreaks(), task=tasks.echo)
+    kept = ledger.measurements(c.key for c in tasks.cells(6))
+    assert len(kept) == 2
+    assert all(m.outcome == "completed" for m in kept.values())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"jobs": 0}, "0 jobs"),
+        ({"cell_timeout": 0.0}, "time limit of 0 s"),
+        ({"cell_timeout": float("nan")}, "time limit of nan s"),
+        ({"cell_memory": 0}, "no memory at all"),
+    ],
+)
+def test_limits_without_a_meaning_are_refused(options: dict[str, float], message: str) -> None:
+    with pytest.raises(InvalidInput, match=message):
+        LocalProcesses(**options)  # type: ignore[arg-type]
+
+
+def test_a_memory_limit_in_which_no_process_can_start_is_bad_usage_and_no_outcome(ledger: Ledger) -> None:
+    with LocalProcesses(1, cell_memory=10_000_000) as executor, pytest.raises(InvalidInput, match="10000000 bytes is"):
+        run_cells(CELLS[:3], ledger, executor)
+    assert ledger.finished(c.key for c in CELLS) == set()
+
+
+@pytest.mark.parametrize("python", ["/bin/false", "/no/such/python"])
+def test_a_process_that_cannot_start_is_no_outcome_of_a_cell(
+    ledger: Ledger, monkeypatch: pytest.MonkeyPatch, python: str
+) -> None:
+    monkeypatch.setattr(sys, "executable", python)
+    with LocalProcesses(1) as executor, pytest.raises(InvalidInput, match="cannot start"):
+        run_cells(CELLS[:3], ledger, executor)
+    assert ledger.finished(c.key for c in CELLS) == set()
+
+
+# -- interrupted and killed ------------------------------------------------------------------------------------------
+
+
+class Interrupter:
+    """Presses Ctrl-C after so many results."""
+
+    def __init__(self, after: int) -> None:
+        self.left = after
+        self.told: tuple[int, int] | None = None
+        self.kept: list[int] = []
+
+    def started(self, total: int, already_finished: int) -> None:
+        self.told = (total, already_finished)
+
+    def advanced(self, cell: Cell, measurement: Measurement) -> None:
+        self.kept.append(tasks.number(cell))
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+
+
+def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(ledger: Ledger) -> None:
+    watcher = Interrupter(5)
+    with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
+        run_cells(CELLS, ledger, executor, task=tasks.echo, watcher=watcher)
+    assert watcher.told == (30, 0)
+    kept = ledger.measurements(cell.key for cell in CELLS)
+    assert {tasks.number(c) for c in CELLS if c.key in kept} == set(watcher.kept)
+    assert 5 <= len(kept) < 30
+    rest = Here()
+    table = run_cells(CELLS, ledger, rest, task=tasks.echo)
+    assert len(rest.ran) == 30 - len(kept)
+    assert [int(m.reason) for m in table.values()] == list(range(30))
+
+
+def test_an_interrupt_does_not_wait_for_cells_that_take_long(ledger: Ledger) -> None:
+    cells = [CELLS[0], CELLS[tasks.HANGS], CELLS[1]]
+    with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
+        run_cells(cells, ledger, executor, task=tasks.misbehave, watcher=Interrupter(2))
+    # That this line is reached is the claim: the third cell sleeps for longer than any test may take.
+    assert len(ledger.finished(c.key for c in CELLS)) == 2
+
+
+SWEEP = """
+import sys
+from pathlib import Path
+from typing import Any
+sys.path.insert(0, {tests!r})
+import cell_tasks
+from conrod.execution.dispatch import run_cells
+from conrod.execution.local import LocalProcesses
+from conrod.studies.ledger import Ledger
+
+class Told:
+    def started(self, total, already_finished):
+        print("workers", flush=True)
+    def advanced(self, cell, measurement):
+        print("kept", flush=True)
+
+with Ledger.open(Path(sys.argv[1])) as ledger, LocalProcesses(2) as executor:
+    run_cells(cell_tasks.cells({count}), ledger, executor, watcher=Told(){task})
+"""
+
+
+def sweep(path: Path, count: int, task: str = "") -> subprocess.Popen[str]:
+    script = SWEEP.format(tests=str(Path(__file__).parents[1] / "support"), count=count, task=task)
+    return subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE, text=True)
+
+
+def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_run(tmp_path: Path) -> None:
+    count, cells = 40, tasks.cells(40)
+    with Ledger.open(tmp_path / "undisturbed") as ledger:
+        undisturbed = run_cells(cells, ledger, Here())
+        rows = list(ledger.rows())
+    kept_before = 0
+    for after in (3, 12):
+        with sweep(tmp_path / "killed", count) as running:
+            assert running.stdout is not None
+            told = (line for line in running.stdout if line.startswith("kept"))
+            assert len(list(islice(told, after))) == after
+            running.kill()
+        with Ledger.open(tmp_path / "killed") as ledger:
+            kept = len(ledger.finished(cell.key for cell in cells))
+        # Negative control: it was killed in the middle, not before and not after.
+        assert kept_before < kept < count
+        kept_before = kept
+    with Ledger.open(tmp_path / "killed") as ledger, LocalProcesses(2) as executor:
+        assert run_cells(cells, ledger, executor) == undisturbed
+        assert list(ledger.rows()) == rows
+
+
+@pytest.mark.slow
+def test_two_processes_run_one_sweep_into_one_ledger(tmp_path: Path) -> None:
+    with sweep(tmp_path / "shared", 30) as one, sweep(tmp_path / "shared", 30) as two:
+        one.communicate()
+        two.communicate()
+        assert one.returncode == two.returncode == 0
+    with Ledger.open(tmp_path / "shared") as shared, Ledger.open(tmp_path / "alone") as alone:
+        assert shared.measurements(c.key for c in CELLS) == run_cells(CELLS, alone, Here())
+
+
+def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(tmp_path: Path) -> None:
+    with sweep(tmp_path / "ledger", 8, ", task=cell_tasks.misbehave") as running:
+        assert running.stdout is not None
+        while running.stdout.readline().startswith("workers"):
+            pass
+        workers = children(running.pid)
+        assert workers
+        running.kill()
+    give_up = time.monotonic() + 60.0
+    while any(Path(f"/proc/{worker}").exists() for worker in workers) and time.monotonic() < give_up:
+        time.sleep(0.05)
+    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+
+
+def children(process: int) -> list[int]:
+    if not Path("/proc/self/task").exists():
+        pytest.skip("needs /proc to see the processes")
+    threads = Path(f"/proc/{process}/task").iterdir()
+    return [int(child) for thread in threads for child in (thread / "children").read_text().split()]
+
+
+# -- progress --------------------------------------------------------------------------------------------------------
+
+
+def shown(terminal: bool) -> str:
+    out = io.StringIO()
+    with ProgressBar("sweep", Console(file=out, force_terminal=terminal, width=100)) as bar:
+        bar.started(5, 2)
+        for outcome in ("completed", "crashed", "completed"):
+            bar.advanced(CELLS[0], Measurement(outcome))
+    return out.getvalue()
+
+
+def test_without_a_terminal_progress_is_a_line_at_either_end() -> None:
+    first, last = shown(terminal=False).splitlines()
+    assert first == "sweep: 3 to do, 2 in the ledger"
+    assert last.startswith("sweep: 3 done in ")
+    assert last.endswith("of which 1 crashed")
+
+
+def test_a_terminal_shows_how_many_of_how_many_and_the_rate() -> None:
+    text = shown(terminal=True)
+    assert "3/3" in text
+    assert "runs/s" in text
+
+
+def test_timings_have_a_bar_too() -> None:
+    out = io.StringIO()
+    with CostBar(console=Console(file=out, width=100)) as bar:
+        bar.started(2, 0)
+        bar.timed(CELLS[0], Timing(1.0, 1.0, 1.0, 1, 1, "here"))
+        bar.timed(CELLS[1], None)
+    assert "2 done" in out.getvalue()
+    assert "1 without a timing" in out.getvalue()
+
+
+def test_progress_is_told_of_cells_that_need_not_run(ledger: Ledger) -> None:
+    run_cells(CELLS[:4], ledger, Here(), task=tasks.echo)
+    watcher = Interrupter(-1)
+    run_cells(CELLS[:6], ledger, Here(), task=tasks.echo, watcher=watcher)
+    assert watcher.told == (6, 4)
+    assert sorted(watcher.kept) == [4, 5]

@@ -1,0 +1,405 @@
+"""What a ledger keeps is there again, whole, whoever was killed or wrote beside; what is no ledger is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from conrod import InvalidInput, PymunkSettings, Saw, ShearPress
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.studies.frame import ledger as ledger_module
+from conrod.studies.frame import ledger_file
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.ledger import Ledger, default_path
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.timing import Timing
+
+SAW = Saw()
+BASE = PymunkSettings.tuned(SAW, 20)
+
+
+def cell(k: int = 1) -> Cell:
+    return Cell("saw-500rpm", SAW, dataclasses.replace(BASE, iterations=k), revolutions=1.0)
+
+
+CELLS = [cell(k + 1) for k in range(50)]
+KEYS = [c.key for c in CELLS]
+MEASURED = measure(CELLS[20])
+STOPPED = Measurement("timed-out", "no result after 3 s")
+TIMING = Timing(2e-3, 1e-6, 2000.0, 1000, 5, "one machine")
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "ledger.sqlite"
+
+
+@pytest.fixture
+def ledger(path: Path) -> Iterator[Ledger]:
+    with Ledger.open(path) as opened:
+        yield opened
+
+
+# -- what goes in comes out ------------------------------------------------------------------------------------------
+
+
+def test_a_measurement_comes_back_to_the_last_bit(ledger: Ledger, path: Path) -> None:
+    assert MEASURED.outcome == "completed"
+    ledger.keep(CELLS[0], MEASURED)
+    ledger.close()
+    with Ledger.open(path) as again:
+        assert again.measurement(KEYS[0]) == MEASURED
+        assert again.measurement(KEYS[1]) is None
+
+
+def test_a_failed_run_is_a_result_like_any_other(ledger: Ledger) -> None:
+    failed = Measurement("exploded", "beyond 10 sizes of the mechanism")
+    ledger.keep(CELLS[0], failed)
+    assert ledger.finished(KEYS) == {KEYS[0]}
+    assert ledger.measurement(KEYS[0]) == failed
+
+
+def test_only_what_is_asked_for_is_given_in_its_order(ledger: Ledger) -> None:
+    for k in (4, 2, 3):
+        ledger.keep(CELLS[k], Measurement("completed", str(k)))
+    wanted = [KEYS[2], KEYS[9], KEYS[4]]
+    assert list(ledger.measurements(wanted)) == [KEYS[2], KEYS[4]]
+    assert ledger.finished(wanted) == {KEYS[2], KEYS[4]}
+
+
+def test_more_keys_than_one_statement_takes(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ledger_module, "AT_ONCE", 7)
+    for k in range(0, 50, 2):
+        ledger.keep(CELLS[k], Measurement("completed", str(k)))
+        ledger.keep_timing(CELLS[k], dataclasses.replace(TIMING, steps=k))
+    even = set(KEYS[::2])
+    assert ledger.finished(iter(KEYS)) == even
+    assert {key: int(m.reason) for key, m in ledger.measurements(KEYS).items()} == {KEYS[k]: k for k in range(0, 50, 2)}
+    assert {key: t.steps for key, t in ledger.timings(KEYS, "one machine").items()} == {
+        KEYS[k]: k for k in range(0, 50, 2)
+    }
+    assert [row["key"] for row in ledger.rows()] == sorted(even)
+
+
+def test_the_same_key_twice_is_no_error_and_the_last_counts(ledger: Ledger) -> None:
+    ledger.keep(CELLS[0], Measurement("crashed", "ended by signal SIGABRT"))
+    ledger.keep(CELLS[0], MEASURED)
+    assert ledger.measurement(KEYS[0]) == MEASURED
+    assert len(list(ledger.rows())) == 1
+
+
+def test_a_run_stopped_at_a_limit_is_known_by_it_and_replaces_no_finished_one(ledger: Ledger) -> None:
+    ledger.keep(CELLS[0], STOPPED, limit=3.0)
+    assert ledger.stopped(KEYS) == {KEYS[0]: ("timed-out", 3.0)}
+    ledger.keep(CELLS[0], MEASURED)
+    assert ledger.stopped(KEYS) == {}
+    ledger.keep(CELLS[0], STOPPED, limit=3.0)
+    assert ledger.measurement(KEYS[0]) == MEASURED
+    ledger.keep(CELLS[0], STOPPED, limit=3.0, replace=True)
+    assert ledger.measurement(KEYS[0]) == STOPPED
+
+
+def test_timings_are_apart_from_errors_and_belong_to_a_machine(ledger: Ledger) -> None:
+    ledger.keep_timing(CELLS[0], TIMING)
+    assert ledger.timings(KEYS, "one machine") == {KEYS[0]: TIMING}
+    assert ledger.timings(KEYS, "another machine") == {}
+    assert ledger.finished(KEYS) == set()
+    ledger.keep(CELLS[0], MEASURED)
+    ledger.keep(CELLS[0], STOPPED, replace=True)
+    assert ledger.timings(KEYS, "one machine") == {KEYS[0]: TIMING}
+
+
+# -- rows ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_row_says_what_was_run_and_what_came_of_it(ledger: Ledger) -> None:
+    ledger.keep(CELLS[20], MEASURED)
+    ledger.keep_timing(CELLS[20], TIMING)
+    (row,) = ledger.rows()
+    assert row["key"] == KEYS[20]
+    assert (row["scene"], row["kind"], row["engine"]) == ("saw-500rpm", Saw.kind, "pymunk")
+    assert {n.removeprefix("parameter."): v for n, v in row.items() if n.startswith("parameter.")} == dict(
+        SAW.parameters
+    )
+    assert (row["setting.iterations"], row["steps_per_revolution"], row["revolutions"]) == (21, 20, 1.0)
+    assert (
+        row["position_rms"]
+        == MEASURED.largest("position", "rms")
+        == max(p["position"]["rms"] for p in MEASURED.errors.values())
+    )
+    assert row["total_final"] == MEASURED.largest("total", "final")
+    assert row["closure_velocity"] == MEASURED.closure["velocity"]
+    assert row["phase_max"] == MEASURED.phase["max"]
+    assert row["drive_speed"] == MEASURED.drive["speed"]
+    assert row["predicted_position"] == MEASURED.prediction["position"]["predicted"]
+    assert (row["ratio"], row["machine"]) == (2000.0, "one machine")
+
+
+def test_rows_of_different_runs_have_the_same_columns_but_for_parameters_and_settings(ledger: Ledger) -> None:
+    press = ShearPress()
+    other = Cell("shear-press", press, MuJoCoSettings.hardened(press, 100))
+    ledger.keep(CELLS[0], MEASURED)
+    ledger.keep(other, Measurement("crashed", "ended by signal SIGSEGV"))
+    columns = [[n for n in row if not n.startswith(("parameter.", "setting."))] for row in ledger.rows()]
+    assert columns[0] == columns[1]
+    crashed = next(row for row in ledger.rows() if row["outcome"] == "crashed")
+    assert crashed["position_max"] is None
+    assert crashed["reason"] == "ended by signal SIGSEGV"
+    assert all(value is None or isinstance(value, str | int | float) for row in ledger.rows() for value in row.values())
+
+
+def test_a_run_timed_on_two_machines_has_two_rows_wherever_a_piece_ends(
+    ledger: Ledger, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for c in CELLS[:5]:
+        ledger.keep(c, MEASURED)
+        for machine in ("a", "b", "c"):
+            ledger.keep_timing(c, dataclasses.replace(TIMING, machine=machine))
+    whole = list(ledger.rows())
+    assert [(r["key"], r["machine"]) for r in whole] == [(k, m) for k in sorted(KEYS[:5]) for m in "abc"]
+    for at_once in (1, 2, 4):
+        monkeypatch.setattr(ledger_module, "AT_ONCE", at_once)
+        assert list(ledger.rows()) == whole
+
+
+# -- several processes, and killed ones ------------------------------------------------------------------------------
+
+WRITER = f"""
+import sys
+from pathlib import Path
+sys.path.insert(0, {str(Path(__file__).parents[1] / "support")!r})
+from test_ledger import CELLS, Ledger, Measurement
+with Ledger.open(Path(sys.argv[1])) as ledger:
+    for k in range(int(sys.argv[2]), int(sys.argv[3])):
+        ledger.keep(CELLS[k], Measurement("completed", str(k)))
+        print(k, flush=True)
+    if len(sys.argv) > 4:
+        import os
+        ledger._connection.execute("BEGIN IMMEDIATE")
+        ledger._connection.execute("DELETE FROM runs")
+        os.kill(os.getpid(), 9)
+"""
+
+
+def write(path: Path, first: int, last: int, *more: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", WRITER, str(path), str(first), str(last), *more]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+
+def test_two_processes_write_one_ledger_at_once_and_both_may_make_it(path: Path) -> None:
+    # They overlap: both write the keys from 20 to 29.
+    with write(path, 0, 30) as one, write(path, 20, 50) as two:
+        assert one.wait() == two.wait() == 0
+    with Ledger.open(path) as ledger:
+        assert {key: m.reason for key, m in ledger.measurements(KEYS).items()} == {
+            key: str(k) for k, key in enumerate(KEYS)
+        }
+
+
+def test_what_was_kept_outlives_a_process_killed_in_the_middle_of_the_next_write(path: Path) -> None:
+    with write(path, 0, 30, "and die") as writer:
+        assert writer.wait() == -9
+    with Ledger.open(path) as ledger:
+        assert ledger.finished(KEYS) == set(KEYS[:30])
+
+
+@pytest.mark.parametrize("left_over", [b"", "blank"])
+def test_a_file_that_somebody_killed_left_without_tables_is_taken_over(path: Path, left_over: bytes | str) -> None:
+    if left_over == "blank":
+        with sqlite3.connect(path) as half_made:
+            half_made.execute("PRAGMA journal_mode = WAL")
+        half_made.close()
+        assert path.stat().st_size > 0
+    else:
+        path.write_bytes(b"")
+    with Ledger.open(path) as ledger:
+        ledger.keep(CELLS[0], MEASURED)
+        assert ledger.finished(KEYS) == {KEYS[0]}
+
+
+# -- what is refused -------------------------------------------------------------------------------------------------
+
+
+def refusal(path: Path, patience: float = 5.0) -> str:
+    with pytest.raises(InvalidInput) as told:
+        Ledger.open(path, patience)
+    message = str(told.value)
+    assert "\n" not in message
+    assert str(path) in message
+    return message
+
+
+def test_a_text_file_is_no_ledger_and_stays_as_it_is(path: Path) -> None:
+    path.write_text("a diary\n")
+    assert "not a ledger" in refusal(path)
+    assert path.read_text() == "a diary\n"
+
+
+def test_another_programs_database_is_no_ledger_and_stays_as_it_is(path: Path) -> None:
+    with sqlite3.connect(path) as other:
+        other.execute("CREATE TABLE diary (day TEXT)")
+    other.close()
+    before = path.read_bytes()
+    assert "another program" in refusal(path)
+    assert path.read_bytes() == before
+
+
+def test_a_folder_is_no_ledger(tmp_path: Path) -> None:
+    assert "is a folder" in refusal(tmp_path)
+
+
+def test_a_device_is_no_ledger() -> None:
+    assert "not a regular file" in refusal(Path(os.devnull))
+
+
+def test_a_damaged_ledger_is_said_to_be_one(path: Path) -> None:
+    with Ledger.open(path) as ledger:
+        for k in range(20):
+            ledger.keep(CELLS[k], MEASURED)
+    content = bytearray(path.read_bytes())
+    content[100:] = bytes(byte ^ 0x5A for byte in content[100:])
+    path.write_bytes(content)
+    assert "damaged" in refusal(path)
+
+
+def test_a_ledger_of_a_newer_conrod_is_refused(path: Path) -> None:
+    Ledger.open(path).close()
+    with sqlite3.connect(path) as newer:
+        newer.execute(f"PRAGMA user_version = {ledger_file.SCHEMA_VERSION + 1}")
+    newer.close()
+    assert "newer conrod" in refusal(path)
+
+
+def test_a_ledger_locked_for_too_long_is_said_to_be(ledger: Ledger, path: Path) -> None:
+    ledger.keep(CELLS[0], MEASURED)
+    with Ledger.open(path, patience=0.2) as other:
+        ledger._connection.execute("BEGIN IMMEDIATE")
+        assert other.finished(KEYS) == {KEYS[0]}  # readers do not wait
+        with pytest.raises(InvalidInput, match=r"is locked: another process wrote for over 0\.2 s"):
+            other.keep(CELLS[1], MEASURED)
+        ledger._connection.execute("ROLLBACK")
+        other.keep(CELLS[1], MEASURED)
+        assert ledger.finished(KEYS) == set(KEYS[:2])
+
+
+def test_a_new_file_locked_for_too_long_is_said_to_be(path: Path) -> None:
+    with sqlite3.connect(path) as holder:
+        holder.execute("BEGIN EXCLUSIVE")
+        assert "is locked" in refusal(path, patience=0.2)
+    holder.close()
+
+
+def test_a_writer_waits_for_one_that_is_quick(ledger: Ledger, path: Path) -> None:
+    with Ledger.open(path) as other:
+        ledger._connection.execute("BEGIN IMMEDIATE")
+        begun, done = threading.Event(), []
+
+        def write_too() -> None:
+            with Ledger.open(path) as third:
+                begun.set()
+                third.keep(CELLS[1], MEASURED)
+                done.append(True)
+
+        thread = threading.Thread(target=write_too)
+        thread.start()
+        assert begun.wait(30.0)
+        ledger._connection.execute("COMMIT")
+        thread.join()
+        assert done
+        assert other.finished(KEYS) == {KEYS[1]}
+
+
+def test_a_full_ledger_is_said_to_be_and_keeps_what_it_has(ledger: Ledger) -> None:
+    pages = ledger._connection.execute("PRAGMA page_count").fetchone()[0]
+    ledger._connection.execute(f"PRAGMA max_page_count = {pages + 20}")
+    kept: list[str] = []
+    with pytest.raises(InvalidInput, match="the disk is full") as told:  # noqa: PT012
+        for c in CELLS:
+            ledger.keep(c, MEASURED)
+            kept.append(c.key)
+    assert "\n" not in str(told.value)
+    assert kept
+    assert ledger.finished(KEYS) == set(kept)
+
+
+def test_a_disk_that_is_full_is_said_to_be_and_keeps_what_it_has(tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", disk], capture_output=True, check=False
+    )
+    if mounted.returncode:
+        pytest.skip("a small disk can be mounted by root alone")
+    try:
+        kept: list[str] = []
+        with Ledger.open(disk / "ledger.sqlite") as ledger:
+            with pytest.raises(InvalidInput, match="the disk is full"):  # noqa: PT012
+                for c in CELLS:
+                    ledger.keep(c, MEASURED)
+                    kept.append(c.key)
+            assert kept
+            assert ledger.finished(KEYS) == set(kept)
+        with Ledger.open(disk / "ledger.sqlite") as ledger:
+            assert ledger.finished(KEYS) == set(kept)
+    finally:
+        subprocess.run(["umount", disk], check=True)
+
+
+@pytest.fixture
+def powerless() -> Iterator[Path]:
+    """A folder in which nobody may write, and this process without the power to write there all the same."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, user = Path(name), os.geteuid()
+        Ledger.open(folder / "made.sqlite").close()
+        folder.chmod(0o555)
+        (folder / "made.sqlite").chmod(0o444)
+        if user == 0:
+            os.seteuid(65534)
+        try:
+            yield folder
+        finally:
+            os.seteuid(user)
+            folder.chmod(0o755)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions are POSIX")
+@pytest.mark.parametrize("name", ["made.sqlite", "new.sqlite", "folder/new.sqlite"])
+def test_a_read_only_place_is_said_to_be(powerless: Path, name: str) -> None:
+    message = refusal(powerless / name)
+    assert "read-only" in message or "Permission denied" in message
+
+
+def test_a_missing_folder_is_made(tmp_path: Path) -> None:
+    path = tmp_path / "some" / "where" / "ledger.sqlite"
+    Ledger.open(path).close()
+    assert path.is_file()
+
+
+def test_a_file_in_the_place_of_a_folder_is_said_to_be(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert "cannot use the ledger" in refusal(tmp_path / "file" / "ledger.sqlite")
+
+
+def test_the_default_is_in_the_cache_folder_unless_the_environment_names_another(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("CONROD_LEDGER", str(tmp_path / "mine.sqlite"))
+    assert default_path() == tmp_path / "mine.sqlite"
+    monkeypatch.delenv("CONROD_LEDGER")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert default_path().parent.name == "conrod"
+
+
+def test_an_error_of_conrod_itself_is_not_dressed_as_one_of_the_file(ledger: Ledger) -> None:
+    # Negative control: a faulty statement stays what it is.
+    with pytest.raises(sqlite3.OperationalError, match="no such table"):
+        list(ledger._select("SELECT key FROM no_table WHERE key IN", KEYS))

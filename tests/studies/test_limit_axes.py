@@ -1,0 +1,386 @@
+"""Axes change one thing of a machine or its run, from harmless to hopeless, and nothing else."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from catalogue import CAM, PRESS, SAW, SCENES
+
+from conrod.errors import InvalidInput
+from conrod.runs.comparison import compare
+from conrod.scenes import CamFollower, Saw, Scene
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.scene_summary import dead_centres
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS, axis_named
+from conrod.studies.limits.axes.assembly import permutation
+from conrod.studies.limits.axes.machine import STEP, length_power, rescaled
+from conrod.studies.limits.axis import Axis, Scale, spaced
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.grade import Level, grade_of
+from conrod.studies.limits.perform import perform
+
+PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
+CASES = [
+    case
+    for scene in (PRESS, SAW, CAM)
+    for engine, preset in PRESETS
+    if (case := Case(scene.kind, scene, engine, preset)).refusal() is None
+]
+
+
+def case_of(scene: Scene = SAW, engine: str = "mujoco", preset: str = "hardened") -> Case:
+    return Case(scene.kind, scene, engine, preset)
+
+
+def ends(axis: Axis, case: Case) -> set[float]:
+    return {end for span in axis.spans(case) for end in span}
+
+
+def changed(cell: LimitCell, case: Case) -> set[str]:
+    """Names of the parameters and settings in which a run differs from the preset's."""
+    own = case.settings()
+    return {n for n, v in cell.scene.parameters.items() if v != case.scene.parameters[n]} | {
+        f.name for f in fields(own) if f.name != "preset" and getattr(cell.settings, f.name) != getattr(own, f.name)
+    }
+
+
+# -- the table -------------------------------------------------------------------------------------------------------
+
+
+def test_every_row_of_the_table_has_its_axis() -> None:
+    assert set(AXES) == {
+        *("steps", "speed", "mass-ratio", "nearness", "stabilisation", "regularisation", "iterations", "run-length"),
+        *("length-unit", "rounding", "start-pose", "declaration", "float", "flank-radius", "nose-radius"),
+    }
+    assert all(axis_named(name) is axis and axis.name == name for name, axis in AXES.items())
+    assert LENGTH_AXIS in AXES
+
+
+def test_an_unknown_axis_is_refused_with_the_nearest_one() -> None:
+    with pytest.raises(InvalidInput, match=r"unknown axis 'mass_ratio': choose from .*did you mean 'mass-ratio'"):
+        axis_named("mass_ratio")
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_every_machine_has_an_axis_or_is_told_why_not(name: str) -> None:
+    axis = AXES[name]
+    refusals = {case: axis.refusal(case) for case in CASES}
+    assert None in refusals.values()
+    for case, refusal in refusals.items():
+        if refusal is not None:
+            assert "\n" not in refusal
+            assert case.scene.kind in refusal or case.engine in refusal
+
+
+def test_what_a_machine_does_not_have_is_refused() -> None:
+    assert AXES["mass-ratio"].refusal(case_of(CAM, preset="tuned")) == (
+        "the cam-follower has no connecting rod: mass-ratio does not apply"
+    )
+    for name in ("float", "flank-radius", "nose-radius"):
+        assert "does not apply" in (AXES[name].refusal(case_of(SAW)) or "")
+    assert "change point" in (AXES["nearness"].refusal(case_of(CAM, preset="tuned")) or "")
+    assert "pymunk" in (AXES["regularisation"].refusal(case_of(SAW, "pymunk", "stock")) or "")
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_both_ends_of_every_axis_can_be_built(name: str) -> None:
+    axis = AXES[name]
+    for case in (c for c in CASES if axis.refusal(c) is None):
+        for value in ends(axis, case):
+            cell = axis.cell(case, value)
+            assert cell.settings.engine == case.engine
+            assert axis.text(case, value)
+            assert cell.key == axis.cell(case, value).key
+        assert all(first != last for first, last in axis.spans(case))
+
+
+@pytest.mark.parametrize("name", [name for name, axis in AXES.items() if axis.scale is not Scale.LISTED])
+def test_the_usual_ends_are_within_what_may_be_asked_for(name: str) -> None:
+    axis = AXES[name]
+    for case in (c for c in CASES if axis.refusal(c) is None):
+        for value in ends(axis, case):
+            assert axis.allowed[0] <= value <= axis.allowed[1]
+
+
+ALONE = {
+    "mass-ratio": {"slider_mass"},
+    "nearness": {"offset"},
+    "stabilisation": {"solref", "refsafe"},
+    "regularisation": {"hardening"},
+    "iterations": {"iterations"},
+    "rounding": {"rounded_state"},
+    "start-pose": set(),
+    "declaration": set(),
+}
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_an_axis_changes_nothing_but_its_own_quantity(name: str) -> None:
+    axis, usual = AXES[name], case_of()
+    case = replace(usual, steps_per_revolution=usual.steps)
+    # Presets follow the machine: the flywheel of the drive its masses and its travel.
+    follows = {"armature"} if name in ("mass-ratio", "nearness") else set()
+    seen = set.union(*(changed(axis.cell(case, value), case) for value in ends(axis, case)))
+    assert ALONE[name] <= seen <= ALONE[name] | follows
+
+
+def test_near_a_change_point_steps_are_finer_unless_their_number_was_asked_for() -> None:
+    case = case_of()
+    assert AXES["nearness"].cell(case, 0.5).settings.steps_per_revolution == 5 * case.steps
+    assert AXES["nearness"].cell(replace(case, steps_per_revolution=80), 0.5).settings.steps_per_revolution == 80
+
+
+# -- each of them ----------------------------------------------------------------------------------------------------
+
+
+def test_every_speed_that_exists_has_whole_steps_of_one_length() -> None:
+    axis, case = AXES["speed"], case_of()
+    for value in spaced(Scale.LOG, 1.0, 50000.0, 9):
+        cell = axis.cell(case, value)
+        assert cell.settings.timestep == pytest.approx(STEP, rel=1e-12)
+        rpm = cell.scene.speed / (2.0 * math.pi) * 60.0
+        assert axis.nearest(value) == pytest.approx(rpm, rel=1e-12)
+        assert axis.nearest(rpm) == pytest.approx(rpm, rel=1e-12)
+    assert axis.cell(case, 1.0).settings.steps_per_revolution == 100_000
+    assert axis.cell(case, 50000.0).settings.steps_per_revolution == 2
+    backward = Case("saw", Saw(speed=-4.0), "mujoco", "tuned")
+    assert axis.cell(backward, 100.0).scene.speed < 0.0
+
+
+def test_masses_are_unequal_both_ways() -> None:
+    axis, case = AXES["mass-ratio"], case_of()
+    assert axis.spans(case) == ((1.0, 1e6), (1.0, 1e-6))
+    for value in (1e-6, 1.0, 1e6):
+        mechanism = axis.cell(case, value).scene.mechanism()
+        assert mechanism.body("slider").mass / mechanism.body("rod").mass == pytest.approx(value, rel=1e-12)
+        assert mechanism.body("rod") == case.scene.mechanism().body("rod")
+
+
+def test_a_preset_that_follows_the_masses_does_so_on_the_axis() -> None:
+    axis, case = AXES["mass-ratio"], case_of(SAW, "pymunk", "tuned")
+    few, many, most = (axis.cell(case, value).settings.as_dict()["iterations"] for value in (1.0, 1e3, 1e6))
+    assert few < many < most
+
+
+def test_nearness_is_that_of_the_length_to_its_limit() -> None:
+    axis = AXES["nearness"]
+    near = axis.cell(case_of(PRESS), 1.0 - 1e-9).scene
+    assert 1.0 - near.parameters["crank"] / near.parameters["rod"] == pytest.approx(1e-9, rel=1e-6)
+    near = axis.cell(Case("saw", Saw(offset=-0.01), "mujoco", "tuned"), 0.75).scene
+    assert near.parameters["offset"] == pytest.approx(-0.15)
+    assert axis.text(case_of(), 1.0 - 1e-9) == "1 - 1e-09"
+
+
+@pytest.mark.parametrize("scene", [PRESS, SAW], ids=lambda scene: scene.kind)
+@pytest.mark.parametrize("distance", [1e-3, 1e-6, 1e-9])
+def test_both_references_hold_next_to_the_change_point(scene: Scene, distance: float) -> None:
+    """The walk around the turn stays on its branch; what they differ by is 1e-16 / sqrt(2 distance), and not more."""
+    near = AXES["nearness"].cell(case_of(scene), 1.0 - distance).scene
+    angles = np.sort(np.concatenate([np.linspace(0.0, 2.0 * math.pi, 361), math.pi / 2 + np.array([-1e-6, 1e-6])]))
+    closed, generic = near.motion(angles, 1.0), near.kinematics.motion(angles, 1.0)
+    for name, length in near.lengths.items():
+        off = np.linalg.norm(closed.point(name).position - generic.point(name).position, axis=1).max()
+        assert off / length <= 1e-15 + 2e-16 / math.sqrt(2.0 * distance)
+    assert set(near.kinematics.branch(near.kinematics.poses(angles))) == {near.kinematics.assembled_branch}
+
+
+def test_stabilisation_is_walked_both_ways_from_the_presets_own() -> None:
+    axis = AXES["stabilisation"]
+    assert axis.spans(case_of(preset="tuned")) == ((8.0, 1000.0), (8.0, 0.1))
+    # It mends all at once: there is but one way to go.
+    assert axis.spans(case_of(SAW, "pymunk", "tuned")) == ((0.1, 1000.0),)
+    assert axis.spans(case_of(CAM, "mujoco", "tuned")) == ((2.0, 20000.0), (2.0, 0.1))
+
+
+def test_only_a_time_constant_below_two_steps_takes_mujocos_guard_off() -> None:
+    axis = AXES["stabilisation"]
+    for case, field in ((case_of(preset="tuned"), "solref"), (case_of(CAM, preset="tuned"), "contact_solref")):
+        for value, guarded in ((100.0, True), (2.0, True), (1.9, False), (0.1, False)):
+            settings = axis.cell(case, value).settings.as_dict()
+            assert settings[field][0] == pytest.approx(value * settings["timestep"], rel=1e-12)
+            assert settings.get("refsafe", True) is guarded
+        assert axis.cell(case, axis.spans(case)[0][0]).key == LimitCell(case.name, case.scene, case.settings()).key
+
+
+def test_what_pymunk_leaves_of_an_error_after_a_step_is_that_of_the_time_constant() -> None:
+    axis, case = AXES["stabilisation"], case_of(SAW, "pymunk", "stock")
+    settings = axis.cell(case, 20.0).settings
+    assert settings.as_dict()["error_bias"] ** settings.timestep == pytest.approx(math.exp(-1.0 / 20.0), rel=1e-9)
+    # The share left after a second is then e^-7000, which no number is: the engine mends all at once, and it is said.
+    assert axis.cell(case, 0.1).settings.as_dict()["error_bias"] == 0.0
+    assert axis.text(case, 0.1) == "0.1 steps (all at once)"
+    assert axis.text(case, 20.0) == "20 steps"
+
+
+def test_regularisation_of_a_contact_ends_where_mujoco_ends_it() -> None:
+    axis, cam = AXES["regularisation"], case_of(CAM, preset="tuned")
+    assert axis.cell(cam, 1e-4).settings.as_dict()["contact_solimp"][:2] == [0.9999, 0.9999]
+    with pytest.raises(InvalidInput, match=r"regularisation of a contact = 1e-05 is out of range: 0\.0001 <="):
+        axis.cell(cam, 1e-5)
+
+
+def test_another_unit_of_length_is_the_same_machine() -> None:
+    for scene in (PRESS, SAW, CAM):
+        in_mm = scene.with_parameters(**rescaled(scene, 1e3))
+        angles = np.linspace(0.0, 6.0, 7)
+        for name, length in scene.lengths.items():
+            assert in_mm.lengths[name] == pytest.approx(1e3 * length, rel=1e-9)
+            here, there = scene.motion(angles, 1.0).point(name), in_mm.motion(angles, 1.0).point(name)
+            np.testing.assert_allclose(there.acceleration, 1e3 * here.acceleration, rtol=1e-9, atol=1e-9 * 1e3 * length)
+        back = in_mm.with_parameters(**rescaled(in_mm, 1e-3))
+        assert back.parameters == pytest.approx(scene.parameters, rel=1e-12)
+    assert rescaled(SAW, 1e3)["gravity"] == pytest.approx(9810.0)
+    assert rescaled(SAW, 1e3)["rod_inertia"] == pytest.approx(0.01125e6)
+    assert rescaled(SAW, 1e3)["slider_mass"] == SAW.parameters["slider_mass"]
+
+
+@pytest.mark.parametrize(("unit", "power"), [("m", 1), ("kg*m^2", 2), ("m/s^2", 1), ("kg", 0), ("rad/s", 0), ("", 0)])
+def test_the_power_of_metre_in_a_unit(unit: str, power: int) -> None:
+    assert length_power(unit) == power
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_runs_start_every_five_degrees_and_at_dead_centres(name: str) -> None:
+    scene = SCENES[name]
+    axis, case = AXES["start-pose"], Case(name, scene, "mujoco", "tuned")
+    starts = axis.values(case)
+    assert set(range(0, 360, 5)) <= set(starts)
+    for centre in dead_centres(scene):
+        nearest = min(starts, key=lambda start: abs(start - math.degrees(centre.angle)))
+        cell = axis.cell(case, nearest)
+        assert cell.start_angle == pytest.approx(centre.angle, abs=1e-7)
+        assert axis.text(case, nearest).endswith("(dead centre)")
+        # There the output stands still.
+        assert np.linalg.norm(scene.motion([cell.start_angle], 1.0).point(scene.output).velocity) < 1e-8
+
+
+def test_permutations_are_all_of_them_once() -> None:
+    names = ("a", "b", "c", "d")
+    made = [permutation(names, number) for number in range(24)]
+    assert made[0] == names
+    assert made[-1] == names[::-1]
+    assert sorted(made) == sorted(itertools.permutations(names))
+
+
+def test_orders_of_declaration_are_spread_evenly_and_end_with_the_reversed_one() -> None:
+    axis = AXES["declaration"]
+    assert axis.values(case_of(CAM, preset="tuned")) == tuple(range(12))
+    numbers = axis.values(case_of())
+    assert len(numbers) == 24
+    first, *_, last = (axis.cell(case_of(), number).declaration for number in numbers)
+    mechanism = SAW.mechanism()
+    assert first is not None
+    assert last is not None
+    assert first.of(mechanism) == mechanism
+    assert last.of(mechanism).bodies == mechanism.bodies[::-1]
+    assert last.of(mechanism).joints == mechanism.joints[::-1]
+
+
+def test_the_force_on_a_follower_stays_while_the_speed_grows() -> None:
+    axis, case = AXES["float"], case_of(CAM, preset="tuned")
+    assert isinstance(CAM, CamFollower)
+    for value in (0.2, 1.0, 5.0):
+        scene = axis.cell(case, value).scene
+        assert isinstance(scene, CamFollower)
+        assert scene.preload_force == pytest.approx(CAM.preload_force, rel=1e-12)
+        # The force over what the follower needs.
+        needed = -scene.least_acceleration * scene.follower_mass
+        assert scene.preload_force / needed == pytest.approx(1.0 / value**2, rel=1e-12)
+
+
+def test_the_flank_shrinks_to_the_one_circle_cam() -> None:
+    axis, case = AXES["flank-radius"], case_of(CAM, preset="tuned")
+    (own, least) = axis.spans(case)[0]
+    assert axis.cell(case, own).scene.parameters == pytest.approx(CAM.parameters)
+    near, last = axis.cell(case, 2e-6).scene, axis.cell(case, least).scene
+    assert isinstance(near, CamFollower)
+    assert isinstance(last, CamFollower)
+    assert len(near.break_angles()) == 4
+    assert last.is_one_circle
+    assert axis.text(case, least) == "the least: one circle"
+
+
+def test_the_nose_sharpens_and_the_lift_stays() -> None:
+    axis, case = AXES["nose-radius"], case_of(CAM, preset="tuned")
+    assert isinstance(CAM, CamFollower)
+    for value in (29.0, 1.0, 0.01):
+        scene = axis.cell(case, value).scene
+        assert isinstance(scene, CamFollower)
+        assert scene.nose_radius == pytest.approx(value * 1e-3)
+        assert scene.full_lift == pytest.approx(CAM.full_lift, rel=1e-12)
+        assert scene.least_flank_radius == pytest.approx(CAM.least_flank_radius, rel=1e-12)
+
+
+# -- from harmless to hopeless ---------------------------------------------------------------------------------------
+
+
+def run(name: str, case: Case, value: float) -> Measurement:
+    return perform(AXES[name].cell(case, value))
+
+
+FAILS = [
+    ("steps", case_of(SAW, "mujoco", "hardened"), 200.0, 2.0),
+    ("steps", case_of(SAW, "pymunk", "tuned"), 200.0, 2.0),
+    ("mass-ratio", case_of(SAW, "mujoco", "tuned"), 1.0, 1e6),
+    ("mass-ratio", case_of(SAW, "pymunk", "stock"), 1.0, 1e-6),
+    ("nearness", case_of(SAW, "mujoco", "hardened"), 0.1, 1.0 - 1e-9),
+    ("nearness", case_of(PRESS, "pymunk", "tuned"), 0.1, 1.0 - 1e-9),
+    ("stabilisation", case_of(SAW, "mujoco", "tuned"), 8.0, 0.1),
+    ("iterations", case_of(SAW, "pymunk", "tuned"), 200.0, 1.0),
+    ("length-unit", Case("saw", SCENES["saw-500rpm"], "mujoco", "stock"), 1.0, 1e-3),
+    ("speed", case_of(SAW, "pymunk", "tuned"), 200.0, 50000.0),
+]
+
+
+@pytest.mark.parametrize(("name", "case", "harmless", "hopeless"), FAILS)
+def test_an_axis_leads_from_a_sound_run_to_a_failed_one(
+    name: str, case: Case, harmless: float, hopeless: float
+) -> None:
+    assert grade_of(run(name, case, harmless)).level in (Level.SAFE, Level.ROUGH)
+    assert grade_of(run(name, case, hopeless)).level not in (Level.SAFE, Level.ROUGH)
+
+
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
+def test_errors_depend_on_no_unit_of_length_where_settings_have_none(engine: str, preset: str) -> None:
+    case = case_of(SAW, engine, preset)
+    metres, millimetres = (run("length-unit", case, value).largest("position") for value in (1.0, 1e3))
+    assert metres == pytest.approx(millimetres, rel=1e-3)
+
+
+@pytest.mark.parametrize("scene", [PRESS, SAW], ids=lambda scene: scene.kind)
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
+def test_errors_depend_on_no_order_of_declaration_where_the_solver_converges(
+    scene: Scene, engine: str, preset: str
+) -> None:
+    axis, case = AXES["declaration"], case_of(scene, engine, preset)
+    numbers = axis.values(case)
+    errors = [perform(axis.cell(case, number)).largest("position") for number in numbers[:: len(numbers) // 4]]
+    assert errors == pytest.approx([errors[0]] * len(errors), rel=0.05)
+
+
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "stock"), ("pymunk", "tuned")])
+def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine: str, preset: str) -> None:
+    """The tracks of a redeclared machine are its own: seen in the scene's order they are another machine's."""
+    case = case_of(SAW, engine, preset)
+    cell = AXES["declaration"].cell(case, AXES["declaration"].values(case)[-1])
+    trajectory = case.made_by.run(cell.machine, cell.settings, 0.05)
+    assert trajectory.bodies is not None
+    start = trajectory.bodies.position.poses[0].reshape(-1, 3)
+    np.testing.assert_allclose(start[::-1].ravel(), SAW.kinematics.start[0], atol=1e-12)
+    assert compare(trajectory, cell.machine).closure.position < 1e-2
+    assert compare(trajectory, SAW).closure.position > 0.1
+
+
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
+def test_single_precision_is_seen_in_the_error(engine: str, preset: str) -> None:
+    double, single = (run("rounding", case_of(SAW, engine, preset), value).largest("position") for value in (0.0, 1.0))
+    assert double is not None
+    assert single is not None
+    assert single != double
+    if engine == "mujoco":
+        assert single > 100.0 * double

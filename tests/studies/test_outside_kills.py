@@ -1,0 +1,149 @@
+"""A process killed from outside says nothing of the engine: its cell is repeated, alone, before that is believed."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cell_tasks as tasks
+import pytest
+from command_line import conrod
+from outside_kills import descendants, killing, waiting_cell, was_alone
+
+from conrod import PymunkSettings, Saw, Trajectory, run
+from conrod.engines.engine import Machine
+from conrod.runs.trajectory import Outcome, Settings
+from conrod.studies.execution.child import KilledFromOutside
+from conrod.studies.execution.confined import confined
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.isolation import Ended, isolated, isolated_once, run_isolated
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.limits.perform import BoundedCell, perform
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
+
+SAW = Saw()
+AGAIN = "ended by signal SIGKILL, and again with nothing beside it"
+
+
+@pytest.fixture
+def ledger(tmp_path: Path) -> Iterator[Ledger]:
+    with Ledger.open(tmp_path / "ledger.sqlite") as opened:
+        yield opened
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = tmp_path / "attempts"
+    made.mkdir()
+    return made
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_a_cell_whose_worker_is_killed_is_repeated_alone(ledger: Ledger, folder: Path, how: signal.Signals) -> None:
+    cells = tasks.kept_in(folder, tasks.cells(12))
+    with killing(waiting_cell(folder), how) as killed, LocalProcesses(3, cell_timeout=60.0) as executor:
+        table = run_cells(cells, ledger, executor, task=tasks.wait_for_a_kill)
+    assert killed
+    assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(12)}
+    assert ledger.measurements(table) == table
+    assert was_alone(folder, *killed)
+
+
+def test_a_cell_that_ends_so_twice_has_crashed_and_no_other_has(ledger: Ledger) -> None:
+    cells = tasks.cells(8)
+    with LocalProcesses(2) as executor:
+        table = run_cells(cells, ledger, executor, task=tasks.kill_itself)
+    crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
+    assert crashed == {tasks.CRASHES: AGAIN}
+    assert sum(m.outcome == "completed" for m in table.values()) == 7
+
+
+def worker_of_its_own() -> int | None:
+    """A process that a worker of this process has started."""
+    children = set(direct_children())
+    return next((process for process in descendants(os.getpid()) if process not in children), None)
+
+
+def direct_children() -> Iterator[int]:
+    for thread in Path("/proc/self/task").iterdir():
+        try:
+            yield from map(int, (thread / "children").read_text().split())
+        except OSError:
+            continue
+
+
+def test_a_cell_that_runs_in_a_process_of_its_workers_is_repeated_too(ledger: Ledger) -> None:
+    cell = BoundedCell("saw-500rpm", SAW, PymunkSettings.tuned(SAW, 100), revolutions=2.0)
+    with killing(worker_of_its_own) as killed, LocalProcesses(1) as executor:
+        table = run_cells([cell], ledger, executor, task=perform)
+    assert killed
+    assert [m.outcome for m in table.values()] == ["completed"]
+
+
+def wait_once(mark: Path, times: int) -> str:
+    """Dies as often of a SIGKILL, then returns."""
+    before = len(list(mark.iterdir()))
+    (mark / str(before)).touch()
+    if before < times:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "done"
+
+
+def test_what_is_isolated_is_repeated_once(folder: Path) -> None:
+    assert isolated(wait_once, folder, 1) == "done"
+    assert confined(wait_once, folder, 1) == "done"
+    assert len(list(folder.iterdir())) == 3
+    with pytest.raises(KilledFromOutside, match="from outside: ended by signal SIGKILL"):
+        isolated_once(wait_once, folder, 1000)
+    assert len(list(folder.iterdir())) == 4
+    twice = Ended(Outcome.CRASHED, "ended by signal SIGKILL, and again when it was repeated")
+    assert isolated(wait_once, folder, 1000) == twice
+    assert len(list(folder.iterdir())) == 6
+
+
+def hang(machine: Machine, settings: Settings, revolutions: float) -> Trajectory:
+    time.sleep(1000.0)
+    return run(machine, settings, revolutions)
+
+
+def test_what_a_limit_ends_is_not_killed_from_outside() -> None:
+    # Negative control: conrod's own SIGKILL is an outcome at once.
+    begin = time.monotonic()
+    ended = run_isolated(SAW, PymunkSettings.tuned(SAW, 20), 1.0, timeout=3.0, task=hang)
+    assert ended.outcome is Outcome.TIMED_OUT
+    assert time.monotonic() - begin >= 3.0
+    with LocalProcesses(1, cell_timeout=1.0) as executor, pytest.raises(TimeoutError):
+        executor.submit(time.sleep, 1000.0).result()
+
+
+def test_a_kill_travels_between_processes() -> None:
+    for error in (KilledFromOutside("ended by signal SIGKILL"), KilledFromOutside("ended by signal SIGTERM", False)):
+        there = pickle.loads(pickle.dumps(error))
+        assert (there.how, there.begun, str(there)) == (error.how, error.begun, str(error))
+
+
+def one_of_several() -> int | None:
+    """A worker beside another: a cell's second attempt, which is alone, is left in peace."""
+    workers = list(direct_children())
+    return workers[-1] if len(workers) > 1 else None
+
+
+@pytest.mark.slow
+def test_a_sweep_whose_workers_are_killed_has_the_table_of_an_undisturbed_one(tmp_path: Path) -> None:
+    command = ("sweep", "saw-500rpm", "--engine", "pymunk", "--grid", "coarse", "--jobs", "2")
+    tables = []
+    for ledger, kills in (("alone.sqlite", 0), ("disturbed.sqlite", 5)):
+        with killing(one_of_several, times=kills) as killed:
+            done = conrod(*command, "--ledger", ledger, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert len(killed) == kills
+        with Ledger.open(tmp_path / ledger) as opened:
+            tables.append(opened.measurements(row["key"] for row in opened.rows()))
+    assert len(tables[0]) > 10
+    assert tables[0] == tables[1]

@@ -1,0 +1,238 @@
+"""Sweeps, recommendations, limits and exports take mechanism files where they take scenes."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from conrod.engines import engine_named
+from conrod.engines.massless_rod import BODY
+from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.exact.kinematics import Kinematics
+from conrod.scenes import Saw
+from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.studies.ablate.cell import ChangeCell, measure_change
+from conrod.studies.frame.cell import LEAST_STEPS, Cell, as_run
+from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.timing import time_run
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axes.machine import length_power, rescaled
+from conrod.studies.limits.case import Case
+from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.extremes import ExactTorque
+from conrod.studies.limits.stream_run import watch
+from conrod.studies.recommend.choice import confirming_cells
+from conrod.studies.sweep.plan import SweptRule
+from tests.support.command_line import conrod
+from tests.support.described import CATALOGUE, changed
+from tests.support.rolling_machines import gear_pair
+
+PASS, TURNS = CATALOGUE / "swinging-four-bar.toml", CATALOGUE / "slider-crank.toml"
+
+
+def read(path: Path, place: str = "", value: Any = None) -> DescribedScene:
+    return scene_of(changed(path, place, value)) if place else catalogue_scene(path.stem)
+
+
+def gear_pair_kinematics() -> Kinematics:
+    """Of wheels about their own centres: they turn evenly."""
+    return Kinematics(gear_pair())
+
+
+def cell(scene: DescribedScene, steps: int = 200, engine: str = "mujoco", preset: str = "tuned") -> Cell:
+    return Cell(scene.kind, scene, engine_named(engine).presets[preset](scene, steps))
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_what_is_run_of_a_pass_is_the_pass(engine: str) -> None:
+    asked = cell(read(PASS), engine=engine)
+    run, span = as_run(asked), asked.scene.kinematics.span
+    assert run.start_angle == span[0]
+    assert run.revolutions == pytest.approx((span[1] - span[0]) / (2.0 * np.pi), abs=1.0 / 200)
+    measured = measure(asked)
+    assert measured.outcome == "completed"
+    assert (measured.largest("position") or 1.0) < 0.01
+    # Negative control: what turns is run as it was asked for.
+    turning = cell(read(TURNS))
+    assert as_run(turning) is turning
+
+
+def test_a_pass_of_too_few_steps_is_told_and_not_run() -> None:
+    coarse = cell(read(PASS), steps=10)
+    assert measure(coarse).outcome == "unsupported"
+    assert "are needed to have accelerations" in measure(coarse).reason
+    assert watch(LimitCell("a", coarse.scene, coarse.settings)).outcome == "unsupported"
+    assert measure(cell(read(PASS), steps=100)).outcome != "unsupported"
+
+
+def test_a_pass_is_watched_with_the_drive_torque_beside_it() -> None:
+    asked = cell(read(PASS), preset="stock")
+    seen = watch(LimitCell("a", asked.scene, asked.settings))
+    assert seen.extremes is not None
+    assert 0.0 < seen.extremes["torque"] < 1.0
+
+
+def test_a_drive_that_takes_nothing_has_no_torque_to_be_compared() -> None:
+    wheels = ExactTorque(gear_pair_kinematics(), 5.0, gravity=False, rod=BODY)
+    linkage = ExactTorque(read(TURNS).kinematics, 5.0, gravity=False, rod=BODY)
+    assert wheels.is_nothing
+    assert not linkage.is_nothing
+
+
+def test_a_cost_is_that_of_steps_within_the_pass() -> None:
+    scene, engine = read(PASS), engine_named("pymunk")
+    settings = engine.presets["tuned"](scene, 200)
+    made: list[int] = []
+
+    class Counting:
+        def __init__(self) -> None:
+            self.place = len(made)
+            made.append(0)
+
+        def __call__(self, steps: int) -> None:
+            made[self.place] += steps
+
+    class Fake:
+        def stepper(self, *_: object) -> Counting:
+            return Counting()
+
+        def reference_loop(self) -> Any:
+            return lambda _: None
+
+    ticks = iter(range(0, 10**12, 1_000_000))
+    timed = time_run(Fake(), scene, settings, clock=lambda: next(ticks))  # type: ignore[arg-type]  # a stand-in
+    assert timed is not None
+    assert max(made) <= as_run(cell(scene)).revolutions * 200 + 0.5
+    # Negative control: a machine that turns goes on and on.
+    made.clear()
+    time_run(Fake(), read(TURNS), replace(settings), clock=lambda: next(ticks))  # type: ignore[arg-type]
+    assert max(made) > 200
+
+
+def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
+    scene, engine = read(PASS), engine_named("mujoco")
+    rule = engine.grid(scene, "coarse")[0]
+    one = Cell(scene.kind, scene, rule.settings(scene, 200))
+    found = dict(confirming_cells(SweptRule(engine, rule, (one,)), one))
+    assert list(found) == ["the pass backwards", "speed -10%", "speed +10%"]
+    assert len({as_run(other).key for other in (one, *found.values())}) == 4
+    assert as_run(found["the pass backwards"]).start_angle == scene.kinematics.span[1]
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_ingredients_of_a_pass_are_looked_at_in_the_pass(engine: str) -> None:
+    asked = cell(read(PASS), engine=engine)
+    change = ChangeCell(asked.name, asked.scene, asked.settings, against=asked.settings)
+    found = measure_change(change)
+    assert found.outcome == "completed"
+    assert found.beside is not None
+    assert found.beside["change"] == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
+    assert (found.largest("total") or 1.0) < 0.01
+    # Negative control: twice the steps in a revolution make another motion, over the same pass.
+    finer = cell(read(PASS), 400, engine).settings
+    other = measure_change(replace(change, against=finer))
+    assert other.beside is not None
+    assert 0.0 < other.beside["change"]["position"] < 0.01
+
+
+def test_an_ingredient_of_joints_leaves_the_tendon_of_wheels_alone() -> None:
+    scene = catalogue_scene("planetary-gear")
+    bare = engine_named("mujoco").minimal(scene, 200)
+    for name in ("passive-damping", "passive-armature"):
+        change = ChangeCell("a", scene, replace(bare, dressing=(name,)), against=bare, revolutions=0.1)
+        found = measure_change(change)
+        assert found.outcome == "completed"
+        # Negative control: the joints have it. What turns evenly feels damping, and no inertia.
+        assert found.beside is not None
+        assert (found.beside["torque_change"] > 1.0) == (name == "passive-damping")
+
+
+def test_the_steps_of_a_pass_are_walked_to_where_it_has_three() -> None:
+    for axis in (AXES["steps"], AXES["speed"]):
+        case = Case("a", read(PASS), "pymunk", "tuned")
+        ((_, last),) = axis.spans(case)
+        coarsest = axis.cell(case, last)
+        assert round(as_run(coarsest).revolutions * coarsest.settings.steps_per_revolution) == LEAST_STEPS
+        assert watch(coarsest).outcome != "unsupported"
+        # Negative control: of what turns, two steps in a turn are run.
+        ((_, last),) = axis.spans(Case("a", read(TURNS), "pymunk", "tuned"))
+        assert axis.cell(Case("a", read(TURNS), "pymunk", "tuned"), last).settings.steps_per_revolution == 2
+
+
+@pytest.mark.parametrize("axis", ["start-pose", "run-length", "nearness", "float", "flank-radius", "nose-radius"])
+def test_axes_that_a_file_does_not_have_are_refused_in_words(axis: str) -> None:
+    refusal = AXES[axis].refusal(Case("a", read(PASS), "mujoco", "tuned"))
+    assert refusal is not None
+    assert refusal.endswith("does not apply")
+
+
+def test_a_file_called_like_a_scene_has_not_its_axes() -> None:
+    named = read(TURNS, "name", "saw")
+    assert named.kind == Saw.kind
+    assert "is not known" in str(AXES["nearness"].refusal(Case("saw", named, "mujoco", "tuned")))
+    # Negative control: the saw has it.
+    assert AXES["nearness"].refusal(Case("saw", Saw(), "mujoco", "tuned")) is None
+    settings = engine_named("mujoco").presets["tuned"]
+    assert Cell("saw", named, settings(named, 200)).key != Cell("saw", Saw(), settings(Saw(), 200)).key
+
+
+def test_a_file_in_another_unit_of_length_moves_alike() -> None:
+    scene = read(TURNS)
+    larger = scene.with_parameters(**rescaled(scene, 1000.0))
+    angles = np.linspace(0.0, 6.0, 7)
+    for name, point in scene.motion(angles, scene.speed).points.items():
+        found = larger.motion(angles, scene.speed).points[name].position
+        np.testing.assert_allclose(found, 1000.0 * point.position, rtol=1e-12, atol=1e-9)
+    assert (length_power("N"), length_power("kg*m^2"), length_power("m/s^2"), length_power("kg")) == (1, 2, 1, 0)
+
+
+@pytest.mark.parametrize("path", [PASS, TURNS, CATALOGUE / "inverted-slider-crank.toml"])
+def test_an_exported_model_runs_on_its_own(path: Path) -> None:
+    scene = read(path)
+    model = mujoco.MjModel.from_xml_string(standalone_mjcf(path.stem, scene))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    run = as_run(cell(scene, round(scene.period / model.opt.timestep)))
+    places = []
+    for _ in range(round(run.revolutions * run.settings.steps_per_revolution) + 1):
+        mujoco.mj_kinematics(model, data)
+        places.append(data.site(scene.output).xpos[:2].copy())
+        mujoco.mj_step(model, data)
+    angle = run.start_angle + scene.speed * model.opt.timestep * np.arange(len(places))
+    exact = scene.motion(np.clip(angle, *scene.kinematics.span) if scene.span else angle, scene.speed)
+    off = np.linalg.norm(np.array(places) - exact.point(scene.output).position, axis=1).max()
+    assert off < 1e-5 * scene.lengths[scene.output]
+
+
+@pytest.mark.slow
+def test_a_sweep_of_a_file_goes_on_and_an_edited_file_is_another_machine(tmp_path: Path) -> None:
+    path, ledger = tmp_path / "own.toml", tmp_path / "ledger.db"
+    text = PASS.read_text(encoding="utf-8")
+    path.write_text(text.replace('name = "swinging-four-bar"', 'name = "own"'), encoding="utf-8")
+    sweep = ("sweep", str(path), "--grid", "coarse", "--engine", "pymunk", "--jobs", "1")
+    first, again = conrod(*sweep, ledger=ledger), conrod(*sweep, ledger=ledger)
+    assert (first.returncode, again.returncode) == (0, 0), first.stderr
+    assert "runs: 0 to do" in again.stderr
+    assert "runs: 0 to do" not in first.stderr
+    # The same machine in other words is the same; another length is another one.
+    path.write_text(path.read_text(encoding="utf-8").replace('title = "', 'title = "My '), encoding="utf-8")
+    assert "runs: 0 to do" in conrod(*sweep, ledger=ledger).stderr
+    found = conrod("results", "--ledger", str(ledger))
+    rows = list(csv.DictReader(io.StringIO(found.stdout)))
+    assert rows
+    assert {row["scene"] for row in rows} == {"own"}
+    assert all('"bodies"' in row["parameter.mechanism"] for row in rows)
+    shown = conrod("results", "--ledger", str(ledger), "--where", "scene = 'another'").stdout
+    assert len(shown.splitlines()) <= 1
+    longer = catalogue_scene(PASS.stem)
+    name = next(name for name in longer.parameters if name.endswith("mass"))
+    other = longer.with_parameters(**{name: 1.01 * longer.parameters[name]})
+    assert cell(other).key != cell(longer).key

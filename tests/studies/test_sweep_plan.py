@@ -1,0 +1,119 @@
+"""What a sweep turns: its grids hold every knob once, the presets among them, at steps that share their angles."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from catalogue import LINKAGES
+
+from conrod.engines import ENGINES, engine_named
+from conrod.engines.rule import GRIDS, Grid, grid_named, step_counts
+from conrod.errors import InvalidInput
+from conrod.scenes import SCENES, Scene
+from conrod.studies.frame.cell import SIGNED_ANGLES, Cell
+from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.timing import Timing
+from conrod.studies.sweep.plan import cells_to_time, plan_sweep, sweep_study
+from conrod.studies.sweep.results import pareto_front
+
+EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize(("scene", "engine"), EVERY)
+def test_no_two_rules_of_a_grid_have_one_name_or_the_same_settings(scene: str, engine: str, grid: Grid) -> None:
+    rules = engine_named(engine).grid(SCENES[scene], grid)
+    assert len({rule.name for rule in rules}) == len(rules)
+    assert len({tuple(rule.knobs().items()) for rule in rules}) == len(rules)
+    keys = [
+        tuple(Cell(scene, SCENES[scene], rule.settings(SCENES[scene], n)).key for n in (200, 300)) for rule in rules
+    ]
+    assert len(set(keys)) == len(rules)
+
+
+@pytest.mark.parametrize(("scene", "engine"), EVERY)
+def test_every_preset_that_applies_is_in_every_grid(scene: str, engine: str) -> None:
+    machine, used = SCENES[scene], engine_named(engine)
+    applying = {n for n, preset in used.presets.items() if used.refusal(machine, preset(machine, 1000)) is None}
+    for grid in GRIDS:
+        settings = [rule.settings(machine, 1000) for rule in used.grid(machine, grid)]
+        assert {s.preset for s in settings} == applying | ({"custom"} if len(settings) > len(applying) else set())
+        for name in applying:
+            assert used.presets[name](machine, 1000) in settings
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize("contact", [False, True])
+def test_steps_run_from_20_to_20000_and_share_the_angles_of_signed_errors(grid: Grid, contact: bool) -> None:
+    steps = step_counts(grid, contact=contact)
+    assert steps[0] == 20
+    assert 20000 in steps
+    assert list(steps) == sorted(set(steps))
+    assert all(n % SIGNED_ANGLES == 0 for n in steps)
+
+
+def test_grids_contain_one_another() -> None:
+    for scene in SCENES.values():
+        for engine in map(engine_named, ENGINES):
+            coarse, default, fine = (set(engine.grid(scene, grid)) for grid in GRIDS)
+            assert coarse <= default <= fine
+
+
+@pytest.mark.parametrize("scene", LINKAGES.values(), ids=LINKAGES)
+def test_what_follows_the_step_is_told_from_the_settings(scene: Scene) -> None:
+    """Halving the step halves the time constant exactly where a rule says that softness follows the step."""
+    for engine in map(engine_named, ENGINES):
+        for rule in engine.grid(scene, "default"):
+            coarse, fine = (rule.settings(scene, n).time_constant(False) for n in (1000, 2000))
+            follows = coarse == 0.0 or fine == pytest.approx(0.5 * coarse)
+            assert rule.softness_follows_step == follows, rule.name
+
+
+def test_an_unknown_grid_is_named_with_the_choices() -> None:
+    with pytest.raises(InvalidInput, match="unknown grid 'corse': choose from coarse, default, fine; did you mean"):
+        grid_named("corse")
+
+
+def test_the_front_holds_what_nothing_beats() -> None:
+    items = [(3.0, 1.0), (1.0, 3.0), (2.0, 2.0), (2.5, 2.5), (3.0, 1.0), (4.0, 1.0), (0.5, 9.0)]
+    assert pareto_front(items, lambda item: item) == ((0.5, 9.0), (1.0, 3.0), (2.0, 2.0), (3.0, 1.0))
+
+
+@pytest.fixture(scope="module")
+def small() -> Any:
+    """A real sweep of pymunk's presets at two coarse steps, with costs as if a step took a microsecond."""
+    scene = SCENES["saw-500rpm"]
+    plan = plan_sweep("saw-500rpm", scene, [engine_named("pymunk")], "coarse")
+    from dataclasses import replace
+
+    rules = tuple(replace(rule, cells=rule.cells[:2]) for rule in plan.rules)
+    plan = replace(plan, rules=rules, budgets=(), sensitivities=())
+    measurements = {cell.key: measure(cell) for cell in plan.cells}
+    timings = {
+        cell.key: Timing(1e-6 * cell.settings.steps_per_revolution, 1e-6, cell.settings.steps_per_revolution, 1, 1, "m")
+        for cell in cells_to_time(plan, measurements)
+    }
+    return sweep_study(plan, measurements, timings, "m")
+
+
+def test_a_run_that_does_not_complete_is_a_point_without_errors(small: Any) -> None:
+    failed = [point for point in small.points if not point.completed]
+    assert [(point.preset, point.steps_per_revolution) for point in failed] == [("stock", 20)]
+    assert failed[0].error("position") is None
+    assert failed[0] not in small.front("position")
+    assert failed[0].label in {point["label"] for point in small.as_dict()["points"]}
+
+
+def test_points_are_numbered_by_engine_and_identified(small: Any) -> None:
+    assert [point.label for point in small.points] == ["P1", "P2", "P3", "P4"]
+    for point in small.points:
+        assert point.settings["steps_per_revolution"] == point.steps_per_revolution
+        assert len(point.key) == 32
+
+
+def test_stock_and_tuned_pymunk_are_on_the_front_in_their_places(small: Any) -> None:
+    front = small.front("position")
+    assert [point.cost for point in front] == sorted(point.cost for point in front)
+    errors = [point.error("position") for point in front]
+    assert errors == sorted(errors, reverse=True)

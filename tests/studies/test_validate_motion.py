@@ -1,0 +1,299 @@
+"""`conrod validate --motion`: engines' free motion against the exact one in time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import conrod
+
+from conrod.engines import engine_named
+from conrod.engines.capabilities import FreeRun
+from conrod.errors import InvalidInput
+from conrod.mechanism.loads import Elastic
+from conrod.mechanism.mechanism import Mechanism
+from conrod.report.free_motion.words import loads_words
+from conrod.runs.trajectory import Outcome
+from conrod.scenes.described_scene import read_scene
+from conrod.studies.frame.resolve_arguments import select_scenes
+from conrod.studies.free_motion.exact import ExactCourse, exact_course
+from conrod.studies.free_motion.perform import _on_its_branch, motion_study, run_motion
+from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
+from conrod.studies.free_motion.results import EXACT_DRIFT, ExactTold, MotionResult, MotionStudy
+
+SHORT = MotionPlan(FREE, 2.0)
+
+
+@cache
+def course(name: str, motion: str = FREE, seconds: float = 2.0) -> ExactCourse:
+    return exact_course(name, select_scenes([name], [])[name], MotionPlan(motion, seconds))
+
+
+def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", plan: MotionPlan = SHORT) -> MotionResult:
+    return run_motion("it", of, engine_named(engine), preset, plan)
+
+
+# -- what is found ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_two_four_bars_swing_through_their_change_points_within_tolerance() -> None:
+    found = result(course("four-bar-chain-2"))
+    assert len(course("four-bar-chain-2").motion.crossings) == 2
+    assert found.passed is True
+    assert found.leaves is None
+    assert 0.0 < found.largest("position", "rms") < found.largest("position") < 1e-6  # type: ignore[operator]
+    assert course("four-bar-chain-2").motion.drift < EXACT_DRIFT
+
+
+def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
+    times = np.linspace(0.0, 1.0, 3)
+    held = MotionStudy(
+        "it",
+        select_scenes(["slider-crank-spring"], [])["slider-crank-spring"],
+        FREE,
+        (),
+        ExactTold(EXACT_DRIFT, "", times, times),
+        (),
+    )
+    assert held.passed
+    assert not replace(held, exact=replace(held.exact, drift=2.0 * EXACT_DRIFT)).passed
+
+
+def heavier(mechanism: Mechanism) -> Mechanism:
+    first, *others = mechanism.bodies
+    return replace(mechanism, bodies=(replace(first, mass=1.01 * first.mass), *others))
+
+
+def stiffer(mechanism: Mechanism) -> Mechanism:
+    springs = [load for load in mechanism.loads if isinstance(load.law, Elastic)]
+    assert springs
+    wrong = replace(springs[0], law=replace(springs[0].law, stiffness=1.01 * springs[0].law.stiffness))  # type: ignore[arg-type,union-attr]
+    return replace(mechanism, loads=tuple(wrong if load is springs[0] else load for load in mechanism.loads))
+
+
+@pytest.mark.parametrize(("name", "defect"), [("four-bar-chain-2", heavier), ("slider-crank-spring", stiffer)])
+def test_a_mass_or_a_spring_wrong_by_a_hundredth_is_seen(name: str, defect: Callable[[Mechanism], Mechanism]) -> None:
+    right = course(name)
+    good, bad = result(right), result(replace(right, mechanism=defect(right.mechanism)))
+    assert good.passed is True
+    assert bad.passed is False
+    assert bad.largest("position") > 1000.0 * good.largest("position")  # type: ignore[operator]
+    assert bad.leaves is not None
+    assert bad.leaves < 0.5
+
+
+def test_a_pendulum_converges_with_the_order_of_the_integrator() -> None:
+    pendulum = course("pendulum")
+    assert result(pendulum).order["position"] == pytest.approx(4.0, abs=0.5)  # type: ignore[index]
+    stock = result(pendulum, preset="stock")
+    assert stock.order["position"] == pytest.approx(1.0, abs=0.1)  # type: ignore[index]
+    assert stock.passed is None
+    assert stock.leaves is not None
+    assert stock.largest("energy") > 1e-4  # type: ignore[operator]
+
+
+def test_pymunk_is_measured_and_judged_where_a_tolerance_is_given() -> None:
+    pendulum = course("pendulum")
+    assert result(pendulum, "pymunk", "tuned").passed is None
+    judged = result(pendulum, "pymunk", "tuned", replace(SHORT, tolerance={"position": 1e-4, "energy": 1.0}))
+    assert judged.passed is False
+    assert set(judged.exceeded) == {"position"}
+    assert judged.leaving == 1e-4
+
+
+def test_a_run_on_the_other_branch_is_flipped_and_has_no_errors() -> None:
+    whole = course("four-bar-chain-2")
+    exact = whole.motion
+    run = FreeRun(exact.times, exact.poses, exact.rates, exact.energy, Outcome.COMPLETED, "", 0.0)
+    assert _on_its_branch(whole, run).outcome is Outcome.COMPLETED
+    # From the first crossing on the last rocker lies on the ground's line, and its bar goes from tip to pivot.
+    other, index = exact.poses.copy(), whole.mechanism.body_index
+    last, bar, before = (3 * index[name] for name in ("rocker2", "bar1", "rocker1"))
+    late = exact.times > exact.crossings[0]
+    other[late, last + 2] = np.pi
+    other[late, bar + 2] = exact.poses[late, before + 2] + np.pi
+    flipped = _on_its_branch(whole, replace(run, poses=other))
+    assert flipped.outcome is Outcome.FLIPPED
+    assert "from 0." in flipped.reason
+
+
+# -- what is run -----------------------------------------------------------------------------------------------------
+
+
+def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
+    scene = select_scenes(["press-cutting"], [])["press-cutting"]
+    free = MotionPlan(FREE).mechanism(scene.mechanism(), "press-cutting")
+    driven = MotionPlan(TORQUE).mechanism(scene.mechanism(), "press-cutting")
+    assert driven is scene.mechanism()
+    lost = {load.name for load in driven.loads} - {load.name for load in free.loads}
+    assert len(lost) == 1
+    study = motion_study("press-cutting", scene, course("pendulum"), MotionPlan(FREE), [])
+    assert set(study.left_out) == lost
+    with pytest.raises(InvalidInput, match="no torque that drives its crank"):
+        MotionPlan(TORQUE).mechanism(course("pendulum").mechanism, "pendulum")
+
+
+@pytest.mark.slow
+def test_the_step_follows_the_fastest_turn_and_all_steps_of_the_path_meet_the_same_instants() -> None:
+    slow, fast = course("pendulum").grid, course("saw-coasting", FREE, 1.0).grid
+    assert slow.step == 0.005
+    assert fast.step < 0.0025
+    for grid in (slow, fast):
+        assert grid.finer(4).step * grid.finer(4).every == pytest.approx(grid.step * grid.every, rel=1e-12)
+    asked = exact_course("pendulum", select_scenes(["pendulum"], [])["pendulum"], MotionPlan(FREE, 1.0, 0.004))
+    assert asked.grid.step == 0.004
+    assert asked.motion.times[-1] == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+def test_a_follower_that_would_fly_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="the follower leaves the cam at t = "):
+        course("cam-spring-fast", FREE, 0.7)
+
+
+def test_the_example_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (Path(__file__).parents[2] / "docs/free-motion.md").read_text()
+    exec(text.split("```python\n")[1].split("```")[0], {})
+    drift, error, passed = capsys.readouterr().out.split()
+    assert float(drift) < EXACT_DRIFT
+    assert 0.0 < float(error) < 1e-6
+    assert passed == "True"
+
+
+# -- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_the_command_writes_a_page_a_figure_and_numbers_without_clocks(tmp_path: Path) -> None:
+    file, folder = tmp_path / "found.json", tmp_path / "report"
+    done = conrod(
+        *("validate", "four-bar-chain-2", "--motion", "free", "--seconds", "0.8", "--engine", "mujoco"),
+        *("--preset", "hardened", "--out", str(folder), "--json", str(file)),
+    )
+    assert done.returncode == 0, done.stderr
+    assert "within tolerance" in done.stdout
+    assert "smooth continuation" in done.stdout
+    assert "<= 1e-11" in done.stdout
+    page = (folder / "four-bar-chain-2-motion.md").read_text()
+    assert "smooth continuation" in page
+    assert "(figures/four-bar-chain-2-free-motion.svg)" in page
+    assert (folder / "figures/four-bar-chain-2-free-motion.svg").is_file()
+    found = json.loads(file.read_text())["motions"][0]
+    assert found["passed"] is True
+    assert found["results"][0]["refinement"][2]["step"] == pytest.approx(found["results"][0]["step"] / 4.0)
+    written = json.loads((folder / "four-bar-chain-2-motion.json").read_text())
+    for text in (file.read_text(), page, json.dumps(written)):
+        assert "cpu" not in text.lower()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--motion", "fre"), "free"),
+        (("--motion", "free", "--seconds", "-1"), "--seconds = -1 s is out of range"),
+        (("--motion", "free", "--seconds", "nan"), "--seconds = nan is not a finite number"),
+        (("--motion", "free", "--step", "1e-9"), "--step = 1e-09 s is out of range"),
+        (("--motion", "free", "--step", "1e-6"), "steps; it must be 1 to"),
+        (("--motion", "free", "--step", "5 kg"), "--step"),
+        (("--motion", "free", "--tolerance", "velocity=1"), "velocity"),
+        (("--motion", "free", "--revolutions", "3"), "--revolutions does not go with --motion"),
+        (("--motion", "free", "--quantity", "torque"), "does not go with --motion"),
+        (("--motion", "torque"), "no torque that drives its crank"),
+        (("--seconds", "3"), "--seconds does not go with"),
+    ],
+)
+def test_bad_usage_is_one_line_and_status_2(arguments: tuple[str, ...], said: str) -> None:
+    done = conrod("validate", "pendulum", *arguments)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+SLIDER_CRANK = """
+name = "thrust"
+title = "Slider-crank, pushed along its stroke"
+source = "a test"
+output = "B"
+[driver]
+joint = "shaft"
+speed = "60 rpm"
+[ground.points]
+O = [0, 0]
+[bodies.crank]
+points = { A = [0.1, 0] }
+mass = 1
+inertia = 0.01
+[bodies.rod]
+points = { A = [0, 0], B = [0.3, 0] }
+uniform = "bar"
+mass = 1
+[bodies.slider]
+mass = 1
+inertia = 0.01
+[joints]
+shaft = { kind = "revolute", connects = ["ground.O", "crank"] }
+pin = { kind = "revolute", connects = ["crank.A", "rod.A"] }
+B = { kind = "revolute", connects = ["rod.B", "slider"] }
+ways = { kind = "prismatic", guide = "ground.O", direction = 0, slider = "slider" }
+[start]
+rod = { turn = 0 }
+crank = { rate = "60 rpm" }
+[forces.push]
+point = "slider"
+direction = 0
+law = "constant"
+force = "-10 N"
+[observed]
+B = "slider"
+"""
+FAULTS = {
+    "at rest in a dead centre": ('crank = { rate = "60 rpm" }', "crank = { rate = 0 }"),
+    "contradicts the joints": ("rod = { turn = 0 }", 'rod = { turn = 0, rate = "60 rpm" }'),
+    "give the crank an inertia": ("inertia = 0.01\n[bodies.rod]", "inertia = 1e-13\n[bodies.rod]"),
+    "the two points of a load meet": (
+        "[observed]", '[springs.none]\nconnects = ["ground.O", "crank"]\nstiffness = 1\n[observed]'
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("said", FAULTS)
+def test_a_start_or_a_force_that_cannot_be_is_one_line(said: str, tmp_path: Path) -> None:
+    file = tmp_path / "thrust.toml"
+    right, wrong = FAULTS[said]
+    assert SLIDER_CRANK.count(right) == 1
+    text = SLIDER_CRANK.replace(right, wrong)
+    if said == "give the crank an inertia":
+        text = text.replace("mass = 1\n[bodies.slider]", "mass = 1e-9\n[bodies.slider]")
+    file.write_text(text)
+    with pytest.raises(InvalidInput, match=said) as refused:
+        exact_course("thrust", read_scene(file), MotionPlan(FREE, 0.5))
+    assert "\n" not in str(refused.value)
+    if said == "at rest in a dead centre":
+        done = conrod("validate", str(file), "--motion", "free", "--jobs", "1")
+        assert done.returncode == 2
+        assert said in done.stderr
+        assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_the_same_machine_without_a_fault_runs_and_fails_a_tolerance_that_is_too_small(tmp_path: Path) -> None:
+    (tmp_path / "thrust.toml").write_text(SLIDER_CRANK)
+    done = conrod(
+        *("validate", str(tmp_path / "thrust.toml"), "--motion", "free", "--seconds", "0.2", "--engine", "mujoco"),
+        *("--preset", "stock", "--tolerance", "position=1e-12"),
+    )
+    assert done.returncode == 1, done.stderr
+    assert "OUT OF TOLERANCE: position" in done.stdout
+
+
+def test_only_what_acts_is_said_to_act() -> None:
+    for name, said in (
+        ("pendulum", "; what acts: its weight."),
+        ("slider-crank-spring", "; what acts: springs.spring, "),
+    ):
+        study = motion_study(name, select_scenes([name], [])[name], course(name), SHORT, [])
+        assert said in loads_words(study)

@@ -1,0 +1,234 @@
+"""A watched run: the errors of a measured one, how it ends, its solver and its last bit, whatever its pieces."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import CAM, SAW
+from watched import cell, coarse_cam, extremes, in_pieces_of, moved, planted_in, watched
+
+from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings
+from conrod.engines import ENGINES, engine_named
+from conrod.engines.engine import PIECE
+from conrod.runs.trajectory import Piece, SolverState
+from conrod.scenes import SCENES, CamFollower
+from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.limits.run_statistics import SolverLook
+from conrod.studies.limits.stream_run import piece_length, watch
+
+LINKAGE_STEPS, CONTACT_STEPS = 100, 500
+
+
+def every_preset() -> Iterator[Any]:
+    for name in ("shear-press", "saw-40rpm", "cam-follower"):
+        for engine, preset in ((e, p) for e in ENGINES for p in engine_named(e).presets):
+            yield pytest.param(name, engine, preset, id=f"{name}, {engine} {preset}")
+
+
+# -- errors ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "engine", "preset"), list(every_preset()))
+def test_the_errors_are_those_of_a_measured_run(name: str, engine: str, preset: str) -> None:
+    scene: Any = SCENES[name]
+    steps = CONTACT_STEPS if scene is CAM else LINKAGE_STEPS
+    settings = coarse_cam(engine_named(engine).presets[preset](scene, steps))
+    told, measured = watched(scene, settings), measure(Cell(name, scene, settings))
+    assert told.outcome == measured.outcome
+    if measured.outcome == Outcome.UNSUPPORTED.slug:
+        assert told.extremes is None
+        return
+    assert measured.outcome == Outcome.COMPLETED.slug
+    assert told.errors is not None
+    assert told.errors.keys() == measured.errors.keys()
+    assert flat(told) == pytest.approx(flat(measured), rel=1e-12)
+    assert extremes(told).samples == 2 * steps + 1
+    assert extremes(told).finite
+
+
+def flat(measurement: Measurement) -> dict[str, float]:
+    found: dict[str, float] = {}
+
+    def put(name: str, values: Mapping[str, Any]) -> None:
+        for key, value in values.items():
+            put(f"{name} {key}", value) if isinstance(value, Mapping) else found.update({f"{name} {key}": value})
+
+    for part in ("errors", "closure", "phase", "drive"):
+        put(part, getattr(measurement, part))
+    return found
+
+
+def test_an_error_in_one_sample_of_one_piece_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = PymunkSettings.tuned(SAW, LINKAGE_STEPS)
+    unharmed = watched(SAW, settings).largest("position")
+    assert unharmed is not None
+    planted_in(monkeypatch, "pymunk", 7, lambda piece: moved(piece, 0.01))
+    largest = watch(cell(SAW, settings)).largest("position")
+    assert largest is not None
+    assert largest > 0.9 * 0.01 / SAW.lengths["C"]
+    assert largest > 10.0 * unharmed
+
+
+# -- how it ends -----------------------------------------------------------------------------------------------------
+
+
+def ended(outcome: Outcome) -> Callable[[Piece], Piece]:
+    return lambda piece: replace(piece, trajectory=replace(piece.trajectory, outcome=outcome, reason=outcome.slug))
+
+
+def test_a_run_ends_where_nothing_is_left_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    planted_in(monkeypatch, "pymunk", 5, ended(Outcome.DIVERGED))
+    planted = cell(SAW, PymunkSettings.tuned(SAW, 400))
+    failed = watch(planted)
+    assert (failed.outcome, failed.reason, failed.errors) == ("diverged", "diverged", None)
+    assert extremes(failed).samples == 6 * piece_length(planted) + 1
+
+
+def test_a_machine_that_came_apart_is_followed_for_two_revolutions_and_may_blow_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    settings = PymunkSettings.tuned(SAW, 100)
+    planted_in(monkeypatch, "pymunk", 1, ended(Outcome.OPENED))
+    opened = watch(cell(SAW, settings, 10.0))
+    assert (opened.outcome, opened.errors) == ("opened", None)
+    assert 200 <= extremes(opened).samples <= 200 + 3 * piece_length(cell(SAW, settings, 10.0))
+    planted_in(monkeypatch, "pymunk", 3, ended(Outcome.EXPLODED))
+    assert watch(cell(SAW, settings, 10.0)).outcome == "exploded"
+
+
+@pytest.mark.parametrize(
+    ("engine", "preset", "steps"), [("mujoco", "tuned", 4), ("mujoco", "stock", 6), ("pymunk", "tuned", 6)]
+)
+def test_a_run_ends_as_the_whole_of_it_is_judged(
+    engine: str, preset: str, steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saw: Any = SCENES["saw-500rpm"]
+    settings = engine_named(engine).presets[preset](saw, steps)
+    whole = engine_named(engine).run(saw, settings, 2.0).outcome
+    assert whole is not Outcome.COMPLETED
+    for length in (3, 5, 1000):
+        in_pieces_of(monkeypatch, length)
+        assert watch(cell(saw, settings)).outcome == whole.slug
+
+
+def test_numbers_that_are_not_finite_and_warnings_are_told() -> None:
+    saw: Any = SCENES["saw-500rpm"]
+    failed = watched(saw, MuJoCoSettings.tuned(saw, 4), 10.0)
+    assert failed.outcome == "exploded"
+    assert extremes(failed).warnings == {"BADQACC": 1}
+    assert extremes(watched(SAW, MuJoCoSettings.tuned(SAW, 100))).warnings == {}
+
+
+def test_infinity_in_a_last_sample_is_not_finite(monkeypatch: pytest.MonkeyPatch) -> None:
+    planted_in(monkeypatch, "pymunk", 0, lambda piece: ended(Outcome.DIVERGED)(moved(piece, math.inf)))
+    assert not extremes(watch(cell(SAW, PymunkSettings.tuned(SAW, LINKAGE_STEPS)))).finite
+
+
+def test_what_cannot_be_run_is_said_in_one_line() -> None:
+    settings = PymunkSettings.tuned(SAW, 4)
+    with pytest.raises(InvalidInput, match="a run needs 3 to have accelerations"):
+        watch(cell(SAW, settings, 0.5))
+    with pytest.raises(InvalidInput, match="does not fit"):
+        watch(cell(SCENES["saw-500rpm"], settings))
+    refused = watch(cell(CAM, MuJoCoSettings.hardened(CAM, 100)))
+    assert (refused.outcome, refused.extremes) == ("unsupported", None)
+
+
+@pytest.mark.parametrize("steps", [3, 4, 100, 101, 102, 103])
+def test_the_last_piece_may_be_as_short_as_it_is(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = PymunkSettings.tuned(SAW, LINKAGE_STEPS)
+    usual = flat(watched(SAW, settings))
+    in_pieces_of(monkeypatch, steps)
+    assert flat(watch(cell(SAW, settings))) == pytest.approx(usual, rel=1e-12)
+
+
+# -- the last bit ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("settings", [MuJoCoSettings.tuned(SAW, 100), PymunkSettings.tuned(SAW, 100)])
+def test_the_fingerprint_depends_on_every_bit_and_on_no_pieces(settings: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = extremes(watched(SAW, settings)).fingerprint
+    planted_in(monkeypatch, settings.engine, 0, lambda piece: piece)
+    for steps in (7, 64, 1000):
+        in_pieces_of(monkeypatch, steps)
+        assert extremes(watch(cell(SAW, settings))).fingerprint == known
+    planted_in(monkeypatch, settings.engine, 0, lambda piece: moved(piece, 1e-16))
+    assert extremes(watch(cell(SAW, settings))).fingerprint != known
+
+
+# -- the solver ------------------------------------------------------------------------------------------------------
+
+
+def test_a_solver_that_stopped_before_it_began_has_a_residual() -> None:
+    tuned = MuJoCoSettings.tuned(SAW, 200)
+    done, trapped = (extremes(watched(SAW, s)).solver for s in (tuned, replace(tuned, tolerance=1e-8)))
+    assert done is not None
+    assert trapped is not None
+    assert (done.looked_at, done.allowed, trapped.looked_at) == (done.looked_at, tuned.iterations, done.looked_at)
+    assert 20 <= done.looked_at <= 40
+    assert done.least is not None
+    assert done.least > 0
+    assert trapped.most == 0
+    assert done.residual is not None
+    assert trapped.residual is not None
+    assert done.residual < 1e-12
+    assert trapped.residual > 1e-6
+
+
+def test_an_iteration_cut_short_has_a_residual() -> None:
+    tuned = PymunkSettings.tuned(SAW, 200)
+    done, short = (extremes(watched(SAW, s)).solver for s in (tuned, replace(tuned, iterations=3)))
+    assert done is not None
+    assert short is not None
+    assert (short.allowed, short.least, short.most) == (3, 3, 3)
+    assert done.residual is not None
+    assert short.residual is not None
+    assert done.residual < 1e-11
+    assert short.residual > 1e-4
+
+
+@pytest.mark.parametrize("revolutions", [2.0, 3.0, 4.0, 10.0, 50.0, 1000.0, 10_000.0])
+@pytest.mark.parametrize("steps", [20, 50, 100, 1000, 4096, 20_000])
+def test_the_solver_is_looked_at_all_around_the_turn(steps: int, revolutions: float) -> None:
+    length = piece_length(cell(SAW, PymunkSettings.tuned(SAW, steps), revolutions))
+    assert length <= PIECE
+    looks = length * np.arange(1, min(40, steps * revolutions // length) + 1)
+    at = np.sort(looks % steps) / steps
+    widest = np.diff(at, append=at[0] + 1.0).max()
+    # Points that the golden ratio parts leave no gap wider than 2 over their number; few steps give few points.
+    assert widest <= max(0.11, 2.0 / len(looks))
+    # Negative control: pieces of so many turns look at one angle.
+    assert len(set((steps * np.arange(1, 41)) % steps)) == 1
+
+
+def test_residuals_are_normalised_by_what_they_are() -> None:
+    """The same machine in another unit, and ten times as fast, leaves the same."""
+    for of_rates, residual in ((True, 6.0), (False, 12.0)):
+        look = SolverLook(10, -2.0, 3.0)
+        look.add(None)
+        assert look.found() is None
+        look.add(SolverState(None, residual, of_rates))
+        look.add(SolverState(4, math.nan, of_rates))
+        found = look.found()
+        assert found is not None
+        assert (found.looked_at, found.least, found.most, found.residual) == (2, 4, 4, 1.0)
+
+
+# -- kept ------------------------------------------------------------------------------------------------------------
+
+
+def test_what_was_watched_survives_the_ledger() -> None:
+    cam: Any = CamFollower(preload=0.3)
+    for measurement in (
+        watched(cam, coarse_cam(PymunkSettings.tuned(cam, 1000)), 1.0),
+        watched(SAW, MuJoCoSettings.tuned(SAW, 50), 100.0),
+    ):
+        text = json.dumps(measurement.as_dict(), allow_nan=False)
+        assert extremes(Measurement.of(json.loads(text))) == extremes(measurement)

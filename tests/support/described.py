@@ -1,0 +1,47 @@
+"""Mechanism files for tests: those that ship, and changes to them."""
+
+from __future__ import annotations
+
+import copy
+import random
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import conrod
+
+CATALOGUE = Path(conrod.__file__).parent / "scenes" / "catalogue"
+SLIDER_CRANK, FOUR_BAR = CATALOGUE / "slider-crank.toml", CATALOGUE / "swinging-four-bar.toml"
+SHIPPED = sorted(CATALOGUE.glob("*.toml"))
+
+
+def tables(path: Path = SLIDER_CRANK) -> dict[str, Any]:
+    """What stands in a file."""
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+def changed(path: Path, place: str, value: Any) -> dict[str, Any]:
+    """The tables of a file with another value at a dotted place; None removes it."""
+    whole = tables(path)
+    *way, last = place.split(".")
+    inside = whole
+    for name in way:
+        inside = inside.setdefault(name, {})
+    if value is None:
+        del inside[last]
+    else:
+        inside[last] = copy.deepcopy(value)
+    return whole
+
+
+def shuffled(given: Any, seed: int) -> Any:
+    """The same tables declared in another order, and pins with their two points the other way round."""
+    chance = random.Random(seed)
+    if not isinstance(given, dict):
+        return given
+    names = list(given)
+    chance.shuffle(names)
+    turned = {name: shuffled(given[name], seed + 1) for name in names}
+    if "connects" in turned and chance.random() < 0.5:
+        turned["connects"] = turned["connects"][::-1]
+    return turned

@@ -1,0 +1,144 @@
+"""Models as users might bring them: conrod's own files, edited as text."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from pathlib import Path
+
+from conrod.engines import engine_named
+from conrod.own.models.driving import drive_model
+from conrod.own.models.frame import GivenFrame
+from conrod.own.models.identity import Identity, identify
+from conrod.own.models.request import Place, Question
+from conrod.own.models.scanning import scan
+from conrod.own.models.study import ModelStudy, study
+from conrod.scenes import SCENES, Scene
+
+ROOT = Path(__file__).parents[2]
+HACKSAW = Path(__file__).parent / "own_models" / "hacksaw.xml"
+FILES = {"saw": "saw-40rpm", "press": "shear-press", "cam": "cam-follower"}
+TEXTS = {name: (ROOT / "mjcf" / f"{file}.xml").read_text(encoding="utf-8") for name, file in FILES.items()}
+POINTS = {"saw": ("C", "M"), "press": ("A", "G"), "cam": ("roller",)}
+PIECES = {"slide": r"\s*<joint name=\"slide\".*?/>", "equality": r"<equality>.*?</equality>"}
+
+ROD_END = 'name="slider-pin.rod" pos="0.3 0 0"'
+CRANK_PIN = '<body name="rod" pos="0.1 0 0"'
+CONNECT = '<connect name="again" site1="slider-pin.rod" site2="slider-pin.slider" />'
+
+
+def replaced(text: str, old: str, new: str) -> str:
+    """An edit that is sure to have been made."""
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+def placed(text: str, **attributes: str) -> str:
+    """All of the model within a body that does not move."""
+    inside = " ".join(f'{name}="{value}"' for name, value in attributes.items())
+    text = replaced(text, "<worldbody>", f"<worldbody><body {inside}>")
+    # The camera is for the world.
+    return replaced(text, "</worldbody>", "</body></worldbody>")
+
+
+def changed(text: str, change: Callable[[str, list[float]], list[float]]) -> str:
+    """Numbers of the worldbody's attributes, by name of the attribute."""
+    root = ET.fromstring(text)
+    world = root.find("worldbody")
+    assert world is not None
+    for element in world.iter():
+        for name, value in element.attrib.items():
+            if name in ("pos", "fromto", "size", "euler", "axis"):
+                element.set(name, " ".join(repr(v) for v in change(name, [float(v) for v in value.split()])))
+    return ET.tostring(root, encoding="unicode")
+
+
+def scaled(text: str, factor: float) -> str:
+    """In another unit of length."""
+    return changed(text, lambda n, v: [factor * x for x in v] if n in ("pos", "fromto", "size") else v)
+
+
+def mirrored(text: str) -> str:
+    """x to the left; hinges keep their axes."""
+
+    def change(name: str, values: list[float]) -> list[float]:
+        if name in ("pos", "fromto"):
+            return [-x if i % 3 == 0 else x for i, x in enumerate(values)]
+        if name == "euler":
+            return [-x for x in values]
+        return [-values[0], values[1], values[2]] if name == "axis" else values
+
+    return changed(text, change)
+
+
+def other_branch_of_the_saw() -> str:
+    """The slider to the right of the shaft."""
+    text = replaced(TEXTS["saw"], '<body name="slider" pos="0 0 0"', '<body name="slider" pos="0.57236352 0 0"')
+    return replaced(text, 'euler="0 0 2.836899999574396"', 'euler="0 0 0.30469265"')
+
+
+def other_branch_of_the_press() -> str:
+    """The slider below the shaft."""
+    text = replaced(TEXTS["press"], '<body name="slider" pos="0 0.4225 0"', '<body name="slider" pos="0 -0.3575 0"')
+    return replaced(
+        text, '<body name="rod" pos="0.0325 0 0"', '<body name="rod" pos="0.0325 0 0" euler="0 0 3.14159265"'
+    )
+
+
+def without(text: str, pattern: str) -> str:
+    """Without a piece."""
+    found, count = re.subn(pattern, "", text, flags=re.DOTALL)
+    assert count == 1, pattern
+    return found
+
+
+def settled(text: str, option: str, closure: str = "") -> str:
+    """With other options, and the drive's armature taken away."""
+    text = re.sub(r"<option.*?</option>", option, text, flags=re.DOTALL)
+    text = re.sub(r' armature="[^"]*"', "", text)
+    return re.sub(r"(<connect [^>]*?) solref=.*?/>", rf"\1 {closure}/>", text)
+
+
+def question(kind: str, **asked: object) -> Question:
+    """All points of a machine at the sites that conrod's own files have for them."""
+    mechanism = SCENES[FILES[kind]].mechanism()
+    points = asked.pop("points", POINTS[kind])
+    assert isinstance(points, tuple)
+    places = tuple(p if isinstance(p, Place) else Place(p, "site", p) for p in points)
+    crank = str(asked.pop("crank", "crank"))
+    return Question(crank, places, mechanism.mobility, len(mechanism.cam_contacts), **asked)  # type: ignore[arg-type]
+
+
+def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **asked: object) -> Identity:
+    """What a model's paths say, in this process."""
+    path = folder / "model.xml"
+    path.write_text(text, encoding="utf-8")
+    return identify(SCENES[FILES[kind]], scan(path, question(kind, **asked)), given or GivenFrame())
+
+
+def judged(
+    folder: Path, kind: str, text: str, turns: float = 1.0, scene: Scene | None = None, **asked: object
+) -> ModelStudy:
+    """All of the judgement, in this process."""
+    path = folder / "model.xml"
+    path.write_text(text, encoding="utf-8")
+    spoil = asked.pop("spoil", lambda run: run)
+    assert callable(spoil)
+    tolerance = asked.pop("tolerance", None)
+    assert tolerance is None or isinstance(tolerance, dict)
+    put = question(kind, **asked)
+    scanned = scan(path, put)
+    machine = scene or SCENES[FILES[kind]]
+    return study(
+        path.name,
+        (FILES[kind], machine),
+        put,
+        scanned,
+        GivenFrame(),
+        engine_named("mujoco"),
+        lambda drive, orders: tuple(spoil(run) for run in drive_model(path, put, scanned, drive, orders)),
+        turns,
+        100_000,
+        tolerance,
+    )

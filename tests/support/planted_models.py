@@ -1,0 +1,132 @@
+"""conrod's own models with something planted in them, and all their names exchanged for random ones."""
+
+from __future__ import annotations
+
+import random
+import re
+import string
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+MJCF = Path(__file__).parents[2] / "mjcf"
+SAW = (MJCF / "saw-500rpm.xml").read_text(encoding="utf-8")
+REFERENCES = ("name", "site1", "site2", "objname", "mesh", "geom1", "geom2", "site", "refsite", "body1", "body2")
+CLOSURE = 'solref="0.00096 1" solimp="0.9999 0.9999 0.001 0.5 2"'
+INERT = 'contype="0" conaffinity="0" '
+
+
+def renamed(text: str, seed: int = 0) -> str:
+    """A model in which no name says what it is."""
+    rng = random.Random(seed)
+    root = ElementTree.fromstring(text)
+    named = [element.attrib["name"] for element in root.iter() if "name" in element.attrib]
+    letters = {name: "".join(rng.choices(string.ascii_lowercase, k=12)) for name in sorted(set(named))}
+    for element in root.iter():
+        for attribute in REFERENCES:
+            if element.get(attribute) in letters:
+                element.set(attribute, letters[element.attrib[attribute]])
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def replaced(old: str, new: str) -> Callable[[str], str]:
+    """An edit that is sure to change something."""
+
+    def edit(text: str) -> str:
+        assert old in text, old
+        return text.replace(old, new)
+
+    return edit
+
+
+def colliding_links(text: str) -> str:
+    return replaced(INERT, "")(replaced(' contact="disable"', "")(text))
+
+
+def colliding_but_apart(text: str) -> str:
+    """The crank's bar and the slider's block, which never come near each other."""
+    text = replaced(' contact="disable"', "")(text)
+    for shape in ('size="0.02576 0.02576 0.008585"', 'fromto="0 0 0 0.1 0 0"'):
+        text = re.sub(rf"({shape}[^>]*?){INERT}", r"\1", text)
+    return text
+
+
+def closed_twice(text: str) -> str:
+    again = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
+    return replaced("</equality>", f"{again}</equality>")(text)
+
+
+def floating_rod(text: str, ties: tuple[str, ...] = ("0",)) -> str:
+    """The rod as a free body, tied to the crank pin at one point or more along the pin."""
+    begin = text.index('<body name="rod"')
+    end = text.index("</body>", begin) + len("</body>")
+    rod, text = text[begin:end], text[:begin] + text[end:]
+    rod = replaced('pos="0.1 0 0" euler', 'pos="0.2861817604250837 -0.09 0" euler')(rod)
+    sites = "".join(f'<site name="tie.rod{z}" pos="0 0 {z}" />' for z in ties)
+    rod = replaced('<joint name="crank-pin" type="hinge" axis="0 0 1" />', f"<freejoint />{sites}")(rod)
+    text = replaced("</worldbody>", f"{rod}</worldbody>")(text)
+    sites = "".join(f'<site name="tie.crank{z}" pos="0.1 0 {z}" />' for z in ties)
+    text = replaced('armature="1e+13" />', f'armature="1e+13" />{sites}')(text)
+    closures = "".join(f'<connect site1="tie.rod{z}" site2="tie.crank{z}" {CLOSURE} />' for z in ties)
+    text = replaced("</equality>", f"{closures}</equality>")(text)
+    # It stands still: the keyframe does not know of the rod's coordinates.
+    return re.sub(r"<key .*?/>", "", text)
+
+
+def doubly_tied_rod(text: str) -> str:
+    return floating_rod(text, ("0", "0.02"))
+
+
+def without_start_speeds(text: str) -> str:
+    """A keyframe that sets the crank in motion, and nothing else."""
+    return re.sub(r'qvel="[^"]*"', 'qvel="0 52.35987755982988 0"', text)
+
+
+@dataclass(frozen=True)
+class Plant:
+    """What is planted, the findings that are to be, and how long to run [s]: a turn of the crank takes 0.12 s."""
+
+    edit: Callable[[str], str]
+    expected: frozenset[str]
+    seconds: float
+
+
+def plant(edit: Callable[[str], str], *expected: str, seconds: float = 0.03) -> Plant:
+    return Plant(edit, frozenset(expected), seconds)
+
+
+PLANTED = {
+    "links that collide at their pin": plant(colliding_links, "joined-links-collide", "never-touch", seconds=0.126),
+    "links that could collide and never do": plant(colliding_but_apart, "never-touch", seconds=0.126),
+    "a loop closed twice": plant(closed_twice, "redundant-closure"),
+    "a rod that floats": plant(floating_rod, "freedom-taken-away"),
+    "a rod that floats, tied at two points": plant(doubly_tied_rod, "freedom-taken-away", "redundant-closure"),
+    "a soft closure": plant(replaced(f" {CLOSURE}", ""), "soft-closure"),
+    "a void tolerance": plant(replaced('tolerance="0" ', ""), "solver-stops-early"),
+    "a silent reset": plant(replaced('autoreset="disable" ', ""), "silent-reset"),
+    "a late sensor": plant(
+        replaced('<framepos name="C.position"', '<framepos delay="0.0012" nsample="20" name="C.position"'),
+        "late-sensor",
+    ),
+    "a sensor that holds its value": plant(
+        replaced('<framepos name="C.position"', '<framepos interval="0.0012" nsample="2" name="C.position"'),
+        "late-sensor",
+    ),
+    "gravity across the plane": plant(replaced('gravity="0 -9.81 0"', 'gravity="0 -9 -3"'), "gravity-across"),
+    "masses brought to a sum": plant(replaced("<compiler ", '<compiler settotalmass="20" '), "changed-inertia"),
+    "a least mass": plant(replaced("<compiler ", '<compiler boundmass="2" '), "changed-inertia"),
+    "inertias that are balanced": plant(
+        lambda text: replaced("<compiler ", '<compiler balanceinertia="true" ')(
+            replaced('diaginertia="0.01125 0.01125 0.01125"', 'diaginertia="0.001 0.01125 0.01125"')(text)
+        ).replace('diaginertia="0.02 0.02 0.02"', 'diaginertia="0.02 0.02 0.06"'),
+        "changed-inertia",
+    ),
+    "a step that is too long": plant(replaced('timestep="0.00012"', 'timestep="0.05"'), "step-too-long", seconds=10.0),
+    "an open start": plant(
+        replaced('euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'),
+        "open-start",
+        "torn-start",
+    ),
+    "start speeds that do not fit": plant(without_start_speeds, "torn-start"),
+}
