@@ -21,10 +21,10 @@ import pytest
 from rich.console import Console
 
 from conrod import InvalidInput
+from conrod.cli.progress import CostBar, ProgressBar
 from conrod.studies.execution.dispatch import run_cells
 from conrod.studies.execution.limits import Limits
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.execution.progress import CostBar, ProgressBar
 from conrod.studies.execution.worker_process import WorkerDied
 from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.ledger import Ledger

@@ -4,35 +4,54 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import import_module
 from importlib.metadata import version
 
 import click
 
 from conrod.cli import options as exit_status
-from conrod.cli.ablate import ablate
-from conrod.cli.audit import audit
-from conrod.cli.export import export
-from conrod.cli.harden import harden
-from conrod.cli.limits import limits
-from conrod.cli.lint import lint
-from conrod.cli.recommend import recommend
-from conrod.cli.results import results
-from conrod.cli.show import show
-from conrod.cli.sweep import sweep
-from conrod.cli.validate import validate
 from conrod.errors import InvalidInput
 
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
-@click.group(context_settings=CONTEXT)
+# In the order of a first look: each with the line that `conrod --help` shows, so that it need load none of them.
+VERBS = {
+    "show": "What there is, one line each; or all about one SCENE.",
+    "validate": "Compare engines with the exact motion: scenes, mechanism files, own models, tables.",
+    "sweep": "Measure the trade of speed for accuracy over a grid of settings.",
+    "recommend": "Find the cheapest setting of each engine within given tolerances, ready to paste.",
+    "limits": "Find where each engine stops being trustworthy, and how it fails there.",
+    "ablate": "Measure what a model requires, and what each unnecessary ingredient costs.",
+    "audit": "Hold published figures against the exact motion: a verdict for each printed value.",
+    "lint": "Find what a MuJoCo model carries needlessly, and what makes it fail.",
+    "harden": "Make the closed loops of a MuJoCo model stay closed, and show what that changes.",
+    "results": "Write the ledger as a tidy table: a row for each run and machine that timed it.",
+    "export": "Write a scene's MJCF model, its exact trajectory, or a pack for other tools.",
+}
+
+
+class Verbs(click.Group):
+    """A group whose commands are imported when they are called: one module each, of the same name."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in VERBS:
+            return None
+        command: click.Command = getattr(import_module(f"conrod.cli.{cmd_name}"), cmd_name)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(VERBS.items()))
+
+
+@click.group(cls=Verbs, context_settings=CONTEXT)
 @click.version_option(version("conrod"), prog_name="conrod")
 def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
-
-
-for command in (show, validate, sweep, recommend, limits, ablate, audit, lint, harden, results, export):
-    cli.add_command(command)
 
 
 def main() -> None:

@@ -169,7 +169,7 @@ def _request(
     ignored: tuple[str, ...],
     folder: str | None,
 ) -> Request:
-    from conrod.cli.model_options import places_of
+    from conrod.cli.model_request import places_of
     from conrod.mechanism.units import check_number
     from conrod.mjcf.lint.finding import Request
 

@@ -12,12 +12,12 @@ from typing import Any, Self
 
 import click
 
+from conrod.cli.progress import CostBar, ProgressBar, RoundsBar
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
 from conrod.studies.execution.costs import time_cells
 from conrod.studies.execution.dispatch import run_cells
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.execution.progress import CostBar, ProgressBar, RoundsBar
 from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.ledger import Ledger, default_path
 from conrod.studies.frame.measurement import Measurement, measure

@@ -88,7 +88,7 @@ def validate_model(
         print_model_study(judged)
     batches = [results_file(judged, target)] if target else []
     if folder:
-        from conrod.cli.model_options import model_command_line
+        from conrod.cli.model_request import model_command_line
         from conrod.report.user_model.page import model_report_batch
 
         command = model_command_line(file, scene, options, revolutions, tolerance, assignments, folder)
@@ -112,7 +112,7 @@ def judge_model(
     Raises:
         InvalidInput: the model cannot be used, or is not what was said.
     """
-    from conrod.cli.model_options import given_frame, question_of
+    from conrod.cli.model_request import given_frame, question_of
     from conrod.engines import engine_named
     from conrod.mechanism.units import check_count
     from conrod.own.models.driving import drive_model
