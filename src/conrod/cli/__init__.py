@@ -10,7 +10,7 @@ from importlib.metadata import version
 import click
 
 from conrod.cli import options as exit_status
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, unknown_choice
 
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
@@ -37,9 +37,9 @@ class Verbs(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command:
         if cmd_name not in VERBS:
-            return None
+            raise unknown_choice("command", cmd_name, VERBS)
         command: click.Command = getattr(import_module(f"conrod.cli.{cmd_name}"), cmd_name)
         return command
 
