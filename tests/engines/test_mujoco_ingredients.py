@@ -60,8 +60,7 @@ def fully_dressed(machine: str, but: Sequence[str] = ()) -> MuJoCoSettings:
     return settings
 
 
-# The equivalent linkage is models of its own, one an arc, and no dressing of this one.
-EVERY = [(machine, name) for machine in MACHINES for name in ingredients_of(machine) if name != "cam-by-contact"]
+EVERY = [(machine, name) for machine in MACHINES for name in ingredients_of(machine)]
 EXTRA = [(machine, name) for machine, name in EVERY if not ingredients_of(machine)[name].minimal]
 LINKAGE_EXTRA = [(machine, name) for machine, name in EXTRA if machine != "cam"]
 OWN = [(machine, name) for machine, name in EVERY if ingredients_of(machine)[name].minimal]

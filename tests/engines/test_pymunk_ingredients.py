@@ -89,7 +89,6 @@ def test_equal_models_are_equal_whatever_the_order_they_were_dressed_in() -> Non
 
 def test_what_other_studies_need_is_said() -> None:
     found = ingredients(SAW) | ingredients(CAM)
-    assert {Quantity.IMPACT, Quantity.WEAR, Quantity.REACTIONS} <= set(found["cam-by-contact"].needed_by)
     assert set(found["gravity"].needed_by) >= {Quantity.DRIVE_TORQUE, Quantity.REACTIONS}
     assert Quantity.IMPACT in found["shapes-grouped"].needed_by
     assert Quantity.REACTIONS in found["rod-body"].needed_by
@@ -98,7 +97,7 @@ def test_what_other_studies_need_is_said() -> None:
 def test_a_machine_is_offered_what_it_can_carry() -> None:
     saw, cam = ingredients(SAW), ingredients(CAM)
     assert {"gravity", "rod-body", "stock-contact", "closure", "full-correction"} <= set(saw) - set(cam)
-    assert {"fine-cam", "contact", "small-slop", "cam-by-contact"} <= set(cam) - set(saw)
+    assert {"fine-cam", "contact", "small-slop"} <= set(cam) - set(saw)
     groups = {one.group for one in saw.values() if one.group}
     assert groups == {"shapes", "iterations", "rod", "sub-steps"}
 

@@ -16,7 +16,6 @@ import conrod
 from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.errors import InvalidInput
-from conrod.exact.equivalent_linkage import linkage_refusal
 from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism import motion_laws
@@ -257,10 +256,6 @@ def test_engines_say_that_a_hollow_cam_has_no_convex_shape() -> None:
         result = validate_kinematic("hollow", scene, engine_named(name))
         assert (result.outcome, result.reason) == ("unsupported", reason)
     assert concave_reason(symmetric_cam(0.036, 0.118, 0.029, 0.080)) is None
-
-
-def test_a_law_has_no_equivalent_linkage() -> None:
-    assert "motion law" in str(linkage_refusal(shipped("cam-3-4-5").mechanism()))
 
 
 # -- files -----------------------------------------------------------------------------------------------------------

@@ -74,7 +74,7 @@ def distinct(rules: Iterable[Rule]) -> tuple[Rule, ...]:
 
 # Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
 # has it, it is not told: keys of results, and reports, stay what they were.
-LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": [], "cam": "contact"}
+LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": []}
 
 
 def plain(settings: object) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult,
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mobility import MobilityCount
-from conrod.engines.mujoco import dynamics, kinematic, law, linkage_run, softness
+from conrod.engines.mujoco import dynamics, kinematic, law, softness
 from conrod.engines.mujoco.forces import forces, nothing_told
 from conrod.engines.mujoco.free_run import free_run, free_settings
 from conrod.engines.mujoco.grid import rules
@@ -24,8 +24,6 @@ from conrod.engines.mujoco.timing import BareRun, reference_loop, started
 from conrod.engines.mujoco.variations import MuJoCoVariations, paste
 from conrod.engines.rule import Grid, Rule
 from conrod.engines.tree import tree_of
-from conrod.errors import InvalidInput
-from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage, linkage_refusal
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Piece, Trajectory
@@ -44,25 +42,17 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         mechanism = machine.kinematics.mechanism
-        if settings.cam == EQUIVALENT_LINKAGE:
-            reason = linkage_refusal(mechanism)
-            if reason:
-                return reason
-            mechanism = equivalent_linkage(mechanism).arcs[0].mechanism
         if reason := contact_refusal(mechanism):
             return reason
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
         reason = form_refusal(mechanism, settings.rod) or dressing_refusal(mechanism, settings)
-        if reason or settings.cam == EQUIVALENT_LINKAGE:
-            return reason
-        return tree_refusal(tree_of(machine, model_form(mechanism, settings.rod)))
+        return reason or tree_refusal(tree_of(machine, model_form(mechanism, settings.rod)))
 
     def run(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
     ) -> Trajectory:
-        run = linkage_run.run if settings.cam == EQUIVALENT_LINKAGE else dynamics.run
-        return run(machine, settings, revolutions, start_angle)
+        return dynamics.run(machine, settings, revolutions, start_angle)
 
     def pieces(
         self,
@@ -72,23 +62,18 @@ class MuJoCo(Engine[MuJoCoSettings]):
         start_angle: float = 0.0,
         steps: int = PIECE,
     ) -> Iterator[Piece]:
-        pieces = linkage_run.pieces if settings.cam == EQUIVALENT_LINKAGE else dynamics.pieces
-        return pieces(machine, settings, revolutions, start_angle, steps)
+        return dynamics.pieces(machine, settings, revolutions, start_angle, steps)
 
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
         return kinematic.solve(machine, MuJoCoSettings.tuned(machine, 1000), angle)
 
     def expected_error(self, machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
-        if settings.cam == EQUIVALENT_LINKAGE:
-            return ExpectedError(None, None, None)
         return law.expected_error(machine, settings)
 
     def predicted_softness(self, machine: Machine, settings: MuJoCoSettings) -> Softness | None:
-        return None if settings.cam == EQUIVALENT_LINKAGE else softness.predicted_softness(machine, settings)
+        return softness.predicted_softness(machine, settings)
 
     def stepper(self, machine: Machine, settings: MuJoCoSettings) -> Callable[[int], None]:
-        if settings.cam == EQUIVALENT_LINKAGE:
-            return linkage_run.LinkageRun(machine, settings)
         return started(machine, settings)
 
     def forces(
@@ -126,8 +111,6 @@ class MuJoCo(Engine[MuJoCoSettings]):
         return model_mobility(machine, settings, angle)
 
     def paste(self, machine: Machine, settings: MuJoCoSettings) -> str:
-        if settings.cam == EQUIVALENT_LINKAGE:
-            raise InvalidInput("an equivalent linkage is switched as it runs, which no lines of settings can say")
         return paste(machine, settings)
 
 

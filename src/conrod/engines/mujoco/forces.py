@@ -29,7 +29,6 @@ from conrod.engines.mujoco.model import Build, build, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Branch
 from conrod.exact.dynamics.inverse import component_names
-from conrod.exact.equivalent_linkage import CONTACT
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Distance
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute, to_world
@@ -49,7 +48,7 @@ LEAST_HARDENING = 1e-6
 LOOKS = 721  # for change points, over a turn
 NO_DRIVE = "without a flywheel there is no drive"
 ROLLING = "MuJoCo couples the joint coordinates of what rolls by a tendon: no force acts where the bodies meet"
-FORM = "the model has {} in place of links, and not their masses"
+FORM = "the model has a distance joint in place of links, and not their masses"
 DRESSED = "what the model carries beside its joints takes a part of the load"
 
 
@@ -109,9 +108,7 @@ def _refusal(settings: MuJoCoSettings) -> str | None:
     if settings.armature == 0.0:
         return NO_DRIVE
     if settings.rod != BODY:
-        return FORM.format("a distance joint")
-    if settings.cam != CONTACT:
-        return FORM.format("an equivalent linkage")
+        return FORM
     return DRESSED if settings.dressing else None
 
 

@@ -14,7 +14,6 @@ from conrod.engines.mujoco.model_edits import dressing_refusal
 from conrod.engines.mujoco.optional_ingredients import carried
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
 from conrod.engines.settings_transforms import Way, dressed, fields_of, part, undressed, with_fields
-from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, linkage_refusal
 
 TORQUE, REACTIONS = Quantity.DRIVE_TORQUE, Quantity.REACTIONS
 DEFAULT_TOLERANCE = 1e-8
@@ -24,28 +23,6 @@ GUARDED_STEPS = 2.0  # MuJoCo raises a time constant below so many steps to them
 def needed(contact: bool, minimal: MuJoCoSettings) -> tuple[Ingredient[MuJoCoSettings], ...]:
     """The closure first, then what makes it exact, the drive, the solver."""
     return (*(_of_contact(minimal) if contact else _of_loops(minimal)), *_of_all(contact, minimal))
-
-
-def by_contact(machine: Machine, minimal: MuJoCoSettings) -> Ingredient[MuJoCoSettings]:
-    """The cam by contact: without it by its equivalent linkage, with the rules of `hardened` for linkages."""
-    hardened = MuJoCoSettings.hardened(machine, minimal.steps_per_revolution)
-    return part(
-        "cam-by-contact",
-        "the cam by contact, not by its equivalent linkage",
-        "cam and roller collide; without it the cam is a crank to the centre of the arc that is touched, with a rod to "
-        "the roller's centre, switched at the joints of the arcs: no float, no loss of contact, no contact force",
-        *_changed(
-            minimal,
-            cam=EQUIVALENT_LINKAGE,
-            integrator="RK4",
-            solref=hardened.solref,
-            solimp=hardened.solimp,
-            hardening=hardened.hardening,
-        ),
-        REACTIONS,
-        Quantity.IMPACT,
-        Quantity.WEAR,
-    )
 
 
 def _changed(minimal: MuJoCoSettings, **without: Any) -> tuple[Way[MuJoCoSettings], Way[MuJoCoSettings]]:
@@ -160,8 +137,6 @@ def ingredients(machine: Machine, minimal: MuJoCoSettings) -> tuple[Ingredient[M
     mechanism = machine.kinematics.mechanism
     contact = bool(mechanism.cam_contacts)
     found = (*carried(mechanism, minimal), *needed(contact, minimal))
-    if contact and linkage_refusal(mechanism) is None:
-        found = (*found, by_contact(machine, minimal))
     # What is added is what must apply; of what the model consists of, it is what is missing then.
     return tuple(
         one for one in found if not dressing_refusal(mechanism, (one.removed if one.minimal else one.added)(minimal))

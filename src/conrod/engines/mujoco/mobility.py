@@ -5,18 +5,15 @@ Degrees of freedom and constraints of a compiled model of a machine, along its e
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.linkage_legs import linkages_at
 from conrod.engines.mobility import MobilityCount, Row, count_mobility, jacobian_rank
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
 
@@ -68,22 +65,6 @@ CONNECT_PARTS = ("x", "y", "z")
 
 def model_mobility(machine: Machine, settings: MuJoCoSettings, angle: Array) -> MobilityCount:
     """The count at the exact poses of crank angles (T,) [rad]: equalities, and the distance of cam and roller."""
-    rows, jacobians = list[Row](), list[Array]()
-    for own, angles in _models(machine, settings, angle):
-        rows, found = _linearised(own, settings, angles)
-        jacobians += found
-    return count_mobility(rows, np.array(jacobians))
-
-
-def _models(machine: Machine, settings: MuJoCoSettings, angle: Array) -> Iterator[tuple[Machine, Array]]:
-    """What is modelled, with its crank angles: the machine, or of a cam by its equivalent linkage one for each arc."""
-    if settings.cam == EQUIVALENT_LINKAGE:
-        yield from linkages_at(equivalent_linkage(machine.kinematics.mechanism), machine, angle)
-    else:
-        yield machine, angle
-
-
-def _linearised(machine: Machine, settings: MuJoCoSettings, angle: Array) -> tuple[list[Row], list[Array]]:
     made = build(machine, settings, sensors=False)
     model, data = made.model, mujoco.MjData(made.model)
     contacts = made.tree.mechanism.cam_contacts if model.npair else ()
@@ -96,7 +77,7 @@ def _linearised(machine: Machine, settings: MuJoCoSettings, angle: Array) -> tup
         distances = [_distance_row(made, data, contact) for contact in contacts]
         jacobians.append(np.vstack([equality_jacobian(model, data), *distances]))
         rows = [*_equality_rows(model, data), *(Row(contact.name, "distance") for contact in contacts)]
-    return rows, jacobians
+    return count_mobility(rows, np.array(jacobians))
 
 
 def _equality_rows(model: mujoco.MjModel, data: mujoco.MjData) -> list[Row]:

@@ -15,7 +15,6 @@ from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.engines.rule import plain
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.exact.equivalent_linkage import CAM_FORMS, CONTACT
 from conrod.mechanism.units import check_count, check_number
 
 # MuJoCo keeps impedances, and the midpoint, within these (mjMINIMP, mjMAXIMP).
@@ -103,7 +102,6 @@ class MuJoCoSettings:
     refsafe: bool = True  # a time constant below two steps is raised to them
     rounded_state: bool = False  # coordinates and rates to single precision, after each step
     dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
-    cam: str = CONTACT  # how a cam drives its follower, see `CAM_FORMS`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning in MuJoCo.
@@ -117,7 +115,6 @@ class MuJoCoSettings:
             ("integrator", self.integrator, INTEGRATORS),
             ("solver", self.solver, SOLVERS),
             ("rod", self.rod, ROD_FORMS),
-            ("cam", self.cam, CAM_FORMS),
         ):
             if value not in choices:
                 raise unknown_choice(kind, value, choices)

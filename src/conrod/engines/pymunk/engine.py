@@ -11,7 +11,7 @@ from conrod.engines.capabilities import ForceTracks, FreeRun, Ingredient
 from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
 from conrod.engines.massless_rod import form_refusal
 from conrod.engines.mobility import MobilityCount
-from conrod.engines.pymunk import drift, dynamics, kinematic, law, linkage_run
+from conrod.engines.pymunk import drift, dynamics, kinematic, law
 from conrod.engines.pymunk.forces import forces, nothing_told
 from conrod.engines.pymunk.free_run import free_run
 from conrod.engines.pymunk.gears import gears_refusal
@@ -23,8 +23,6 @@ from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
 from conrod.engines.pymunk.timing import BareRun, reference_loop, started
 from conrod.engines.pymunk.variations import PymunkVariations, paste
 from conrod.engines.rule import Grid, Rule
-from conrod.errors import InvalidInput
-from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, linkage_refusal
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Piece, Trajectory
@@ -42,8 +40,6 @@ class Pymunk(Engine[PymunkSettings]):
         return str(pymunk.version)
 
     def refusal(self, machine: Machine, settings: PymunkSettings) -> str | None:
-        if settings.cam == EQUIVALENT_LINKAGE:
-            return linkage_refusal(machine.kinematics.mechanism)
         mechanism = machine.kinematics.mechanism
         if reason := contact_refusal(mechanism):
             return reason
@@ -52,8 +48,7 @@ class Pymunk(Engine[PymunkSettings]):
     def run(
         self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
     ) -> Trajectory:
-        run = linkage_run.run if settings.cam == EQUIVALENT_LINKAGE else dynamics.run
-        return run(machine, settings, revolutions, start_angle)
+        return dynamics.run(machine, settings, revolutions, start_angle)
 
     def pieces(
         self,
@@ -63,8 +58,7 @@ class Pymunk(Engine[PymunkSettings]):
         start_angle: float = 0.0,
         steps: int = PIECE,
     ) -> Iterator[Piece]:
-        told = linkage_run.pieces if settings.cam == EQUIVALENT_LINKAGE else pieces
-        return told(machine, settings, revolutions, start_angle, steps)
+        return pieces(machine, settings, revolutions, start_angle, steps)
 
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
         return kinematic.solve(machine, PymunkSettings.tuned(machine, 1000), angle)
@@ -76,8 +70,6 @@ class Pymunk(Engine[PymunkSettings]):
         return drift.predicted_softness(machine, settings)
 
     def stepper(self, machine: Machine, settings: PymunkSettings) -> Callable[[int], None]:
-        if settings.cam == EQUIVALENT_LINKAGE:
-            return linkage_run.LinkageRun(machine, settings)
         return started(machine, settings)
 
     def forces(
@@ -115,8 +107,6 @@ class Pymunk(Engine[PymunkSettings]):
         return space_mobility(machine, settings, angle)
 
     def paste(self, machine: Machine, settings: PymunkSettings) -> str:
-        if settings.cam == EQUIVALENT_LINKAGE:
-            raise InvalidInput("an equivalent linkage is switched as it runs, which no lines of settings can say")
         return paste(machine, settings)
 
 

@@ -32,7 +32,6 @@ from conrod.engines.pymunk.points import Staggered, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.stepping import advance
 from conrod.exact.dynamics.inverse import component_names
-from conrod.exact.equivalent_linkage import CONTACT
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import judge
@@ -43,7 +42,7 @@ FIRST = 3  # sample of the first acceleration that is told
 TOGETHER = 16  # steps of which forces are told as a mean, with contact
 GEARS = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
 ROUNDED = "a state that is rounded after every step has not come by impulses alone"
-FORM = "{} stands in the engine for links whose masses it does not have"
+FORM = "a distance joint stands in the engine for links whose masses it does not have"
 DRESSED = "what the model carries beside its joints takes a part of the load"
 
 
@@ -82,9 +81,7 @@ def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
     if settings.dressing:
         return {DRIVE: DRESSED}
     if settings.rod != BODY:
-        return {DRIVE: FORM.format("a distance joint")}
-    if settings.cam != CONTACT:
-        return {DRIVE: FORM.format("an equivalent linkage")}
+        return {DRIVE: FORM}
     if mechanism.meshes:
         return {joint.name: GEARS for joint in mechanism.joints}
     return {}

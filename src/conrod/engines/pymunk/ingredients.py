@@ -14,12 +14,8 @@ from conrod.engines.pymunk import settings as names
 from conrod.engines.pymunk.optional_ingredients import STOCK_SLOP, carried
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 from conrod.engines.settings_transforms import dressed, fields_of, part, undressed, with_fields
-from conrod.exact.equivalent_linkage import CONTACT, EQUIVALENT_LINKAGE, linkage_refusal
 
-TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
-# At a switch the solver starts without impulses to begin from: with ten iterations the acceleration just after one is
-# wrong by 3 % at any step, with twenty it is not.
-LINKAGE_ITERATIONS = 20
+TORQUE, REACTIONS, IMPACT = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT
 
 Found = tuple[Ingredient[PymunkSettings], ...]
 
@@ -28,7 +24,7 @@ def needed(machine: Machine, minimal: PymunkSettings) -> Found:
     """What closes the loop first, then what makes it exact, then the solver."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     return (
-        *(_of_contact(machine, minimal) if contact else _of_loops(minimal)),
+        *(_of_contact(minimal) if contact else _of_loops(minimal)),
         part(
             "iterations",
             "iterations of the solver",
@@ -61,8 +57,8 @@ def _of_loops(minimal: PymunkSettings) -> Found:
     )
 
 
-def _of_contact(machine: Machine, minimal: PymunkSettings) -> Found:
-    found: Found = (
+def _of_contact(minimal: PymunkSettings) -> Found:
+    return (
         part(
             "contact",
             "the contact",
@@ -88,31 +84,6 @@ def _of_contact(machine: Machine, minimal: PymunkSettings) -> Found:
             with_fields(collision_bias=STOCK_BIAS),
             IMPACT,
         ),
-    )
-    if linkage_refusal(machine.kinematics.mechanism):
-        return found
-    return (*found, equivalent(minimal))
-
-
-def equivalent(minimal: PymunkSettings) -> Ingredient[PymunkSettings]:
-    """The cam by contact: without it by its equivalent linkage."""
-
-    def without(settings: PymunkSettings) -> PymunkSettings:
-        iterations = max(settings.iterations, LINKAGE_ITERATIONS)
-        return replace(
-            settings, preset="custom", cam=EQUIVALENT_LINKAGE, rod=DISTANCE_JOINT, error_bias=0.0, iterations=iterations
-        )
-
-    return part(
-        "cam-by-contact",
-        "the cam by contact, not by its equivalent linkage",
-        "cam and roller collide; without it the cam is a crank to the centre of the arc that is touched, with a rod to "
-        "the roller's centre, switched at the joints of the arcs: no float, no loss of contact, no contact force",
-        with_fields(cam=CONTACT, **fields_of(minimal, "rod", "error_bias", "iterations")),
-        without,
-        REACTIONS,
-        IMPACT,
-        WEAR,
     )
 
 

@@ -26,7 +26,6 @@ from conrod.engines.pymunk.drift import predicted_softness
 from conrod.engines.pymunk.lag import largest_lags
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon
-from conrod.exact.equivalent_linkage import CONTACT
 
 NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
 CONTACT_LAW = (
@@ -41,8 +40,8 @@ LAW = (
 
 
 def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
-    """Bounds for full correction; none where a share of the error is left at each step, or of another model."""
-    if settings.error_bias > 0.0 or settings.dressing or settings.cam != CONTACT:
+    """Bounds for full correction; none where a share of the error is left at each step."""
+    if settings.error_bias > 0.0 or settings.dressing:
         return ExpectedError(None, None, None)
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)

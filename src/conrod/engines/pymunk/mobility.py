@@ -14,12 +14,10 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import Machine
-from conrod.engines.linkage_legs import linkages_at
 from conrod.engines.mobility import MobilityCount, Row, count_mobility
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
-from conrod.exact.equivalent_linkage import EQUIVALENT_LINKAGE, equivalent_linkage
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic
 
@@ -33,22 +31,13 @@ def space_mobility(machine: Machine, settings: PymunkSettings, angle: Array) -> 
         InvalidInput: the machine cannot be given in the form that the settings ask for.
     """
     rows, jacobians = list[Row](), list[Array]()
-    for made, poses in _posed(machine, settings, angle):
-        for pose in poses:
-            made.place(pose, np.zeros_like(pose))
-            found = list(_rows(made))
-            rows = [row for row, _ in found]
-            jacobians.append(np.array([_by_coordinates(made, gradient) for _, gradient in found]))
+    made = build(machine, settings)
+    for pose in machine.kinematics.poses(angle):
+        made.place(pose, np.zeros_like(pose))
+        found = list(_rows(made))
+        rows = [row for row, _ in found]
+        jacobians.append(np.array([_by_coordinates(made, gradient) for _, gradient in found]))
     return count_mobility(rows, np.array(jacobians))
-
-
-def _posed(machine: Machine, settings: PymunkSettings, angle: Array) -> Iterator[tuple[Build, Array]]:
-    """Spaces with poses for each: one, or of a cam by its equivalent linkage one for each arc that an angle is on."""
-    if settings.cam != EQUIVALENT_LINKAGE:
-        yield build(machine, settings), machine.kinematics.poses(angle)
-        return
-    for own, angles in linkages_at(equivalent_linkage(machine.kinematics.mechanism), machine, angle):
-        yield build(own, settings), own.kinematics.poses(angles)
 
 
 def _by_coordinates(made: Build, gradient: Gradient) -> list[float]:

@@ -15,7 +15,6 @@ from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.rule import plain
 from conrod.errors import unknown_choice
 from conrod.exact.dynamics.inverse import mass_ratio
-from conrod.exact.equivalent_linkage import CAM_FORMS, CONTACT
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_count, check_number
 
@@ -74,7 +73,6 @@ class PymunkSettings:
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     rounded_state: bool = False  # to single precision, after each step
     dressing: tuple[str, ...] = ()  # names of what the model carries beside what it needs, see `ingredients`
-    cam: str = CONTACT  # how a cam drives its follower, see `CAM_FORMS`
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning, or what Chipmunk aborts the interpreter on.
@@ -84,8 +82,6 @@ class PymunkSettings:
         """
         if self.rod not in ROD_FORMS:
             raise unknown_choice("rod", self.rod, ROD_FORMS)
-        if self.cam not in CAM_FORMS:
-            raise unknown_choice("cam", self.cam, CAM_FORMS)
         object.__setattr__(self, "dressing", in_order(self.dressing))
         check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 1, 10**6)
