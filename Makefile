@@ -29,7 +29,7 @@ ablate: $(READY) ## what a model needs and what it merely carries: rewrite repor
 	$(BIN)/conrod ablate shear-press saw-500rpm cam-follower --out reports/ablate
 
 audit: $(READY) ## hold the documents' printed numbers and formulas against the exact motion: rewrite reports/audit/
-	$(BIN)/conrod audit --out reports/audit
+	$(BIN)/python -m audits --out reports/audit
 
 test: $(READY) ## the tests, about five minutes on two cores
 	$(BIN)/python -m pytest -n auto
@@ -38,8 +38,8 @@ test-all: $(READY) ## the slow tests too: all 25 cams, long runs
 	$(BIN)/python -m pytest -n auto -m "slow or not slow"
 
 lint: $(READY)
-	$(BIN)/ruff check src tests benchmarks golden
-	$(BIN)/ruff format --check src tests benchmarks golden
+	$(BIN)/ruff check src audits tests benchmarks golden
+	$(BIN)/ruff format --check src audits tests benchmarks golden
 
 types: $(READY)
 	$(BIN)/mypy

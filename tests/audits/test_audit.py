@@ -9,15 +9,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.audits.documents import module, press
-from conrod.audits.documents.arc_cam import ArcCam
-from conrod.audits.documents.cam import CASES as CAM_CASES
-from conrod.audits.documents.module_linkages import RackLinkage, SixBar, least_misfit
-from conrod.audits.formulas import cam as formulas
+from audits.documents import module, press
+from audits.documents.arc_cam import ArcCam
+from audits.documents.cam import CASES as CAM_CASES
+from audits.documents.module_linkages import RackLinkage, SixBar, least_misfit
+from audits.formulas import cam as formulas
+from audits.items import items_of, shipped_items
+from audits.judged import DOCUMENTS, audit
 from conrod.errors import InvalidInput
-from conrod.own.printed.auditing import DOCUMENTS, audit, count
 from conrod.own.printed.judging import Case, Explanation, Kind, Neighbour, Verdict, judge
-from conrod.own.printed.printed import Item, Number, items_of, shipped_items
+from conrod.own.printed.printed import Item, Number
 
 
 def number_of(text: str) -> Item:
@@ -34,7 +35,7 @@ def cells(verdicts: tuple[Verdict, ...]) -> list[Verdict]:
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_every_item_has_a_verdict_with_a_reason_and_a_line(document: str) -> None:
     verdicts = audit(document)
-    assert sum(count(verdicts).values()) == len(verdicts) > 0
+    assert verdicts
     for verdict in verdicts:
         assert verdict.reason
         assert verdict.line > 0

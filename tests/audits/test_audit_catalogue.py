@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from conrod.audits.documents import module_velocities as printed
-from conrod.audits.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar
+from audits.documents import module_velocities as printed
+from audits.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar
 from conrod.exact.motion import PointMotion
 from conrod.scenes.catalogue import catalogue_scene
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.audits.formulas import (
+from audits.formulas import (
     cam_checks,
     listing_names,
     module_relations,
@@ -17,11 +17,11 @@ from conrod.audits.formulas import (
     saw_listing,
     saw_vectors,
 )
-from conrod.audits.formulas import module as module_formulas
-from conrod.audits.formulas import press as press_formulas
-from conrod.audits.formulas import saw as saw_formulas
-from conrod.audits.formulas.published import SAME, derivative, discrepancy, verdict_on
-from conrod.audits.listing_survey import runs
+from audits.formulas import module as module_formulas
+from audits.formulas import press as press_formulas
+from audits.formulas import saw as saw_formulas
+from audits.formulas.published import SAME, derivative, discrepancy, verdict_on
+from audits.listing_survey import runs
 from conrod.own.printed.judging import Kind
 
 ARGUMENTS = {
@@ -165,7 +165,7 @@ def test_the_listing_is_right_with_elementwise_operators_and_radians_alone() -> 
 
 
 def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
-    from conrod.audits.documents import module as module_names
+    from audits.documents import module as module_names
 
     right = replace(module_names.UNITS[1], unit="m/s^2")
     assert module_names._unit(right).kind is Kind.AGREES
@@ -177,7 +177,7 @@ def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
 
 
 def test_senses_and_directions_that_the_module_tells_are_those_of_its_machines() -> None:
-    from conrod.audits.documents import module_claims
+    from audits.documents import module_claims
 
     found = {v.quantity: v for v in module_claims.verdicts()}
     assert [found[q].kind for q in ("sense of omega 3", "sense of omega 5", "omega 3 and omega 4")] == [Kind.AGREES] * 3

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from conrod.audits.cam_survey import surveys
+from audits.__main__ import report
+from audits.cam_survey import surveys
+from audits.judged import DOCUMENTS, PAGES, audited
 from conrod.own.printed.audited import Audited
-from conrod.own.printed.auditing import DOCUMENTS, PAGES, audited
 from conrod.report.audit.corrections import corrections, rank
-from conrod.report.audit.writer import audit_report_batch
 from conrod.studies.frame.files import Batch
 
 REPORT = Path(__file__).parents[2] / "reports" / "audit"
@@ -25,8 +25,8 @@ def audits() -> list[Audited]:
 
 
 @pytest.fixture(scope="module")
-def batch(audits: list[Audited]) -> Batch:
-    return audit_report_batch(audits, REPORT, "conrod audit --out reports/audit")
+def batch() -> Batch:
+    return report(REPORT)
 
 
 def test_the_committed_report_is_what_the_code_produces(batch: Batch) -> None:

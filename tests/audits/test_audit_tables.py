@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from conrod.audits.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
+from audits.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
 from conrod.errors import InvalidInput
 from conrod.own.printed.judging import Kind
 from conrod.own.printed.user_table import audit_table

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from conrod.audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
+from audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
 from conrod.exact.linkage.state import LinkState, left_of
 from conrod.mechanism.mechanism import Mechanism, Prismatic, Revolute
 from conrod.mechanism.rolling import Mesh

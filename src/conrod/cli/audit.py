@@ -1,10 +1,8 @@
-"""What `conrod audit` prints.
-
-`conrod audit`.
-"""
+"""`conrod audit`."""
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +15,6 @@ from rich.table import Table
 from conrod.cli.console import console
 from conrod.errors import InvalidInput
 from conrod.own.printed.audited import Audited
-from conrod.own.printed.auditing import count
 from conrod.own.printed.judging import Kind, Verdict
 
 if TYPE_CHECKING:
@@ -38,8 +35,7 @@ def print_counts(audits: Sequence[Audited]) -> None:
         shown.add_column(kind.value.removesuffix(" as printed"), justify="right")
     shown.add_column("items", justify="right")
     for audited in audits:
-        name = f"{audited.document} {audited.name}" if audited.shipped else audited.document
-        shown.add_row(escape(name), *(str(n) for n in count(audited.verdicts).values()), str(len(audited.verdicts)))
+        shown.add_row(escape(audited.document), *(str(n) for n in audited.counts.values()), str(len(audited.verdicts)))
     out.print(shown)
 
 
@@ -62,50 +58,33 @@ def _told(verdict: Verdict) -> str:
 
 
 @click.command()
-@click.argument("files", metavar="[FILE.csv]...", nargs=-1)
-@click.option("--out", metavar="DIR", help="Write a page for each document, an index and results.json.")
+@click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
+@click.option("--out", metavar="DIR", help="Write a page for each file, an index and results.json.")
 def audit(files: tuple[str, ...], out: str | None) -> None:
-    """Published figures against the exact motion: every printed value with a verdict.
+    """Judge printed values of a textbook by the exact motion, each with a verdict.
 
-    Without a file: the four documents that the machines come from. A file is a table of printed values, each tied to a
-    machine by its name or its mechanism file; docs/audit.md says how it is written.
+    A file is a table of printed values, each tied to a machine by its name or its mechanism file; docs/audit.md
+    describes the format.
 
     Exit status 0: every item has a verdict, whatever it is; 2: bad usage.
     """
+    from conrod.own.printed.user_file import audit_file
     from conrod.studies.frame.files import naming, write_together
 
     names = _page_names(files)
     folder = None if out is None else _checked_folder(out, files, names)
-    audits = _user_audits(files, names) if files else _shipped_audits()
+    audits = [audit_file(Path(file), name) for file, name in zip(files, names, strict=True)]
     with naming("standard output"):
         print_counts(audits)
-        for audited in audits if files else ():
+        for audited in audits:
             print_items(audited)
     if folder is not None:
         write_together([_batch(audits, files, folder)])
         click.echo(f"report: {folder / 'README.md'}")
 
 
-def _shipped_audits() -> list[Audited]:
-    from conrod.own.printed.auditing import DOCUMENTS, audited
-
-    return [audited(document) for document in DOCUMENTS]
-
-
-def _user_audits(files: Sequence[str], names: Sequence[str]) -> list[Audited]:
-    from conrod.own.printed.user_file import audit_file
-
-    return [audit_file(Path(file), name) for file, name in zip(files, names, strict=True)]
-
-
 def _page_names(files: Sequence[str]) -> list[str]:
-    """Names of the pages; of a user's file the stem, in plain letters."""
-    import re
-
-    if not files:
-        from conrod.own.printed.auditing import PAGES
-
-        return list(PAGES.values())
+    """Names of the pages: the stems of the files, in plain letters."""
     names: list[str] = []
     for file in files:
         name = re.sub("[^a-z0-9]+", "-", Path(file).stem.lower()).strip("-") or "table"
@@ -117,7 +96,7 @@ def _page_names(files: Sequence[str]) -> list[str]:
 
 def _checked_folder(out: str, files: Sequence[str], names: Sequence[str]) -> Path:
     """The report's folder, refused before any work where something would be lost."""
-    from conrod.report.audit.writer import FIGURE_FILES, FIGURES, INDEX, RESULTS, check_audit_folder
+    from conrod.report.audit.writer import FIGURES, INDEX, RESULTS, check_audit_folder
     from conrod.report.folder import check_beside
     from conrod.studies.frame.files import folder_to_write
 
@@ -125,7 +104,7 @@ def _checked_folder(out: str, files: Sequence[str], names: Sequence[str]) -> Pat
     pages = [f"{name}.md" for name in names]
     for file in files:
         check_beside(Path(file), folder, (INDEX, RESULTS, FIGURES, *pages))
-    check_audit_folder(folder, names, () if files else FIGURE_FILES)
+    check_audit_folder(folder, names, ())
     return folder
 
 

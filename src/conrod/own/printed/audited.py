@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from conrod.own.printed.judging import Verdict
+from conrod.own.printed.judging import Kind, Verdict
 
 
 @dataclass(frozen=True)
 class Audited:
-    """The verdicts on one document or table.
+    """Verdicts on one document or table.
 
     Attributes:
         name: of its page, a plain word.
-        document: number of one that ships, or the name of a user's file.
+        document: name of the user's file, or "Document" and the number of one of the four.
         title: of the document.
         verdicts: in the order of the items.
-        notes: what the verdicts cannot be sure of, a sentence or two each.
-        shipped: whether it is one of those that ship.
+        notes: doubts about the verdicts, a sentence or two each.
     """
 
     name: str
@@ -25,4 +25,8 @@ class Audited:
     title: str
     verdicts: tuple[Verdict, ...]
     notes: tuple[str, ...] = ()
-    shipped: bool = False
+
+    @property
+    def counts(self) -> Mapping[Kind, int]:
+        """Number of verdicts of each kind, in the order of the kinds."""
+        return {kind: sum(verdict.kind is kind for verdict in self.verdicts) for kind in Kind}

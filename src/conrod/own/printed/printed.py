@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
 
 from conrod.errors import InvalidInput
 
@@ -17,7 +14,6 @@ DIGITS = re.compile(r"[+-]?([0-9]+)([.,][0-9]+)?")
 MOST_DIGITS = 30  # with sign and mark; a double holds 17
 # An exact value this close to the middle between two prints may be rounded to either.
 TIE = 1e-7
-COLUMNS = ("key", "place", "line", "quantity", "condition", "printed", "unit", "mechanism")
 
 
 @dataclass(frozen=True)
@@ -86,35 +82,3 @@ class Item:
     number: Number
     unit: str
     mechanism: str
-
-
-def shipped_items(document: str, name: str) -> tuple[Item, ...]:
-    """The items of a data file that ships."""
-    text = files("conrod.audits").joinpath("data", name).read_text(encoding="utf-8")
-    return tuple(items_of(document, text))
-
-
-def items_of(document: str, text: str) -> Iterator[Item]:
-    """Items of a table in CSV with the columns `COLUMNS`.
-
-    Raises:
-        InvalidInput: a column is missing, or a value cannot be read; names the row.
-    """
-    reader = csv.DictReader(text.splitlines())
-    missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
-    if missing:
-        raise InvalidInput(f"printed values of {document}: no column {missing[0]!r}; wanted are {', '.join(COLUMNS)}")
-    for count, row in enumerate(reader, start=2):
-        if any(row[name] is None for name in COLUMNS) or not re.fullmatch("[0-9]{1,9}", row["line"]):
-            raise InvalidInput(f"printed values of {document}, row {count}: give {', '.join(COLUMNS)}, line a number")
-        yield Item(
-            document,
-            row["key"],
-            row["place"],
-            int(row["line"]),
-            row["quantity"],
-            row["condition"],
-            Number(row["printed"]),
-            row["unit"],
-            row["mechanism"],
-        )

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from conrod.own.printed.audited import Audited
-from conrod.own.printed.auditing import count
 from conrod.own.printed.judging import Verdict
 from conrod.own.printed.printed import Number
 from conrod.report.audit.words import is_formula
@@ -26,7 +25,7 @@ def document(audits: Sequence[Audited], command: str) -> dict[str, Any]:
             audited.name: {
                 "document": audited.document,
                 "title": audited.title,
-                "counts": {kind.value: number for kind, number in count(audited.verdicts).items()},
+                "counts": {kind.value: number for kind, number in audited.counts.items()},
                 "notes": list(audited.notes),
                 "items": [item(verdict) for verdict in audited.verdicts],
             }

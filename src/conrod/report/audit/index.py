@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from conrod.own.printed.audited import Audited
-from conrod.own.printed.auditing import count
 from conrod.own.printed.judging import Kind
 from conrod.report.audit.corrections import corrections
 from conrod.report.audit.words import MEANINGS, lines_text, plain, printed_text, right_text
@@ -41,8 +40,7 @@ def index(audits: Sequence[Audited], command: str) -> str:
 def counts_table(audits: Sequence[Audited]) -> str:
     """How many items of each document have which verdict."""
     rows = [
-        [f"[{plain(a.title)}]({a.name}.md)", *(str(n) for n in count(a.verdicts).values()), str(len(a.verdicts))]
-        for a in audits
+        [f"[{plain(a.title)}]({a.name}.md)", *(str(n) for n in a.counts.values()), str(len(a.verdicts))] for a in audits
     ]
     return table(["document", *(kind.value for kind in Kind), "items"], rows)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from conrod.own.printed.audited import Audited
-from conrod.own.printed.auditing import count
 from conrod.own.printed.judging import Kind, Verdict
 from conrod.report.audit.corrections import corrections_section
 from conrod.report.audit.words import (
@@ -27,23 +26,23 @@ ITEMS = (
 )
 
 
-def page(audited: Audited, command: str, sections: Sequence[str] = ()) -> str:
+def page(audited: Audited, command: str, section: str = "") -> str:
     """The page in Markdown.
 
     Args:
         command: what reproduces it.
-        sections: more to say on this document, between the corrections and the items.
+        section: more to say on this document, between the corrections and the items.
     """
     numbers = [v for v in audited.verdicts if not is_formula(v)]
     formulas = [v for v in audited.verdicts if is_formula(v)]
     blocks = [
         f"# {plain(audited.title)}",
-        f"{_name(audited)} against the exact motion: {_counts(audited)}. Reproduced by `{command}`; "
+        f"{plain(audited.document)} against the exact motion: {_counts(audited)}. Reproduced by `{command}`; "
         "the [index](README.md) says what the verdicts mean.",
         corrections_section(audited.verdicts),
         "## What is not certain" if audited.notes else "",
         "\n".join(f"- {plain(note)}" for note in audited.notes),
-        *sections,
+        section,
         "## Every number" if numbers else "",
         ITEMS if numbers else "",
         numbers_table(numbers),
@@ -53,12 +52,8 @@ def page(audited: Audited, command: str, sections: Sequence[str] = ()) -> str:
     return paragraphs(*blocks) + "\n"
 
 
-def _name(audited: Audited) -> str:
-    return f"Document {audited.document}" if audited.shipped else plain(audited.document)
-
-
 def _counts(audited: Audited) -> str:
-    found = ", ".join(f"{number} {kind.value}" for kind, number in count(audited.verdicts).items() if number)
+    found = ", ".join(f"{number} {kind.value}" for kind, number in audited.counts.items() if number)
     return f"{counted(len(audited.verdicts), 'item')}, {found}"
 
 

@@ -1,23 +1,22 @@
-"""The folder of an audit's report.
-
-All files of an audit's report, rendered before any is written.
-"""
+"""The folder of an audit's report: all its files, rendered before any is written."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from conrod.own.printed.audited import Audited
-from conrod.report.audit.cam_figures import CAM_FIGURES
 from conrod.report.audit.document import document, text
 from conrod.report.audit.index import index
 from conrod.report.audit.page import page
-from conrod.report.audit.sections import cam_section, module_section, saw_section
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.folder import check_own_folder, document_in, holds_document
 from conrod.studies.frame.files import Batch
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 INDEX, RESULTS, FIGURES = "README.md", "results.json", "figures"
 # Of an audit's results, by which its report is known.
@@ -48,26 +47,26 @@ def stale_pages(directory: Path, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{name}.md" for name in gone if (directory / f"{name}.md").is_file())
 
 
-# What is said of a document that ships beyond its items.
-SECTIONS: dict[str, Callable[[], str]] = {"001": module_section, "002": saw_section, "004": cam_section}
-CAM = "004"
-FIGURE_FILES = tuple(f"{FIGURES}/{name}.svg" for name in CAM_FIGURES)
+def audit_report_batch(
+    audits: Sequence[Audited],
+    folder: Path,
+    command: str,
+    sections: Mapping[str, str] | None = None,
+    figures: Mapping[str, Callable[[], Figure]] | None = None,
+) -> Batch:
+    """Return all files of the report: figures, numbers, pages, and the index last.
 
-
-def audit_report_batch(audits: Sequence[Audited], folder: Path, command: str) -> Batch:
-    """The report: figures, numbers, pages, and the index last."""
+    Args:
+        command: what reproduces it.
+        sections: more text of a page, by its name.
+        figures: functions that draw, by the figure's name.
+    """
     files: dict[str, str | bytes] = {}
-    if _has_cam(audits):
-        with drawing_style():
-            for name, draw in CAM_FIGURES.items():
-                files[f"{FIGURES}/{name}.svg"] = svg_text(draw())
+    with drawing_style():
+        for name, draw in (figures or {}).items():
+            files[f"{FIGURES}/{name}.svg"] = svg_text(draw())
     files[RESULTS] = text(document(audits, command))
     for audited in audits:
-        more = [SECTIONS[audited.document]()] if audited.shipped and audited.document in SECTIONS else []
-        files[f"{audited.name}.md"] = page(audited, command, more)
+        files[f"{audited.name}.md"] = page(audited, command, (sections or {}).get(audited.name, ""))
     files[INDEX] = index(audits, command)
     return Batch(folder, files, stale_pages(folder, [audited.name for audited in audits]))
-
-
-def _has_cam(audits: Sequence[Audited]) -> bool:
-    return any(audited.shipped and audited.document == CAM for audited in audits)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from conrod.audits.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar, least_misfit
-from conrod.audits.documents.module_velocities import CaseOf, caused, contradicted, plain, read_only, slipped
+from audits.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar, least_misfit
+from audits.documents.module_velocities import CaseOf, caused, contradicted, plain, read_only, slipped
 from conrod.own.printed.judging import Case, Explanation
 from conrod.own.printed.printed import Item
 

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from conrod.audits.documents import module_accelerations, module_claims, module_velocities
-from conrod.audits.formulas import module_relations, module_vectors
-from conrod.audits.formulas.module import FORMULAS, arguments
-from conrod.audits.formulas.published import verdict_on
+from audits.documents import module_accelerations, module_claims, module_velocities
+from audits.formulas import module_relations, module_vectors
+from audits.formulas.module import FORMULAS, arguments
+from audits.formulas.published import verdict_on
+from audits.items import shipped_items
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
 from conrod.own.printed.judging import Kind, Verdict, judge
-from conrod.own.printed.printed import Number, shipped_items
+from conrod.own.printed.printed import Number
 
 
 @dataclass(frozen=True)

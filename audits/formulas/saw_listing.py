@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from conrod.audits.formulas.published import Formula, Published
+from audits.formulas.published import Formula, Published
 from conrod.exact.motion import Array
 from conrod.own.printed.judging import Kind
 from conrod.scenes import RPM, Saw

@@ -10,12 +10,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from conrod.audits.documents import cam_claims
-from conrod.audits.documents.arc_cam import QUANTITIES, ArcCam
-from conrod.audits.formulas.cam_checks import FORMULAS, arguments
-from conrod.audits.formulas.published import verdict_on
+from audits.documents import cam_claims
+from audits.documents.arc_cam import QUANTITIES, ArcCam
+from audits.formulas.cam_checks import FORMULAS, arguments
+from audits.formulas.published import verdict_on
+from audits.items import shipped_items
 from conrod.own.printed.judging import Case, Explanation, Neighbour, Verdict, judge
-from conrod.own.printed.printed import Item, shipped_items
+from conrod.own.printed.printed import Item
 
 DOCUMENT = "004"
 GRID = np.arange(0.0, 181.0, 10.0)  # [deg], the document's table

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.audits.formulas.published import Formula, Published
+from audits.formulas.published import Formula, Published
 from conrod.exact.jet import Jet, sine_cosine, square_root
 
 

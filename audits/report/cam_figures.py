@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from conrod.audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
-from conrod.audits.documents.arc_cam import ArcCam
+from audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
+from audits.documents.arc_cam import ArcCam
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import on_grid
 from conrod.report.charts.styles import COLOURS, OTHER_COLOURS

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.audits.formulas.published import Published, derivative
+from audits.formulas.published import Published, derivative
 
 
 def root(*, t: Any, r: Any, a: Any, **_: Any) -> Any:

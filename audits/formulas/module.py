@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.audits.formulas.published import Formula, Published
+from audits.formulas.published import Formula, Published
 from conrod.exact.jet import Jet, sine_cosine
 
 # The argument names are the document's letters.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from conrod.audits.documents.module_claims import second_auxiliary
-from conrod.audits.documents.module_linkages import RackLinkage
-from conrod.audits.documents.module_velocities import gruebler
+from audits.documents.module_claims import second_auxiliary
+from audits.documents.module_linkages import RackLinkage
+from audits.documents.module_velocities import gruebler
 from conrod.own.printed.pin_instant import size
 
 SLIDER = (

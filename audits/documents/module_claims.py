@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from conrod.audits.documents.module_linkages import SixBar
+from audits.documents.module_linkages import SixBar
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.own.printed.judging import Kind, Verdict

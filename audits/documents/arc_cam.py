@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from conrod.audits.formulas.cam import FLANK, NOSE
+from audits.formulas.cam import FLANK, NOSE
 from conrod.exact.motion import Array, Side
 from conrod.scenes import CamFollower
 

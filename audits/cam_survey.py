@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from conrod.audits.documents.arc_cam import ArcCam
+from audits.documents.arc_cam import ArcCam
 from conrod.exact.motion import Array
 
 BASE_RADII = (36.0, 46.0, 56.0, 66.0, 76.0)  # [mm]

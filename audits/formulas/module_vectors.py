@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.audits.formulas.published import Formula, Published, verdict_on
+from audits.formulas.published import Formula, Published, verdict_on
 from conrod.own.printed.judging import Kind, Verdict
 
 PIVOTS = {"A": "O2", "C": "O5"}

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from conrod.audits.cam_survey import CamSurvey, cams, surveys
-from conrod.audits.documents.arc_cam import ArcCam
+from audits.cam_survey import CamSurvey, cams, surveys
+from audits.documents.arc_cam import ArcCam
 from conrod.own.printed.judging import Kind, Verdict
 
 LIFT, VELOCITY, ACCELERATION, JERK = range(4)

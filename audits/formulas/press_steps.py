@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from conrod.audits.formulas import press
-from conrod.audits.formulas.published import Formula, Published, derivative
+from audits.formulas import press
+from audits.formulas.published import Formula, Published, derivative
 
 
 def in_time(formula: Formula) -> Formula:

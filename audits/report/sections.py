@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.audits.cam_survey import LARGEST_PRESSURE_ANGLE, CamSurvey, surveys
-from conrod.audits.documents.module_answers import answers
-from conrod.audits.formulas.published import SAME
-from conrod.audits.listing_survey import runs
+from audits.cam_survey import LARGEST_PRESSURE_ANGLE, CamSurvey, surveys
+from audits.documents.module_answers import answers
+from audits.formulas.published import SAME
+from audits.listing_survey import runs
 from conrod.report.audit.words import plain, share_text, signless
 from conrod.report.numbers import quantity
 from conrod.report.tables import paragraphs, table

@@ -12,9 +12,9 @@ from importlib.resources import files
 
 import numpy as np
 
-from conrod.audits.formulas import press_steps
-from conrod.audits.formulas.press import FORMULAS
-from conrod.audits.formulas.published import verdict_on
+from audits.formulas import press_steps
+from audits.formulas.press import FORMULAS
+from audits.formulas.published import verdict_on
 from conrod.exact.motion import Array
 from conrod.own.printed.judging import Case, Explanation, Neighbour, Verdict, judge
 from conrod.own.printed.printed import Item, Number

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from conrod.audits.formulas import cam
-from conrod.audits.formulas.published import Formula, Published, derivative
+from audits.formulas import cam
+from audits.formulas.published import Formula, Published, derivative
 from conrod.own.printed.judging import Kind
 
 

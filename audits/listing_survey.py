@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.audits.formulas.saw_listing import (
+from audits.formulas.saw_listing import (
     Division,
     acceleration,
     arguments,

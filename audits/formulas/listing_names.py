@@ -37,7 +37,7 @@ BROKEN = re.compile(r"^([A-Za-z]+)[ \t]*\n(C=)", re.MULTILINE)
 
 def listing() -> str:
     """The listing as it stands in the document."""
-    return files("conrod.audits").joinpath("data", "saw_listing.m").read_text(encoding="utf-8")
+    return files("audits").joinpath("data", "saw_listing.m").read_text(encoding="utf-8")
 
 
 def verdicts(text: str) -> Iterator[Verdict]:

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from conrod.audits.formulas.published import Published
-from conrod.audits.formulas.saw import arguments, in_time, rotating, rotating_acceleration, rotating_velocity
+from audits.formulas.published import Published
+from audits.formulas.saw import arguments, in_time, rotating, rotating_acceleration, rotating_velocity
 
 __all__ = ["FORMULAS", "arguments"]
 

@@ -5,10 +5,11 @@ Its other numbers are given lengths and speeds, and its results are figures, whi
 
 from __future__ import annotations
 
-from conrod.audits.formulas import listing_names, saw, saw_listing, saw_vectors
-from conrod.audits.formulas.published import verdict_on
+from audits.formulas import listing_names, saw, saw_listing, saw_vectors
+from audits.formulas.published import verdict_on
+from audits.items import shipped_items
 from conrod.own.printed.judging import Case, Verdict, judge
-from conrod.own.printed.printed import Item, shipped_items
+from conrod.own.printed.printed import Item
 from conrod.scenes import Saw
 
 DOCUMENT = "002"
