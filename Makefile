@@ -45,7 +45,7 @@ types: $(READY)
 	$(BIN)/mypy
 
 mjcf: $(READY) ## rewrite the committed models from the translator
-	for scene in shear-press saw-40rpm saw-500rpm cam-follower; do \
+	for scene in $$($(BIN)/python -c "from conrod import SCENES; print(*SCENES)"); do \
 	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
 
 golden: $(READY) ## today's results against the golden ones, to 1e-13: after a change that is to change none

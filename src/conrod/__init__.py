@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from conrod.engines.pymunk.settings import PymunkSettings as PymunkSettings
     from conrod.engines.running import run as run
     from conrod.errors import InvalidInput as InvalidInput
-    from conrod.exact.generic_reference import GenericReference as GenericReference
     from conrod.exact.kinematics import Kinematics as Kinematics
+    from conrod.exact.reference import GenericReference as GenericReference
     from conrod.mechanism.mechanism import Mechanism as Mechanism
     from conrod.runs.comparison import Comparison as Comparison
     from conrod.runs.comparison import compare as compare
@@ -45,7 +45,7 @@ _HOMES = {
     "MuJoCoSettings": "conrod.engines.mujoco.settings",
     "PymunkSettings": "conrod.engines.pymunk.settings",
     "InvalidInput": "conrod.errors",
-    "GenericReference": "conrod.exact.generic_reference",
+    "GenericReference": "conrod.exact.reference",
     "Kinematics": "conrod.exact.kinematics",
     "Mechanism": "conrod.mechanism.mechanism",
     "run": "conrod.engines.running",

@@ -27,8 +27,8 @@ from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.running import run
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
-from conrod.exact.generic_reference import GenericReference
 from conrod.exact.joint_equations import joint_residual, pose_jets
+from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.closure_prediction import predicted_errors
 from conrod.runs.comparison import compare

@@ -8,7 +8,7 @@ import pytest
 from conrod import SCENES, PymunkSettings, run
 from conrod.engines.pymunk import points, stepping
 from conrod.exact.cache_blocks import chunks
-from conrod.exact.generic_reference import GenericReference
+from conrod.exact.reference import GenericReference
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 

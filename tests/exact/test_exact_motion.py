@@ -25,10 +25,10 @@ from hypothesis import strategies as st
 from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 
 from conrod.errors import InvalidInput
-from conrod.exact.generic_reference import GenericReference
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion, PointMotion
+from conrod.exact.reference import GenericReference
 from conrod.mechanism.cam import symmetric_cam
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import joint_gaps

@@ -31,9 +31,9 @@ from rolling_machines import (
 
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
-from conrod.exact.generic_reference import GenericReference
 from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
 from conrod.exact.motion import Array
+from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic
 from conrod.mechanism.rolling import Rack, Rolling
 from conrod.runs.outcome import joint_gaps

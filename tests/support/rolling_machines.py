@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from conrod.exact.generic_reference import GenericReference
 from conrod.exact.motion import Array
+from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import Body, Driver, Joint, Mechanism, ObservedPoint, Pose, Prismatic, Revolute
 from conrod.mechanism.rolling import Rack, Rolling
 

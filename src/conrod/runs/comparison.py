@@ -1,40 +1,22 @@
 """A trajectory against the exact motion: errors as docs/design.md names them, at the angle actually reached.
 
-Compares with any ruler that offers `motion(angle, speed, acceleration)`; it knows neither scenes nor engines.
+A comparison works with any `ExactReference`; it knows neither scenes nor engines.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from conrod.exact.motion import Array, Motion
+from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track, Trajectory
 
 QUANTITIES = ("position", "velocity", "acceleration", "total")
-
-
-class Ruler(Protocol):
-    """An exact reference: a scene."""
-
-    @property
-    def lengths(self) -> Mapping[str, float]:
-        """Normalising length of each observed point [m]."""
-        ...
-
-    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0) -> Motion:
-        """Exact motion at given crank angles, rates and angular accelerations."""
-        ...
-
-    def mechanism(self) -> Mechanism:
-        """The mechanism whose joints' gaps are measured."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -108,7 +90,7 @@ def size_of(values: Array) -> Size:
     return Size(float(values.max()), float(np.sqrt(np.mean(values**2))), float(values[-1]))
 
 
-def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
+def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
     """Errors of a trajectory against the exact motion.
 
     Raises:
@@ -117,13 +99,13 @@ def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
     if trajectory.outcome is not Outcome.COMPLETED or trajectory.bodies is None:
         raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
     speed = abs(trajectory.speed)
-    peaks = _peaks(trajectory.points, ruler)
+    peaks = _peaks(trajectory.points, reference)
     position, velocity = trajectory.bodies.position.instants, trajectory.bodies.velocity.instants
     phase = np.abs(position.angle - trajectory.speed * position.times)
     return Comparison(
-        points=point_errors(trajectory, ruler),
+        points=point_errors(trajectory, reference),
         peaks=peaks,
-        closure=_closure(trajectory, ruler, max(ruler.lengths.values())),
+        closure=_closure(trajectory, reference, max(reference.lengths.values())),
         phase_max=float(phase.max()),
         phase_final=float(phase[-1]),
         drive_speed=float(np.abs(velocity.rate / trajectory.speed - 1.0).max()),
@@ -131,23 +113,23 @@ def compare(trajectory: Trajectory, ruler: Ruler) -> Comparison:
     )
 
 
-def point_errors(trajectory: Trajectory, ruler: Ruler) -> dict[str, PointErrors]:
+def point_errors(trajectory: Trajectory, reference: ExactReference) -> dict[str, PointErrors]:
     """Errors of all observed points at every sample, whatever became of the run."""
-    return track_errors(trajectory.points, trajectory.speed, ruler)
+    return track_errors(trajectory.points, trajectory.speed, reference)
 
 
-def track_errors(points: Mapping[str, PointTracks], speed: float, ruler: Ruler) -> dict[str, PointErrors]:
+def track_errors(points: Mapping[str, PointTracks], speed: float, reference: ExactReference) -> dict[str, PointErrors]:
     """Errors of points, however they were come by; the nominal speed is in rad/s."""
-    exact = _Exact(ruler)
+    exact = _Exact(reference)
     return {name: _point_errors(name, tracks, exact, speed) for name, tracks in points.items()}
 
 
 class _Exact:
-    """A ruler's motions of all points; what several tracks are compared with is computed once."""
+    """Motions of a reference of all points; what several tracks are compared with is computed once."""
 
-    def __init__(self, ruler: Ruler) -> None:
-        self.lengths = ruler.lengths
-        self._ruler = ruler
+    def __init__(self, reference: ExactReference) -> None:
+        self.lengths = reference.lengths
+        self._reference = reference
         self._at: dict[int, tuple[Instants, Motion]] = {}  # by identity of the instants, which are kept for it
         self._steady: dict[int, tuple[Instants, Motion]] = {}
         self._nominal: dict[int, tuple[Instants, Motion]] = {}
@@ -155,20 +137,20 @@ class _Exact:
     def at(self, instants: Instants) -> Motion:
         """Where the crank was."""
         if id(instants) not in self._at:
-            motion = self._ruler.motion(instants.angle, instants.rate, instants.acceleration)
+            motion = self._reference.motion(instants.angle, instants.rate, instants.acceleration)
             self._at[id(instants)] = instants, motion
         return self._at[id(instants)][1]
 
     def steady(self, instants: Instants) -> Motion:
         """Where the crank was, had it turned steadily there."""
         if id(instants) not in self._steady:
-            self._steady[id(instants)] = instants, self._ruler.motion(instants.angle, instants.rate)
+            self._steady[id(instants)] = instants, self._reference.motion(instants.angle, instants.rate)
         return self._steady[id(instants)][1]
 
     def nominal(self, instants: Instants, speed: float) -> Motion:
         """Where it was to be."""
         if id(instants) not in self._nominal:
-            self._nominal[id(instants)] = instants, self._ruler.motion(speed * instants.times, speed)
+            self._nominal[id(instants)] = instants, self._reference.motion(speed * instants.times, speed)
         return self._nominal[id(instants)][1]
 
 
@@ -190,16 +172,16 @@ def _point_errors(name: str, tracks: PointTracks, exact: _Exact, speed: float) -
     )
 
 
-def signed_error(track: Track, ruler: Ruler, name: str, quantity: str) -> Array:
+def signed_error(track: Track, reference: ExactReference, name: str, quantity: str) -> Array:
     """Measured minus exact (T, 2) [m, m/s or m/s^2], at the angle, rate and angular acceleration reached."""
     at = track.instants
-    exact: Array = getattr(ruler.motion(at.angle, at.rate, at.acceleration).point(name), quantity)
+    exact: Array = getattr(reference.motion(at.angle, at.rate, at.acceleration).point(name), quantity)
     return track.values - exact
 
 
-def _peaks(points: Mapping[str, PointTracks], ruler: Ruler) -> dict[str, Peak]:
+def _peaks(points: Mapping[str, PointTracks], reference: ExactReference) -> dict[str, Peak]:
     """At the rate that was reached, without the drive's own acceleration."""
-    exact = _Exact(ruler)
+    exact = _Exact(reference)
     found = {}
     for name, tracks in points.items():
         motion = exact.steady(tracks.acceleration.instants).point(name)
@@ -208,8 +190,8 @@ def _peaks(points: Mapping[str, PointTracks], ruler: Ruler) -> dict[str, Peak]:
     return found
 
 
-def _closure(trajectory: Trajectory, ruler: Ruler, length: float) -> Closure:
-    bodies, speed, mechanism = trajectory.bodies, abs(trajectory.speed), ruler.mechanism()
+def _closure(trajectory: Trajectory, reference: ExactReference, length: float) -> Closure:
+    bodies, speed, mechanism = trajectory.bodies, abs(trajectory.speed), reference.mechanism()
     assert bodies is not None
     position, velocity, acceleration = bodies.position, bodies.velocity, bodies.acceleration
     return Closure(

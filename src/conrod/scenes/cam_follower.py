@@ -51,6 +51,7 @@ class CamFollower(Scene):
     kind: ClassVar[str] = "cam-follower"
     title: ClassVar[str] = "Cam with roller follower (by contact)"
     source: ClassVar[str] = "document 004 (flank radius and base radius of a symmetric cam), Figure 5"
+    drawn_at: ClassVar[float] = 120.0
     output: ClassVar[str] = "roller"
     description: ClassVar[str] = (
         "A symmetric disc cam with a translating radial roller follower: base circle {base_radius}, two "

@@ -14,8 +14,8 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.equations import check_meshes
-from conrod.exact.generic_reference import GenericReference
 from conrod.exact.motion import Array, PointDerivatives, Side, diameter
+from conrod.exact.reference import GenericReference
 from conrod.mechanism.files.toml_file import read_tables
 from conrod.mechanism.mechanism import Mechanism, Pose
 from conrod.mechanism.parameters import Parameter

@@ -1,9 +1,9 @@
-"""What every scene with a closed form offers."""
+"""The base of all scenes: those with a closed form, and those that files describe."""
 
 from __future__ import annotations
 
 import json
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -11,9 +11,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, Break, Motion, PointDerivatives, Side, breaks_between, diameter, motion_in_time
-from conrod.mechanism.mechanism import Mechanism
+from conrod.exact.motion import Array, Motion, PointDerivatives, Side, diameter, motion_in_time
+from conrod.exact.reference import ExactReference
 from conrod.mechanism.parameters import Parameter, check_ranges, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
@@ -24,16 +23,11 @@ CHUNK = 8192
 CANONICAL = json.JSONEncoder(sort_keys=True, allow_nan=False, separators=(",", ":"))
 
 
-class Scene(ABC):
-    """A mechanism with parameters, masses and an exact motion; its subclasses are frozen dataclasses.
-
-    Attributes:
-        speed: crank speed [rad/s]; the crank angle is speed x time.
-    """
+class Scene(ExactReference):
+    """A mechanism with parameters, masses and an exact motion; its subclasses are frozen dataclasses."""
 
     closed_form: ClassVar[bool] = True  # whether its motion is known without the generic solver
-
-    speed: float
+    drawn_at: ClassVar[float] = 60.0  # [deg], a crank angle at which the links stand clear of each other and the frame
 
     # What a class of scenes says of itself, as class variables; a scene that a file describes says it for itself.
 
@@ -85,10 +79,6 @@ class Scene(ABC):
         """Refuse what cannot be assembled or cannot turn fully; raises InvalidInput."""
 
     @abstractmethod
-    def mechanism(self) -> Mechanism:
-        """The declarative description that the generic reference and the engines are made from."""
-
-    @abstractmethod
     def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
         """x and y of every observed point with their derivatives by the crank angle at angles (T,), exact."""
 
@@ -99,29 +89,9 @@ class Scene(ABC):
     # -- motion ------------------------------------------------------------------------------------------------
 
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
-        """Exact motion of all observed points.
-
-        Args:
-            angle: crank angles (T,) [rad].
-            speed: crank speed [rad/s], a number or (T,).
-            acceleration: crank angular acceleration [rad/s^2], constant in time where jerk is asked for.
-            side: which limit to take where the acceleration jumps, seen along increasing crank angle.
-        """
+        """Exact motion of all observed points; see `ExactReference.motion`."""
         theta = np.atleast_1d(np.asarray(angle, dtype=float))
         return motion_in_time(lambda some: self._angle_derivatives(some, side), theta, speed, acceleration, CHUNK)
-
-    def reference(self, times: ArrayLike, side: Side = "right") -> Motion:
-        """Exact motion at times (T,) [s] at constant speed; `side` is seen along increasing time."""
-        backward: Side = "left" if side == "right" else "right"
-        seen = side if self.speed > 0 else backward
-        return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)
-
-    def breaks(self) -> tuple[Break, ...]:
-        """Where acceleration or jerk jump at constant speed, with the values on both sides."""
-        if not self.break_angles():
-            return ()
-        angles = np.array(self.break_angles())
-        return breaks_between(self.motion(angles, self.speed, side="left"), self.motion(angles, self.speed))
 
     # -- facts -------------------------------------------------------------------------------------------------
 
@@ -130,11 +100,6 @@ class Scene(ABC):
         """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with: the crank's."""
         mechanism = self.kinematics.mechanism
         return {mechanism.crank: mechanism.driver.sense * self.speed}
-
-    @property
-    def period(self) -> float:
-        """Time of one revolution [s]."""
-        return 2.0 * np.pi / abs(self.speed)
 
     @cached_property
     def parameters(self) -> dict[str, float]:
@@ -159,16 +124,8 @@ class Scene(ABC):
         return parameters_of(type(self))
 
     @cached_property
-    def kinematics(self) -> Kinematics:
-        """The generic reference, computed from the mechanism."""
-        return Kinematics(self.mechanism())
-
-    @cached_property
     def lengths(self) -> dict[str, float]:
-        """L [m] of each observed point: the largest distance between two of its exact positions.
-
-        The normalising length of the errors (docs/design.md, 'Errors have names').
-        """
+        """L [m] of each observed point."""
         turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES_PER_TURN, endpoint=False)
         return {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
 

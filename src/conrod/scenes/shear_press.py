@@ -30,6 +30,7 @@ class ShearPress(Scene):
     kind: ClassVar[str] = "shear-press"
     title: ClassVar[str] = "Shear press (in-line slider-crank)"
     source: ClassVar[str] = "document 000 (analysis of a steel-plate shear press), sections IV.1 and IV.2"
+    drawn_at: ClassVar[float] = 50.0
     output: ClassVar[str] = "A"
     description: ClassVar[str] = (
         "A steel-plate shear press: a crank of {crank} turns at {speed} and moves the slider with the upper "

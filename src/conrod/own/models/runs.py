@@ -9,9 +9,10 @@ import numpy as np
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
+from conrod.exact.reference import ExactReference
 from conrod.own.models.frame import Frame
 from conrod.own.models.request import DrivenRun, Scan
-from conrod.runs.comparison import PointErrors, Ruler, signed_error, track_errors
+from conrod.runs.comparison import PointErrors, signed_error, track_errors
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 
@@ -60,7 +61,7 @@ class Reference:
         others: other assembly branches.
     """
 
-    ruler: Ruler
+    ruler: ExactReference
     speed: float
     size: float
     roller_radius: float | None
@@ -147,7 +148,7 @@ def _opened(run: DrivenRun, frame: Frame, travel: float) -> Verdict | None:
     return Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
 
 
-def _off(tracks: Mapping[str, PointTracks], ruler: Ruler) -> Array:
+def _off(tracks: Mapping[str, PointTracks], ruler: ExactReference) -> Array:
     """Positions minus exact ones (P, T, 2) [m]."""
     return np.array([signed_error(t.position, ruler, name, "position") for name, t in tracks.items()])
 

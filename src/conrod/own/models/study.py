@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from conrod.exact.generic_reference import GenericReference
+from conrod.exact.reference import ExactReference, GenericReference
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
 from conrod.own.models.references import other_branches
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
 from conrod.own.models.runs import JudgedRun, Reference, difference, judged
-from conrod.runs.comparison import Ruler
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
@@ -170,7 +169,7 @@ def _drive(identity: Identity, scene: Scene, scan: Scan, revolutions: float, mos
 def _reference(identity: Identity, scene: Scene) -> Reference:
     """The machine that the model is, with the lengths that were found, on its branch."""
     contacts = scene.kinematics.mechanism.cam_contacts
-    ruler: Ruler = identity.scene
+    ruler: ExactReference = identity.scene
     others = other_branches(scene)
     if identity.reference is not None:
         ruler, others = GenericReference(identity.reference.mechanism, scene.speed), (scene.kinematics,)

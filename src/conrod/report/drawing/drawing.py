@@ -18,9 +18,6 @@ from conrod.report.drawing.view import MM, View, outline
 from conrod.scenes import Scene
 from conrod.studies.frame.files import write_whole
 
-# Where the links stand clear of each other and of the frame.
-TELLING_ANGLES = {"shear-press": 50.0, "saw": 60.0, "cam-follower": 120.0}  # [deg]
-OTHERWISE = 60.0
 # Of a pass, because links often lie in line or over each other in its middle.
 TELLING_PART = 0.75
 POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
@@ -58,8 +55,7 @@ def telling_angle(scene: Scene) -> float:
     span = scene.kinematics.mechanism.driver.span
     if span is not None:
         return span[0] + TELLING_PART * (span[1] - span[0])
-    # A machine from a file may have any name, also one of a scene.
-    return math.radians(TELLING_ANGLES[scene.kind] if scene.closed_form else OTHERWISE)
+    return math.radians(scene.drawn_at)
 
 
 def _view(scene: Scene, angle: float) -> View:

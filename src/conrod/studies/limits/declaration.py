@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 from numpy.typing import ArrayLike
 
-from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Motion
+from conrod.exact.motion import Motion, Side
+from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import Scene
 
@@ -39,36 +38,29 @@ class Declaration:
 
 
 @dataclass(frozen=True)
-class Redeclared:
+class Redeclared(ExactReference):
     """A scene whose mechanism is declared in another order; it is run, and compared with the same closed form."""
 
     scene: Scene = field(repr=False)
     declaration: Declaration
+    speed: float = field(init=False, compare=False)
 
-    @property
-    def speed(self) -> float:
-        """Crank speed [rad/s]."""
-        return self.scene.speed
-
-    @property
-    def period(self) -> float:
-        """Time of one revolution [s]."""
-        return self.scene.period
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "speed", self.scene.speed)
 
     @property
     def lengths(self) -> Mapping[str, float]:
         """Normalising lengths [m]; they depend on no order."""
         return self.scene.lengths
 
-    @cached_property
-    def kinematics(self) -> Kinematics:
-        """The solver of the mechanism in its new order."""
-        return Kinematics(self.mechanism())
-
     def mechanism(self) -> Mechanism:
         """The mechanism in its new order."""
         return self.declaration.of(self.scene.mechanism())
 
-    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0) -> Motion:
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
         """The exact motion, which depends on no order."""
-        return self.scene.motion(angle, speed, acceleration)
+        return self.scene.motion(angle, speed, acceleration, side)
+
+    def break_angles(self) -> tuple[float, ...]:
+        """Those of the scene."""
+        return self.scene.break_angles()

@@ -1,0 +1,140 @@
+"""A machine driven at constant speed with its exact motion: what engines run, and what their runs are compared with."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from conrod.exact.joint_equations import active_arcs, pose_jets
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import BREAK_WIDTH, Array, Break, Motion, Side, breaks_between
+from conrod.mechanism.mechanism import Mechanism
+
+SAMPLES, HALVINGS = 720, 60
+ASIDE = 0.3  # of a sample's spacing
+TURN = 2.0 * np.pi
+
+
+class ExactReference(ABC):
+    """The exact motion of a mechanism as a function of the crank angle, and of time at constant speed.
+
+    Attributes:
+        speed: crank speed [rad/s]; the crank angle is speed x time.
+    """
+
+    speed: float
+
+    @abstractmethod
+    def mechanism(self) -> Mechanism:
+        """The declarative description that the generic solver and the engines' models are made from."""
+
+    @abstractmethod
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
+        """Exact motion of all observed points.
+
+        Args:
+            angle: crank angles (T,) [rad].
+            speed: crank speed [rad/s], a number or (T,).
+            acceleration: crank angular acceleration [rad/s^2], constant in time where jerk is asked for.
+            side: which limit to take where the acceleration jumps, seen along increasing crank angle.
+        """
+
+    @abstractmethod
+    def break_angles(self) -> tuple[float, ...]:
+        """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
+
+    @property
+    @abstractmethod
+    def lengths(self) -> Mapping[str, float]:
+        """L [m] of each observed point: the largest distance between two of its exact positions.
+
+        The normalising length of the errors (docs/design.md, 'Errors have names').
+        """
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution [s]."""
+        return 2.0 * np.pi / abs(self.speed)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """The generic solver of the mechanism."""
+        return Kinematics(self.mechanism())
+
+    def reference(self, times: ArrayLike, side: Side = "right") -> Motion:
+        """Exact motion at times (T,) [s] at constant speed; `side` is seen along increasing time."""
+        backward: Side = "left" if side == "right" else "right"
+        seen = side if self.speed > 0 else backward
+        return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)
+
+    def breaks(self) -> tuple[Break, ...]:
+        """Jumps of acceleration or jerk at constant speed, with the values on both sides."""
+        angles = np.array(self.break_angles())
+        if not len(angles):
+            return ()
+        return breaks_between(self.motion(angles, self.speed, side="left"), self.motion(angles, self.speed))
+
+
+@dataclass(frozen=True)
+class GenericReference(ExactReference):
+    """A mechanism without a closed form, solved by Newton iteration on its joint equations.
+
+    Attributes:
+        described: the mechanism.
+        speed: crank speed [rad/s].
+    """
+
+    described: Mechanism
+    speed: float
+
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.described
+
+    @property
+    def lengths(self) -> Mapping[str, float]:
+        """L [m] of each observed point."""
+        return self.kinematics.lengths
+
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
+        """Exact motion of the observed points."""
+        theta = np.atleast_1d(np.asarray(angle, dtype=float))
+        rate, turn = np.asarray(speed, dtype=float), np.asarray(acceleration, dtype=float)
+        return self.kinematics.motion(theta, rate, turn, side)
+
+    def break_angles(self) -> tuple[float, ...]:
+        """Angles [rad] in [0, 2 pi) where a roller passes a joint of its cam's arcs or laws that jerks it."""
+        found: list[float] = []
+        angles = np.linspace(*self.kinematics.span, SAMPLES + 1)
+        if self.described.driver.span is None:
+            angles -= ASIDE * angles[1]  # a joint at angle 0 is met once, and within
+        for k, contact in enumerate(self.described.cam_contacts):
+            arcs = self._arcs(angles, k)
+            passed = [
+                left
+                for left in np.flatnonzero(arcs[:-1] != arcs[1:])
+                if contact.profile.jumps(int(arcs[left]), int(arcs[left + 1]))
+            ]
+            if passed:
+                found += [float(angle) for angle in self._bisect(angles[passed], angles[np.array(passed) + 1], k)]
+        if self.described.driver.span is None:
+            found = [angle % TURN if angle % TURN < TURN - BREAK_WIDTH else 0.0 for angle in found]
+        return tuple(sorted(found))
+
+    def _arcs(self, angles: Array, contact: int) -> Array:
+        bodies = pose_jets(self.described, [self.kinematics.poses(angles)])
+        return active_arcs(self.described.cam_contacts[contact], bodies).astype(float)
+
+    def _bisect(self, low: Array, high: Array, contact: int) -> Array:
+        """Where the arc at the lower ends (B,) ceases to be in force."""
+        before = self._arcs(low, contact)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            same = self._arcs(middle, contact) == before
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        return np.asarray(0.5 * (low + high))
