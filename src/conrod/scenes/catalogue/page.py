@@ -8,7 +8,7 @@ from conrod.scenes.catalogue import catalogue_heading, catalogue_names
 
 HEAD = """# The catalogue
 
-Machines that ship as [mechanism files](mechanism-files.md) in `src/conrod/catalogue/`. Each is a scene by its name,
+Machines that ship as [mechanism files](mechanism-files.md) in `src/conrod/scenes/catalogue/`. Each is a scene by its name,
 wherever `conrod` takes one; `conrod validate catalogue` runs all of them in both engines, and
 [reports/catalogue](../reports/catalogue/README.md) has what that found, a page a machine with its assumptions. A copy
 of a file is a start for a machine of your own.
@@ -26,7 +26,7 @@ def page() -> str:
 def _row(name: str) -> str:
     heading = catalogue_heading(name)
     links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
-    cells = (f"[{name}](../src/conrod/catalogue/{name}.toml)", heading.title, links, heading.source)
+    cells = (f"[{name}](../src/conrod/scenes/catalogue/{name}.toml)", heading.title, links, heading.source)
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"
 
 
