@@ -10,8 +10,8 @@ HEAD = """# The catalogue
 
 Machines that ship as [mechanism files](mechanism-files.md) in `src/conrod/scenes/catalogue/`. Each is a scene by its
 name, wherever `conrod` takes one; `conrod validate catalogue` runs all of them in both engines, and
-[reports/catalogue](../reports/catalogue/README.md) has what that found, one page per machine with its assumptions. Copy a
-file to start a machine of your own.
+[reports/catalogue](../reports/catalogue/README.md) has what that found, one page per machine with its assumptions. Copy
+a file to start a machine of your own.
 
 | machine | what it is | moving links | source |
 |---|---|---|---|
