@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,7 @@ from click.testing import CliRunner, Result
 
 from conrod.cli import cli
 from conrod.errors import InvalidInput
-from conrod.scenes.catalogue import catalogue_file
+from conrod.scenes.catalogue import catalogue_text
 
 ROOT = Path(__file__).parents[2]
 HEADING = "scene,quantity,angle_deg,printed,unit\n"
@@ -83,7 +82,7 @@ def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
 
 
 def test_a_table_is_tied_to_a_mechanism_file_beside_it(here: Path) -> None:
-    shutil.copy(catalogue_file("slider-crank"), here / "mine.toml")
+    (here / "mine.toml").write_text(catalogue_text("slider-crank"), encoding="utf-8")
     row = "mine.toml,B position x,0,860.0,mm\n"
     assert "1" in run(written(here, HEADING + row)).output.splitlines()[1].split()
     from conrod.own.printed.user_file import audit_file
@@ -96,7 +95,7 @@ def test_a_table_is_tied_to_a_mechanism_file_beside_it(here: Path) -> None:
 
 @pytest.mark.parametrize("name", ["../mine.toml", "sub/../../mine.toml", "{here}/mine.toml", "link.toml"])
 def test_a_mechanism_file_outside_the_tables_folder_is_refused(here: Path, name: str) -> None:
-    shutil.copy(catalogue_file("slider-crank"), here / "mine.toml")
+    (here / "mine.toml").write_text(catalogue_text("slider-crank"), encoding="utf-8")
     table = written(here / "tables", HEADING + f"{name.format(here=here)},B position x,0,860.0,mm\n")
     (here / "tables" / "link.toml").symlink_to(here / "mine.toml")
     assert "leads out of the folder of the table" in refusal(table)

@@ -17,9 +17,8 @@ from conrod.own.tables.estimation import estimate
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.pack.contents import pack_files
 from conrod.report.pack.reading import read_parameters
-from conrod.scenes.catalogue import catalogue_file, catalogue_scene
+from conrod.scenes.catalogue import catalogue_scene, catalogue_text
 from conrod.scenes.described_scene import DescribedScene, read_scene
-from conrod.scenes.dynamics import dynamics_text
 from conrod.studies.frame.resolve_arguments import machine_text
 from tests.support.command_line import conrod
 from tests.support.table_files import read
@@ -39,7 +38,7 @@ def packed(name: str, scene: DescribedScene) -> Mapping[str, str | bytes]:
     """Made once, without the drawing: that takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("conrod.report.pack.contents.mechanism_svg", lambda _: "<svg/>")
-        return pack_files(name, scene, 90, 2, catalogue_file(name).read_bytes())
+        return pack_files(name, scene, 90, 2, catalogue_text(name).encode())
 
 
 def unpacked(name: str, scene: DescribedScene, folder: Path) -> Path:
@@ -77,7 +76,7 @@ def test_the_page_says_what_was_given_anew_and_where_the_pass_goes(tmp_path: Pat
     assert "in one pass from crank angle -0.174532925199" in page
     assert "over the pass**" in page
     assert "revolutions" not in page.replace("revolutions over", "")
-    assert (tmp_path / "machine.toml").read_bytes() == catalogue_file(PASS).read_bytes()
+    assert (tmp_path / "machine.toml").read_bytes() == catalogue_text(PASS).encode()
     turning = (unpacked(MACHINES[1], catalogue_scene(MACHINES[1]), tmp_path) / "README.md").read_text(encoding="utf-8")
     assert "over two revolutions**" in turning
     assert "--set" not in turning
@@ -128,10 +127,10 @@ def test_a_slip_in_a_table_of_a_pass_is_named(tmp_path: Path) -> None:
 
 def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:
     assert machine_text("saw-40rpm") is None
-    assert machine_text(PASS) == catalogue_file(PASS).read_bytes()
-    assert machine_text("four-bar-chain-3") == dynamics_text("four-bar-chain-3").encode()
+    assert machine_text(PASS) == catalogue_text(PASS).encode()
+    assert machine_text("four-bar-chain-3") == catalogue_text("four-bar-chain-3").encode()
     own = tmp_path / "own.toml"
-    own.write_bytes(catalogue_file(PASS).read_bytes())
+    own.write_bytes(catalogue_text(PASS).encode())
     assert machine_text(str(own)) == own.read_bytes()
     done = conrod("export", "own.toml", "--format", "pack", "-o", "pack", "--set", "speed=-100rpm", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

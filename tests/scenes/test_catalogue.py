@@ -21,10 +21,16 @@ from conrod.exact.motion import Array
 from conrod.report.reproduction import Reproduction, told_origin
 from conrod.report.validation.writer import report_batch
 from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import catalogue_file, catalogue_heading, catalogue_names, catalogue_scene, scene_named
+from conrod.scenes.catalogue import (
+    catalogue_heading,
+    catalogue_names,
+    catalogue_scene,
+    catalogue_text,
+    dynamics_names,
+    scene_named,
+)
+from conrod.scenes.catalogue.chain import CHAIN
 from conrod.scenes.catalogue.page import page
-from conrod.scenes.dynamics import dynamics_names
-from conrod.scenes.dynamics.chain import CHAIN
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.validation import run_jobs
 from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
@@ -44,13 +50,13 @@ COMMAND = Reproduction("conrod validate {scene} --out reports/catalogue")
 
 def test_a_machine_is_called_like_its_file() -> None:
     assert NAMES
-    assert {name: tomllib.loads(catalogue_file(name).read_text())["name"] for name in NAMES} == {n: n for n in NAMES}
+    assert {name: tomllib.loads(catalogue_text(name))["name"] for name in NAMES} == {n: n for n in NAMES}
     assert not set(NAMES) & set(SCENES)
 
 
 def test_every_machine_tells_where_it_comes_from_and_what_was_assumed() -> None:
     for name in NAMES:
-        heading, tables = catalogue_heading(name), tomllib.loads(catalogue_file(name).read_text())
+        heading, tables = catalogue_heading(name), tomllib.loads(catalogue_text(name))
         assert heading.title
         assert heading.source
         assert tables["assumptions"], name
@@ -82,7 +88,7 @@ def test_the_word_catalogue_stands_for_all_machines_and_for_no_single_one() -> N
 
 def test_a_changed_copy_may_keep_its_name_but_not_beside_the_machine_itself(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
-    own.write_text(catalogue_file("slider-crank").read_text().replace("560 mm", "600 mm"))
+    own.write_text(catalogue_text("slider-crank").replace("560 mm", "600 mm"))
     alone = select_scenes([str(own)], [])["slider-crank"]
     assert alone.parameters_text != catalogue_scene("slider-crank").parameters_text
     assert typed_names([str(own), "saw-40rpm"]) == {"slider-crank": str(own)}
@@ -118,9 +124,9 @@ def test_the_wheel_has_the_files(tmp_path: Path) -> None:
     subprocess.run(build, check=True, capture_output=True)
     (wheel,) = tmp_path.glob(f"conrod-{version('conrod')}-*.whl")
     inside = zipfile.ZipFile(wheel).namelist()
-    assert {f"conrod/catalogue/{name}.toml" for name in NAMES} <= set(inside)
+    assert {f"conrod/scenes/catalogue/{name}.toml" for name in NAMES} <= set(inside)
     files = {name for name in dynamics_names() if not name.startswith(CHAIN)}
-    assert {f"conrod/dynamics_scenes/{name}.toml" for name in files} <= set(inside)
+    assert {f"conrod/scenes/dynamics/{name}.toml" for name in files} <= set(inside)
 
 
 # -- validation ------------------------------------------------------------------------------------------------------

@@ -23,10 +23,16 @@ from conrod.exact.dynamics.inverse import InverseDynamics, State
 from conrod.exact.dynamics.line import Line
 from conrod.exact.motion import Array
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
-from conrod.scenes.catalogue import catalogue_names, scene_named
+from conrod.scenes.catalogue import (
+    catalogue_heading,
+    catalogue_names,
+    catalogue_scene,
+    catalogue_text,
+    dynamics_names,
+    scene_named,
+)
+from conrod.scenes.catalogue.chain import MOST
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from conrod.scenes.dynamics import dynamics_heading, dynamics_names, dynamics_scene, dynamics_text
-from conrod.scenes.dynamics.chain import MOST
 from conrod.studies.frame.resolve_arguments import select_scenes
 from tests.support.command_line import conrod
 
@@ -53,21 +59,21 @@ DURATION = {
 @cache
 def free(name: str) -> FreeMotion:
     """The motion that the scene's file begins."""
-    scene = dynamics_scene(name)
+    scene = catalogue_scene(name)
     times = np.linspace(0.0, DURATION.get(name, 2.0), SAMPLES.get(name, 301))
     return ForwardDynamics(scene.mechanism()).motion(times, rates=scene.start_rates)
 
 
 def turn_of(name: str, body: str) -> tuple[Array, Array]:
     """Turn and its rate of a body in the free motion, each (T,)."""
-    at = 3 * dynamics_scene(name).mechanism().body_index[body] + 2
+    at = 3 * catalogue_scene(name).mechanism().body_index[body] + 2
     return free(name).poses[:, at], free(name).rates[:, at]
 
 
 def crank(name: str) -> tuple[Array, Array]:
     """The crank angle and its rate in the free motion, each (T,)."""
-    driver = dynamics_scene(name).mechanism().driver
-    turn, rate = turn_of(name, dynamics_scene(name).mechanism().crank)
+    driver = catalogue_scene(name).mechanism().driver
+    turn, rate = turn_of(name, catalogue_scene(name).mechanism().crank)
     return driver.sense * (turn - driver.start), driver.sense * rate
 
 
@@ -76,17 +82,17 @@ def crank(name: str) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_scene_says_what_it_is_and_is_called_like_its_file(name: str) -> None:
-    scene = dynamics_scene(name)
+    scene = catalogue_scene(name)
     assert scene.kind == name
     assert scene_named(name) is scene
     assert all([scene.title, scene.source, scene.description, scene.assumptions, scene.frame])
-    assert dynamics_heading(name).links == len(scene.mechanism().bodies)
+    assert catalogue_heading(name).links == len(scene.mechanism().bodies)
 
 
 def test_scenes_of_dynamics_are_scenes_by_name_and_no_machines_of_the_catalogue() -> None:
     assert not set(NAMES) & {*catalogue_names(), *SCENES}
     changed = select_scenes(["saw-coasting"], ["forces.friction.force=60 N"])["saw-coasting"]
-    assert changed.mechanism() != dynamics_scene("saw-coasting").mechanism()
+    assert changed.mechanism() != catalogue_scene("saw-coasting").mechanism()
     with pytest.raises(InvalidInput, match="did you mean 'press-cutting'"):
         scene_named("press-cuting")
 
@@ -105,7 +111,7 @@ def test_the_list_names_them_under_their_own_heading() -> None:
     shown = conrod("show").stdout
     listed = shown[shown.index("\ndynamics (") :].splitlines()
     for name in NAMES:
-        assert [line for line in listed if line.split()[:1] == [name] and dynamics_heading(name).title in line], name
+        assert [line for line in listed if line.split()[:1] == [name] and catalogue_heading(name).title in line], name
 
 
 # -- what they claim -------------------------------------------------------------------------------------------------
@@ -118,7 +124,7 @@ def test_the_balance_of_energy_closes(name: str) -> None:
 
 def kinetic_energy_of_press(name: str) -> Array:
     """From the closed form of the press, without the joints' equations."""
-    scene, press = dynamics_scene(name), ShearPress()
+    scene, press = catalogue_scene(name), ShearPress()
     angle, rate = crank(name)
     motion = press.motion(angle, rate)
     bodies = {body.name: body for body in scene.mechanism().bodies}
@@ -131,7 +137,7 @@ def kinetic_energy_of_press(name: str) -> Array:
 
 def weight_of_press(name: str) -> Array:
     motion = ShearPress().motion(*crank(name))
-    masses = {body.name: body.mass for body in dynamics_scene(name).mechanism().bodies}
+    masses = {body.name: body.mass for body in catalogue_scene(name).mechanism().bodies}
     heights = masses["slider"] * motion.point("A").position[:, 1] + masses["rod"] * motion.point("G").position[:, 1]
     return np.asarray(GRAVITY * heights)
 
@@ -156,7 +162,7 @@ def test_the_flywheel_keeps_the_speed_and_nothing_else_is_changed() -> None:
     drop = {name: float(1.0 - crank(name)[1].min() / 5.75) for name in (bare, fitted)}
     assert drop[bare] > 0.7
     assert drop[fitted] < 0.05
-    one, other = (tomllib.loads(dynamics_text(name)) for name in (bare, fitted))
+    one, other = (tomllib.loads(catalogue_text(name)) for name in (bare, fitted))
     for tables in (one, other):
         for words in ("name", "title", "description", "assumptions"):
             del tables[words]
@@ -169,7 +175,7 @@ def test_the_saw_loses_friction_times_its_way_until_it_rests() -> None:
     motion, stroke = free("saw-coasting"), Saw().lengths["C"]
     angle, rate = crank("saw-coasting")
     assert abs(rate[-1]) < 1e-3 * rate[0]
-    slider = 3 * dynamics_scene("saw-coasting").mechanism().body_index["slider"]
+    slider = 3 * catalogue_scene("saw-coasting").mechanism().body_index["slider"]
     speed = motion.rates[:, slider]
     friction = simpson(-30.0 * np.tanh(speed / 0.02) * speed, x=motion.times)
     assert motion.energy[-1] - motion.energy[0] == pytest.approx(friction, rel=1e-4)
@@ -181,7 +187,7 @@ def test_the_saw_loses_friction_times_its_way_until_it_rests() -> None:
 
 
 def test_the_pendulum_has_the_period_of_the_elliptic_integral() -> None:
-    scene, period = dynamics_scene("pendulum"), 4.0 * ellipk(0.5) * math.sqrt(2.0 / (3.0 * GRAVITY))
+    scene, period = catalogue_scene("pendulum"), 4.0 * ellipk(0.5) * math.sqrt(2.0 / (3.0 * GRAVITY))
     times = np.array([0.0, 0.5 * period, period, 1.001 * period])
     turn = ForwardDynamics(scene.mechanism()).motion(times, rates=scene.start_rates).poses[:, 2]
     np.testing.assert_allclose(turn[:3], [0.0, -math.pi, 0.0], atol=1e-11)
@@ -190,7 +196,7 @@ def test_the_pendulum_has_the_period_of_the_elliptic_integral() -> None:
 
 @pytest.mark.parametrize("name", ["four-bar-swing", "six-bar-swing"])
 def test_a_swing_comes_to_rest_again_and_back_to_where_it_began(name: str) -> None:
-    scene, motion = dynamics_scene(name), free(name)
+    scene, motion = catalogue_scene(name), free(name)
     rate = crank(name)[1]
     signs = np.flatnonzero(np.sign(rate[2:]) != np.sign(rate[1:-1])) + 1
     rests = [np.interp(0.0, *sorted_pair(rate[k : k + 2], motion.times[k : k + 2])) for k in signs[:2]]
@@ -240,7 +246,7 @@ def test_spring_and_damper_bring_the_slider_crank_to_rest_where_the_spring_is_wi
 
 
 def test_whole_turns_are_told_but_for_rounding() -> None:
-    line = Line(dynamics_scene("press-cutting").mechanism())
+    line = Line(catalogue_scene("press-cutting").mechanism())
     line.configurations.reach(100.0)
     assert line.configurations.loop is not None
     length, start = line.configurations.loop.length, line.at(0.0)
@@ -254,7 +260,7 @@ def test_whole_turns_are_told_but_for_rounding() -> None:
 
 def least_push(name: str, speed: float) -> tuple[float, float]:
     """The least push between cam and roller over a turn [N], and the crank angle [rad] where it is."""
-    scene = dynamics_scene(name)
+    scene = catalogue_scene(name)
     begins = CamFollower().joint_angles[1]  # where the nose does
     angle = np.concatenate([np.linspace(0.0, 2.0 * math.pi, 361), begins + np.array([1e-6, 1e-3])])
     state = State(angle, np.full(len(angle), speed), np.zeros(len(angle)), angle / speed)
@@ -263,7 +269,7 @@ def least_push(name: str, speed: float) -> tuple[float, float]:
 
 
 def test_the_push_of_the_cam_becomes_zero_at_the_float_speed_where_the_nose_begins() -> None:
-    slow, fast = dynamics_scene("cam-spring-slow").speed, dynamics_scene("cam-spring-fast").speed
+    slow, fast = catalogue_scene("cam-spring-slow").speed, catalogue_scene("cam-spring-fast").speed
     assert least_push("cam-spring-slow", slow)[0] > 1.0
     assert least_push("cam-spring-fast", fast)[0] < -1.0
     found = brentq(lambda speed: least_push("cam-spring-slow", speed)[0], slow, fast, xtol=1e-9)
@@ -274,7 +280,7 @@ def test_the_push_of_the_cam_becomes_zero_at_the_float_speed_where_the_nose_begi
     square = 400.0 * (motion.position[:, 1] - 0.020) / (0.5 * -motion.acceleration[:, 1])
     assert found == pytest.approx(math.sqrt(square.min()), rel=1e-5)
     assert least_push("cam-spring-fast", fast)[1] == pytest.approx(cam.joint_angles[1], abs=1e-5)
-    assert f"{found * 30.0 / math.pi:.1f} rpm" in dynamics_scene("cam-spring-fast").description
+    assert f"{found * 30.0 / math.pi:.1f} rpm" in catalogue_scene("cam-spring-fast").description
 
 
 # -- MJCF --------------------------------------------------------------------------------------------------------------
@@ -300,15 +306,15 @@ def crank_acceleration(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 @pytest.mark.parametrize("name", [name for name in QUICK if not name.startswith("cam-")])
 def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: str) -> None:
     """But for laws that MJCF has no words for, which the file's header names."""
-    tables = tomllib.loads(dynamics_text(name))
-    header = standalone_mjcf(name, dynamics_scene(name)).split("-->")[0]
-    for load in by_program(dynamics_scene(name).mechanism()):
+    tables = tomllib.loads(catalogue_text(name))
+    header = standalone_mjcf(name, catalogue_scene(name)).split("-->")[0]
+    for load in by_program(catalogue_scene(name).mechanism()):
         assert load.name in header[header.index("NOT IN THIS MODEL") :]
         kind, _, its_name = load.name.partition(".")
         del tables[kind][its_name]
     scene = scene_of(tables)
     exact = exact_acceleration(scene, scene.span[0] if scene.span else 0.0)
-    found = crank_acceleration(*compiled(name, dynamics_scene(name)))
+    found = crank_acceleration(*compiled(name, catalogue_scene(name)))
     assert found == pytest.approx(exact, rel=1e-3)
     for some in ("springs", "dampers", "torques"):
         without = tables.pop(some, None)
@@ -318,9 +324,9 @@ def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: 
 
 @pytest.mark.parametrize("name", ["four-bar-swing", "slider-crank-spring", "press-cutting"])
 def test_an_exported_scene_says_how_it_is_let_go(name: str) -> None:
-    header = " ".join(standalone_mjcf(name, dynamics_scene(name)).split("-->")[0].split())
+    header = " ".join(standalone_mjcf(name, catalogue_scene(name)).split("-->")[0].split())
     assert "FOR FREE OR TORQUE-DRIVEN MOTION set the armature of joint 'crank' to 0" in header
-    (told,) = dynamics_scene(name).start_rates.items()
+    (told,) = catalogue_scene(name).start_rates.items()
     assert f"The scene's own (counter-clockwise): {told[0]} {told[1]:.9g} rad/s." in header
 
 
@@ -330,7 +336,7 @@ def test_a_scene_of_prescribed_motion_has_nothing_of_that() -> None:
 
 @pytest.mark.parametrize("name", ["four-bar-swing", "slider-crank-spring"])
 def test_an_exported_scene_let_go_as_its_header_says_moves_as_it_does_exactly(name: str) -> None:
-    scene = dynamics_scene(name)
+    scene = catalogue_scene(name)
     model, data = compiled(name, scene)
     (told,) = scene.start_rates.values()
     data.qvel *= told / scene.speed
@@ -353,7 +359,7 @@ def exact_acceleration(scene: DescribedScene, angle: float) -> float:
 
 @pytest.mark.parametrize("name", ["cam-spring-slow", pytest.param("cam-spring-fast", marks=pytest.mark.slow)])
 def test_an_exported_cam_has_its_spring(name: str) -> None:
-    model, data = compiled(name, dynamics_scene(name))
+    model, data = compiled(name, catalogue_scene(name))
     mujoco.mj_forward(model, data)
     (slide,) = (k for k in range(model.njnt) if model.joint(k).type[0] == mujoco.mjtJoint.mjJNT_SLIDE)
     # On the base circle it is 255 mm long, 25 mm less than without force.
@@ -368,7 +374,7 @@ def test_an_exported_cam_has_its_spring(name: str) -> None:
 def test_engines_keep_the_roller_on_the_cam_below_the_float_speed_and_lose_it_above(engine: str) -> None:
     worst = {}
     for name in ("cam-spring-slow", "cam-spring-fast"):
-        scene = dynamics_scene(name)
+        scene = catalogue_scene(name)
         settings = engine_named(engine).presets["tuned"](scene, 7854)
         expected = engine_named(engine).expected_error(scene, settings)
         worst[name] = compare(run(scene, settings, 1.0), scene).worst("position") / expected.position
@@ -378,13 +384,13 @@ def test_engines_keep_the_roller_on_the_cam_below_the_float_speed_and_lose_it_ab
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_what_soft_joints_give_way_to_a_cut_is_within_the_law_that_knows_of_it(engine: str) -> None:
-    scene, settings_of = dynamics_scene("press-cutting"), engine_named(engine).presets["tuned"]
+    scene, settings_of = catalogue_scene("press-cutting"), engine_named(engine).presets["tuned"]
     settings = settings_of(scene, 500)
     found = compare(run(scene, settings, 1.0), scene).worst("position")
     law = engine_named(engine).expected_error(scene, settings).position
     assert 0.2 * law < found < law
     if engine == "mujoco":  # whose joints give way; without the loads the law is much narrower
-        tables = tomllib.loads(dynamics_text("press-cutting"))
+        tables = tomllib.loads(catalogue_text("press-cutting"))
         del tables["forces"], tables["torques"]
         unloaded = scene_of(tables)
         assert engine_named(engine).expected_error(unloaded, settings_of(unloaded, 500)).position < 0.3 * found

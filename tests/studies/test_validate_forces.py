@@ -21,7 +21,7 @@ from conrod.report.forces.writer import force_report_batch
 from conrod.report.reproduction import Reproduction
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
-from conrod.scenes.catalogue import catalogue_file
+from conrod.scenes.catalogue import catalogue_text
 from conrod.studies.forces.exact import peaks_of
 from conrod.studies.forces.results import ForceResult, ForceStudy
 from conrod.studies.forces.seen import Seen, seen_of
@@ -273,7 +273,7 @@ def test_the_command_prints_writes_and_judges(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_mechanism_file_is_validated_and_its_report_names_it(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
-    text = catalogue_file("slider-crank").read_text(encoding="utf-8")
+    text = catalogue_text("slider-crank")
     file.write_text(text.replace('name = "slider-crank"', 'name = "own"'), encoding="utf-8")
     done = conrod("validate", str(file), "--quantity", "reactions", *QUICK, "--out", str(tmp_path / "report"))
     assert done.returncode == 0, done.stderr

@@ -20,8 +20,7 @@ from conrod.report.numbers import SHOWN_UNITS
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.validation.prose import described
 from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import catalogue_heading, catalogue_names
-from conrod.scenes.dynamics import dynamics_heading, dynamics_names
+from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
 from conrod.studies.execution.validation import run_jobs
 from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
 from conrod.studies.validation.job import jobs_of
@@ -133,8 +132,8 @@ def show_catalogue() -> None:
     _listed(out, "catalogue (machines from files)", ("name", "title", "moving links", "source"), machines)
     loaded = []
     for name in dynamics_names():
-        told = dynamics_heading(name)
-        loaded.append((name, told.title, str(told.links), told.source))
+        heading = catalogue_heading(name)
+        loaded.append((name, heading.title, str(heading.links), heading.source))
     _listed(out, "dynamics (under loads, or in free motion)", ("name", "title", "moving links", "source"), loaded)
     out.print(f"engines: {', '.join(ENGINES)}")
 

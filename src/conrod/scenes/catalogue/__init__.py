@@ -1,4 +1,7 @@
-"""The machines that ship as mechanism files, and every machine that has a name."""
+"""Machines that ship as mechanism files, and every machine that has a name.
+
+Those of the catalogue are driven at constant speed; those of dynamics go under loads or in free motion.
+"""
 
 from __future__ import annotations
 
@@ -10,23 +13,26 @@ from typing import TYPE_CHECKING
 
 from conrod.errors import unknown_choice
 from conrod.scenes import SCENES, Scene
-from conrod.scenes.dynamics import dynamics_names, dynamics_scene, is_dynamics_name
+from conrod.scenes.catalogue.chain import CHAIN, chain_count, chain_text
 
 if TYPE_CHECKING:
     from conrod.scenes.described_scene import DescribedScene
 
-# The word that stands for all of them on the command line.
+# The word that stands for the machines of the catalogue on the command line.
 CATALOGUE = "catalogue"
-_FOLDER = Path(__file__).parent
+# The chains that lists name; there is one for every count between LEAST and MOST.
+LISTED_CHAINS = (2, 10, 40)
+_MACHINES = Path(__file__).parent
+_DYNAMICS = _MACHINES.parent / "dynamics"
 _ENDING = ".toml"
 
 
 @dataclass(frozen=True)
 class Heading:
-    """What a line about a machine tells, read from its file without building anything.
+    """A line about a machine, read from its file without building anything.
 
     Attributes:
-        links: moving ones.
+        links: number of moving links.
         one_pass: whether its input cannot turn fully and is driven once from one angle to another.
     """
 
@@ -38,45 +44,50 @@ class Heading:
 
 @cache
 def catalogue_names() -> tuple[str, ...]:
-    """Names of the machines, in alphabetical order; no file is read."""
-    return tuple(sorted(path.stem for path in _FOLDER.glob(f"*{_ENDING}")))
+    """Names of the machines of the catalogue, in alphabetical order; no file is read."""
+    return tuple(sorted(path.stem for path in _MACHINES.glob(f"*{_ENDING}")))
 
 
-def catalogue_file(name: str) -> Path:
-    """The file of a machine.
+@cache
+def dynamics_names() -> tuple[str, ...]:
+    """Names of the machines of dynamics, in alphabetical order, a few of the chains last; no file is read."""
+    files = sorted(path.stem for path in _DYNAMICS.glob(f"*{_ENDING}"))
+    return (*files, *(f"{CHAIN}{count}" for count in LISTED_CHAINS))
+
+
+def catalogue_text(name: str) -> str:
+    """The mechanism file of a machine, of the catalogue or of dynamics.
 
     Raises:
-        InvalidInput: there is none of that name; names the choices.
+        InvalidInput: there is none of that name, or no chain of that length; names the choices.
     """
-    if name not in catalogue_names():
-        raise unknown_choice("machine of the catalogue", name, catalogue_names())
-    return _FOLDER / f"{name}{_ENDING}"
+    count = chain_count(name)
+    if count is not None:
+        return chain_text(count)
+    for folder, names in ((_MACHINES, catalogue_names()), (_DYNAMICS, dynamics_names())):
+        if name in names:
+            return (folder / f"{name}{_ENDING}").read_text(encoding="utf-8")
+    raise unknown_choice("scene", name, [*SCENES, *catalogue_names(), *dynamics_names()])
 
 
 def catalogue_heading(name: str) -> Heading:
-    """What is told of a machine in a line; raises InvalidInput as `catalogue_file`."""
-    tables = tomllib.loads(catalogue_file(name).read_text(encoding="utf-8"))
+    """The line about a machine; raises InvalidInput as `catalogue_text`."""
+    tables = tomllib.loads(catalogue_text(name))
     return Heading(tables["title"], tables["source"], len(tables["bodies"]), "from" in tables["driver"])
 
 
 @cache
 def catalogue_scene(name: str) -> DescribedScene:
-    """The machine of a name, always the same object; raises InvalidInput as `catalogue_file`."""
-    from conrod.scenes.described_scene import read_scene  # what reads units takes its time to load
+    """The machine of a name, always the same object; raises InvalidInput as `catalogue_text`."""
+    from conrod.scenes.described_scene import scene_of  # what reads units takes its time to load
 
-    return read_scene(catalogue_file(name))
+    return scene_of(tomllib.loads(catalogue_text(name)))
 
 
 def scene_named(name: str) -> Scene:
-    """The scene in closed form, the machine of the catalogue, or the scene of dynamics, that has a name.
+    """The scene in closed form, or the machine from a file, that has a name.
 
     Raises:
         InvalidInput: there is none; names the choices.
     """
-    if name in SCENES:
-        return SCENES[name]
-    if name in catalogue_names():
-        return catalogue_scene(name)
-    if is_dynamics_name(name):
-        return dynamics_scene(name)
-    raise unknown_choice("scene", name, [*SCENES, *catalogue_names(), *dynamics_names()])
+    return SCENES[name] if name in SCENES else catalogue_scene(name)

@@ -10,8 +10,7 @@ from conrod.engines import ENGINES, Engine, engine_named
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import CATALOGUE, catalogue_file, catalogue_names, scene_named
-from conrod.scenes.dynamics import dynamics_text, is_dynamics_name
+from conrod.scenes.catalogue import CATALOGUE, catalogue_names, catalogue_text, scene_named
 from conrod.studies.validation.plan import Plan
 
 MECHANISM_FILE = ".toml"
@@ -68,9 +67,7 @@ def machine_text(given: str) -> bytes | None:
     """The mechanism file of what a user named as one scene, as it is written; None of a scene in closed form."""
     if given in SCENES:
         return None
-    if is_dynamics_name(given):
-        return dynamics_text(given).encode()
-    return (Path(given) if is_file(given) else catalogue_file(given)).read_bytes()
+    return Path(given).read_bytes() if is_file(given) else catalogue_text(given).encode()
 
 
 def _named(names: Sequence[str]) -> dict[str, Scene]:
