@@ -507,7 +507,7 @@ def test_reporting_loads_no_engine_and_no_window_system() -> None:
     code = (
         "import sys, conrod.report.validation.writer, conrod.report.drawing.drawing\n"
         "loaded = [m for m in sys.modules if m.split('.')[0] in ('mujoco', 'pymunk') or m == 'matplotlib.pyplot'"
-        " or m.startswith('conrod.engines')]\n"
+        " or m.startswith(('conrod.engines.mujoco', 'conrod.engines.pymunk'))]\n"
         "sys.exit(repr(loaded) if loaded else 0)"
     )
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)

@@ -321,9 +321,9 @@ from pathlib import Path
 from typing import Any
 sys.path.insert(0, {tests!r})
 import cell_tasks
-from conrod.execution.dispatch import run_cells
-from conrod.execution.local import LocalProcesses
-from conrod.studies.ledger import Ledger
+from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.ledger import Ledger
 
 class Told:
     def started(self, total, already_finished):

@@ -142,7 +142,7 @@ def test_a_mistake_that_cannot_be_sent_is_no_crash() -> None:
 OWNER = """
 import os, sys, time
 sys.path.insert(0, {tests!r})
-from conrod.isolation import isolated
+from conrod.studies.execution.isolation import isolated
 from test_isolation import tell_and_hang
 if __name__ == "__main__":
     isolated(tell_and_hang)
@@ -157,7 +157,7 @@ def tell_and_hang() -> None:
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc to see the processes")
 def test_a_hang_ends_with_the_one_who_waits_for_it(tmp_path: Path) -> None:
     script = tmp_path / "owner.py"
-    script.write_text(OWNER.format(tests=str(Path(__file__).parents[1] / "support")))
+    script.write_text(OWNER.format(tests=str(Path(__file__).parent)))
     with subprocess.Popen([sys.executable, str(script)], stderr=subprocess.PIPE, text=True) as owner:
         assert owner.stderr is not None
         alone = int(owner.stderr.readline())

@@ -176,7 +176,7 @@ def test_a_run_timed_on_two_machines_has_two_rows_wherever_a_piece_ends(
 WRITER = f"""
 import sys
 from pathlib import Path
-sys.path.insert(0, {str(Path(__file__).parents[1] / "support")!r})
+sys.path.insert(0, {str(Path(__file__).parent)!r})
 from test_ledger import CELLS, Ledger, Measurement
 with Ledger.open(Path(sys.argv[1])) as ledger:
     for k in range(int(sys.argv[2]), int(sys.argv[3])):
