@@ -1,19 +1,22 @@
-"""What people commonly get wrong in a table: how it would be without each of these."""
+"""Why a table is off: common slips, each named only where undoing it makes the difference go away."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
+from scipy.optimize import least_squares
 
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.fit import Fit
-from conrod.own.tables.gauss_newton import fitted
-from conrod.own.tables.judging import ERRORS, Exact, shifted, stamp_of
-from conrod.own.tables.samples import Observed, Samples
+from conrod.own.tables.fitting import fitted
+from conrod.own.tables.judging import ERRORS, Exact, largest, table_errors
+from conrod.own.tables.samples import QUANTITIES, Observed
 from conrod.scenes import Scene
 
 GRAVITY, GRAVITY_WIDTH = 9.81, 0.02  # [m/s^2], relative
@@ -44,37 +47,100 @@ SPEEDS = {
 SAME_STAMP = 0.02
 # Fewer numbers for each unknown are fitted by almost anything.
 NUMBERS_EACH = 3
+HALF_TURN = 0.5  # of a period: beyond it another instant of another turn is nearer
+
+
+# A cause reproduces a difference where no more than this share of it is left once the cause is undone; of a difference
+# beyond L itself, than this share of L.
+LEFT = 0.05
+MUCH_LESS, ALL = 0.1, 1e-6
+# Rows that causes are looked for in, evenly spread: plenty to tell a twentieth.
+MOST_ROWS = 5_000
 
 
 @dataclass(frozen=True)
-class Idea:
-    """A slip to try.
+class Cause:
+    """A likely cause.
 
     Attributes:
-        kind: in a word or two.
+        kind: in a word or two, the same for all tables.
         text: with its size.
-        observed, alignment: the table as it would be without the slip.
-        concerns: names of the errors that it may explain.
+        explains: name of an error -> its largest value as it is, and with the cause undone.
+    """
+
+    kind: str
+    text: str
+    explains: Mapping[str, tuple[float, float]]
+
+
+def likely_causes(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> tuple[Cause, ...]:
+    """Causes that reproduce what is wrong: those that explain most first, then those that leave least.
+
+    Args:
+        wrong: names of the errors that are to be explained.
+    """
+    rows = observed.thinned(MOST_ROWS)
+    errors = table_errors(rows, scene, alignment)
+    before = {name: size for name in wrong if (size := largest(errors, name))}
+    found: dict[str, Cause] = {}
+    for hypothesis in hypotheses(rows, scene, alignment, tuple(before)):
+        try:
+            left = table_errors(hypothesis.observed, scene, hypothesis.alignment)
+        except InvalidInput:
+            continue  # the linkage does not come to where the crank would then be
+        explains = {}
+        for name, size in before.items():
+            after = largest(left, name) if name in hypothesis.concerns else None
+            if after is not None and after <= LEFT * min(size, 1.0):
+                explains[name] = (size, after)
+        cause = Cause(hypothesis.kind, hypothesis.text, explains)
+        # Of one kind the first is the simplest: another one must leave far less.
+        if explains and (hypothesis.kind not in found or _left(cause) < MUCH_LESS * _left(found[hypothesis.kind])):
+            found[hypothesis.kind] = cause
+    ranked = sorted(found.values(), key=lambda cause: (-len(cause.explains), _left(cause)))
+    return tuple(cause for place, cause in enumerate(ranked) if not _beaten(cause, ranked[:place]))
+
+
+def _beaten(cause: Cause, better: Sequence[Cause]) -> bool:
+    """Whether others explain all that a cause does, and leave far less of it."""
+    return all(
+        any(name in b.explains and _left(b) < MUCH_LESS * _left(cause) for b in better) for name in cause.explains
+    )
+
+
+def _left(cause: Cause) -> float:
+    """The share that is left; below a part in a million all is explained, and which leaves less is rounding."""
+    return max(ALL, *(after / before for before, after in cause.explains.values()))
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A slip undone.
+
+    Attributes:
+        kind, text: as in `Cause`.
+        observed, alignment: the table and its alignment without the slip.
+        concerns: names of the errors that the slip can be behind.
     """
 
     kind: str
     text: str
     observed: Observed
     alignment: Alignment
-    concerns: tuple[str, ...] = ERRORS
+    concerns: Sequence[str] = ERRORS
 
 
-def ideas(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Idea]:
-    """All slips that a table may suffer from; of one kind the simplest first.
+def hypotheses(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Hypothesis]:
+    """All slips that a table may suffer from, undone; of one kind the simplest first.
 
     Args:
         wrong: names of the errors that are to be explained.
     """
     yield from _units(observed, alignment)
     opposite = replace(alignment, sense=-alignment.sense)
-    yield Idea("opposite sense", "the crank turns in the opposite sense", observed, opposite)
-    swapped = _changed(observed, lambda s: replace(s, axes=tuple(1 - axis for axis in s.axes)))
-    yield Idea("axes swapped", "x and y are swapped", swapped, alignment)
+    yield Hypothesis("opposite sense", "the crank turns in the opposite sense", observed, opposite)
+    swapped = observed.with_samples(lambda _, s: replace(s, axes=tuple(1 - axis for axis in s.axes)))
+    yield Hypothesis("axes swapped", "x and y are swapped", swapped, alignment)
     if "acceleration" in wrong:
         yield from _gravity(observed, scene, alignment)
     if "total" in wrong or "position" in wrong:
@@ -82,124 +148,119 @@ def ideas(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequenc
     yield from _times(observed, scene, alignment, wrong)
 
 
-def _changed(observed: Observed, change: Callable[[Samples], Samples]) -> Observed:
-    points = {
-        point: {quantity: change(samples) for quantity, samples in quantities.items()}
-        for point, quantities in observed.points.items()
-    }
-    return replace(observed, points=points)
-
-
-# -- units -----------------------------------------------------------------------------------------------------------
-
-
-def _units(observed: Observed, alignment: Alignment) -> Iterator[Idea]:
+def _units(observed: Observed, alignment: Alignment) -> Iterator[Hypothesis]:
     for factor, slip in LENGTHS.items():
-        yield Idea(
-            "length unit", f"lengths are {factor:.6g} times too large: {slip}", _scaled(observed, factor), alignment
-        )
-    if observed.angle is not None:
-        for factor, slip in ANGLES.items():
-            columns = (observed.angle, observed.rate, observed.acceleration)
-            angle, rate, acceleration = (None if column is None else column / factor for column in columns)
-            turned = replace(observed, angle=angle, rate=rate, acceleration=acceleration)
-            yield Idea("angle unit", f"crank angles are {factor:.6g} times too large: {slip}", turned, alignment)
+        text = f"lengths are {factor:.6g} times too large: {slip}"
+        yield Hypothesis("length unit", text, _scaled(observed, factor), alignment)
+    for factor, slip in ANGLES.items() if observed.angle is not None else ():
+        text = f"crank angles are {factor:.6g} times too large: {slip}"
+        yield Hypothesis("angle unit", text, observed.with_crank(partial(np.multiply, 1.0 / factor)), alignment)
     # Positions alone: at another speed, velocities are others too.
     concerns = ("total",) if observed.angle is not None else ("total", "position")
     for factor, slip in SPEEDS.items():
-        elapsed = (observed.times - alignment.time) * factor
+        times = alignment.time + (observed.times - alignment.time) * factor
         text = f"the crank turns at {factor:.6g} times the nominal speed: {slip}"
-        yield Idea("speed unit", text, replace(observed, times=alignment.time + elapsed), alignment, concerns)
+        yield Hypothesis("speed unit", text, replace(observed, times=times), alignment, concerns)
 
 
 def _scaled(observed: Observed, factor: float) -> Observed:
-    return _changed(observed, lambda samples: replace(samples, values=samples.values / factor))
+    return observed.with_samples(lambda _, samples: replace(samples, values=samples.values / factor))
 
 
-# -- vectors ---------------------------------------------------------------------------------------------------------
-
-
-def _gravity(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Idea]:
+def _gravity(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Hypothesis]:
     """A constant vector of the size of gravity in all accelerations."""
     along: tuple[list[Array], list[Array]] = ([], [])
     exact = Exact(observed, scene, alignment)
     for point, quantities in observed.points.items():
-        if (samples := quantities.get("acceleration")) is not None:
+        if "acceleration" in quantities:
             difference = exact.difference("acceleration", point)
-            for column, axis in enumerate(samples.axes):
+            for column, axis in enumerate(quantities["acceleration"].axes):
                 along[axis].append(difference[:, column])
-    constant = [float(np.mean(np.concatenate(parts))) if parts else 0.0 for parts in along]
+    constant = np.array([np.mean(np.concatenate(parts)) if parts else 0.0 for parts in along])
     size = math.hypot(*constant)
     if abs(size / GRAVITY - 1.0) > GRAVITY_WIDTH:
         return
+    without = observed.with_samples(
+        lambda name, s: replace(s, values=s.values - constant[list(s.axes)]) if name == "acceleration" else s
+    )
     direction = math.degrees(math.atan2(constant[1], constant[0]))
-    without = _without(observed, constant)
     text = f"gravity is left in the accelerations: {size:.4g} m/s² at {direction:.0f} deg from x"
-    yield Idea("gravity", text, without, alignment, ("acceleration",))
+    yield Hypothesis("gravity", text, without, alignment, ("acceleration",))
 
 
-def _without(observed: Observed, constant: Sequence[float]) -> Observed:
-    points = {}
-    for point, quantities in observed.points.items():
-        points[point] = dict(quantities)
-        if (samples := quantities.get("acceleration")) is not None:
-            values = samples.values - np.array([constant[axis] for axis in samples.axes])
-            points[point]["acceleration"] = replace(samples, values=values)
-    return replace(observed, points=points)
-
-
-def _frame(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Idea]:
+def _frame(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Hypothesis]:
     problem = Fit(observed, scene, "nominal" if observed.angle is None else "reached")
     for names in (["x", "y"], ["x", "y", "rotation"]):
-        if not _tell(observed, names):
+        if not _determined(observed, names):
             return
         other = fitted(problem, alignment, names).alignment
         x, y = (1e3 * (there - here) for there, here in zip(other.offset, alignment.offset, strict=True))
         turn = math.degrees(math.remainder(other.rotation - alignment.rotation, TURN))
         turned = f" and turned by {turn:.6g} deg" if len(names) > 2 else ""
-        yield Idea("frame", f"the table's frame is offset by ({x:.6g}, {y:.6g}) mm{turned}", observed, other)
+        yield Hypothesis("frame", f"the table's frame is offset by ({x:.6g}, {y:.6g}) mm{turned}", observed, other)
 
 
-def _tell(observed: Observed, names: Sequence[str]) -> bool:
-    """Whether there are numbers enough to tell so many unknowns."""
-    return sum(s["position"].values.size for s in observed.points.values() if "position" in s) >= NUMBERS_EACH * len(
-        names
-    )
+def _determined(observed: Observed, names: Sequence[str]) -> bool:
+    """Whether there are enough numbers to determine so many unknowns."""
+    numbers = sum(s["position"].values.size for s in observed.points.values() if "position" in s)
+    return numbers >= NUMBERS_EACH * len(names)
 
 
 # -- time ------------------------------------------------------------------------------------------------------------
 
 
-def _times(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Idea]:
-    """The crank's zero and the clock, found from anywhere in the turn; then what alone belongs to other instants."""
+def _times(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequence[str]) -> Iterator[Hypothesis]:
+    """The crank's zero and the clock, found from anywhere in the turn; then single quantities at other instants."""
     # One pass has no turn in which to look anywhere: most of it the linkage does not reach.
-    turns = scene.kinematics.mechanism.driver.span is None
-    shifts, told = [], turns and _tell(observed, ["time"])
-    if told and observed.angle is not None and "position" in wrong:
+    anywhere = scene.kinematics.mechanism.driver.span is None and _determined(observed, ["time"])
+    shifts = []
+    if anywhere and observed.angle is not None and "position" in wrong:
         other = fitted(Fit(observed, scene, "reached"), alignment, ["zero"]).alignment
         by = math.remainder(other.zero - alignment.zero, TURN)
         shifts.append(by / (alignment.sense * scene.speed))
         text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
-        yield Idea("crank zero", text, observed, other)
-    if told and "total" in wrong:
+        yield Hypothesis("crank zero", text, observed, other)
+    if anywhere and "total" in wrong:
         other = fitted(Fit(observed, scene, "nominal"), alignment, ["time"]).alignment
         clock = -math.remainder(other.time - alignment.time, scene.period)
         shifts.append(clock)
+        degrees = math.degrees(abs(clock * scene.speed))
+        text = f"each row belongs {_steps(clock, observed)} than its time says (or the crank is {degrees:.4g} deg off)"
         # Where the table has a crank angle of its own, its clock says nothing of that.
-        alone = observed.angle is None
-        moved = (shifted(observed, clock, scene), alignment) if alone else (observed, other)
-        yield Idea("time offset", _late(clock, observed, scene), *moved)
+        moved = (shifted(observed, clock, scene), alignment) if observed.angle is None else (observed, other)
+        yield Hypothesis("time offset", text, *moved)
     for name in ("velocity", "acceleration"):
         stamp = stamp_of(name, observed, scene, alignment) if name in wrong else None
         if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):
             text = f"each {name} belongs {_steps(stamp, observed)} than its row says"
-            yield Idea(f"{name} stamp", text, shifted(observed, stamp, scene), alignment, (name,))
+            yield Hypothesis(f"{name} stamp", text, shifted(observed, stamp, scene), alignment, (name,))
 
 
-def _late(clock: float, observed: Observed, scene: Scene) -> str:
-    phase = math.degrees(abs(clock * scene.speed))
-    return f"each row belongs {_steps(clock, observed)} than its time says (or the crank is {phase:.4g} deg off)"
+def _steps(by: float, observed: Observed) -> str:
+    return f"{abs(by):.4g} s ({abs(by) / observed.step:.3g} of a step) {'later' if by > 0 else 'earlier'}"
 
 
-def _steps(stamp: float, observed: Observed) -> str:
-    return f"{abs(stamp):.4g} s ({abs(stamp) / observed.step:.3g} of a step) {'later' if stamp > 0 else 'earlier'}"
+def shifted(observed: Observed, by: float, scene: Scene) -> Observed:
+    """The table with all its rows so much later [s], the crank as far on as it turns in that time."""
+    rate = scene.speed if observed.rate is None else observed.rate
+    angle = None if observed.angle is None else observed.angle + rate * by
+    return replace(observed, times=observed.times + by, angle=angle)
+
+
+def stamp_of(name: str, observed: Observed, scene: Scene, alignment: Alignment) -> float | None:
+    """By how much later than their rows say the values of a quantity belong [s], by least squares.
+
+    Returns:
+        None where no shift within half a turn makes the difference smaller.
+    """
+
+    def residuals(turns: Array) -> Array:
+        exact = Exact(shifted(observed, float(turns[0]) * scene.period, scene), scene, alignment)
+        points = [point for point, quantities in observed.points.items() if name in quantities]
+        parts = [exact.difference(name, point).ravel() / scene.lengths[point] for point in points]
+        return np.concatenate(parts) / abs(scene.speed) ** QUANTITIES.index(name)
+
+    start = np.zeros(1)
+    found = least_squares(residuals, start, jac="3-point", bounds=(-HALF_TURN, HALF_TURN))
+    within = abs(found.x[0]) < 0.99 * HALF_TURN
+    return float(found.x[0]) * scene.period if within and found.cost < 0.5 * np.sum(residuals(start) ** 2) else None

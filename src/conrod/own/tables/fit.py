@@ -53,7 +53,7 @@ class Fit:
             return 1.0 / abs(self.scene.speed)
         return max(self.scene.lengths.values()) if name in ("x", "y") else 1.0
 
-    def moved(self, alignment: Alignment, names: Sequence[str], step: Array) -> Alignment:
+    def moved(self, alignment: Alignment, names: Sequence[str], step: Sequence[float] | Array) -> Alignment:
         """An alignment changed by so many units of each quantity."""
         change = {name: float(size) * self.scale(name) for name, size in zip(names, step, strict=True)}
         x, y = alignment.offset

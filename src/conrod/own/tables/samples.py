@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,10 +61,24 @@ class Observed:
         if count <= most:
             return self
         keep = np.unique(np.rint(np.linspace(0, count - 1, most)).astype(int))
-        crank = (None if column is None else column[keep] for column in (self.angle, self.rate, self.acceleration))
-        angle, rate, acceleration = crank
+        rows = self.with_samples(lambda _, samples: replace(samples, values=samples.values[keep]))
+        return replace(rows.with_crank(lambda column: column[keep]), times=self.times[keep])
+
+    def with_samples(self, change: Callable[[str, Samples], Samples]) -> Observed:
+        """The table with changed samples.
+
+        Args:
+            change: makes the new samples from the quantity's name and the old ones.
+        """
         points = {
-            name: {quantity: replace(s, values=s.values[keep]) for quantity, s in samples.items()}
-            for name, samples in self.points.items()
+            point: {quantity: change(quantity, samples) for quantity, samples in quantities.items()}
+            for point, quantities in self.points.items()
         }
-        return Observed(self.times[keep], angle, rate, acceleration, points)
+        return replace(self, points=points)
+
+    def with_crank(self, change: Callable[[Array], Array]) -> Observed:
+        """The table with changed columns of the crank, as far as it has them."""
+        angle, rate, acceleration = (
+            None if column is None else change(column) for column in (self.angle, self.rate, self.acceleration)
+        )
+        return replace(self, angle=angle, rate=rate, acceleration=acceleration)

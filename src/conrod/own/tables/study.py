@@ -11,8 +11,8 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.alignment import Alignment
-from conrod.own.tables.causes import Cause, likely_causes
 from conrod.own.tables.columns import Column
+from conrod.own.tables.error_hypotheses import Cause, likely_causes
 from conrod.own.tables.estimation import Estimation, estimate
 from conrod.own.tables.judging import ERRORS, Crank, crank_of, largest, table_errors
 from conrod.own.tables.reading import Reading

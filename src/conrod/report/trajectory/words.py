@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from conrod.own.tables.causes import Cause
+from conrod.own.tables.error_hypotheses import Cause
 from conrod.own.tables.estimation import Estimation
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers

@@ -1,4 +1,4 @@
-"""Least squares of an alignment by Gauss and Newton, from the best of many crank angles round the turn.
+"""Least squares of an alignment, from the best of many crank angles round the turn.
 
 The frame for each start is the closed solution of the orthogonal Procrustes problem (Schoenemann 1966; in the plane it
 is the angle of a complex product), so that no guess is needed.
@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -18,8 +20,7 @@ from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.fit import TURNING, Fit
 
 STARTS, START_ROWS, PURSUED = 72, 400, 4
-STEPS, HALVINGS = 60, 20
-CONVERGED = 1e-14  # of a step, in the units of `Fit.scale`
+PRECISION = 4.0 * float(np.finfo(float).eps)  # relative, of the sum of squares, of a step and of the slope
 # Singular values below this share of the largest one are rounding: what they belong to cannot be told.
 DETERMINED = 1e-7
 INVOLVED = 0.01  # of a unit vector: smaller components are none
@@ -49,11 +50,12 @@ def fitted(problem: Fit, start: Alignment, asked: Sequence[str]) -> Fitted:
         InvalidInput: there are no more residuals than unknowns.
     """
     names, undetermined = list(asked), []
+    count = len(problem.linearised(start)[0])
+    if count <= len(names):
+        raise InvalidInput(f"{count} numbers are too few to estimate {', '.join(names)} from")
     while True:
         best = _best(problem, start, names)
         residuals, slopes = problem.linearised(best, names)
-        if len(residuals) <= len(names):
-            raise InvalidInput(f"{len(residuals)} numbers are too few to estimate {', '.join(names)} from")
         tied = _tied(slopes, names)
         if not tied:
             break
@@ -105,7 +107,7 @@ def _best(problem: Fit, start: Alignment, names: Sequence[str]) -> Alignment:
         starts = [_framed(coarse, start, names)]
     else:
         turns = np.arange(STARTS) * (2.0 * np.pi / STARTS)
-        around = [_framed(coarse, coarse.moved(start, [turning], np.array([t])), names) for t in turns]
+        around = [_framed(coarse, coarse.moved(start, [turning], [t]), names) for t in turns]
         starts = _lowest(around, [_left(coarse, one) for one in around])
     pursued = [_descended(coarse, one, names) for one in starts]
     return _descended(problem, min(pursued, key=lambda one: _left(coarse, one)), names)
@@ -124,21 +126,22 @@ def _left(problem: Fit, alignment: Alignment) -> float:
 
 
 def _descended(problem: Fit, alignment: Alignment, names: Sequence[str]) -> Alignment:
-    """Gauss-Newton, each step halved until it leads down; what cannot be told is not moved."""
-    residuals, slopes = problem.linearised(alignment, names)
-    for _ in range(STEPS):
-        step = np.asarray(np.linalg.lstsq(slopes, residuals, rcond=DETERMINED)[0], dtype=np.float64)
-        for halved in range(HALVINGS):
-            trial = problem.moved(alignment, names, np.asarray(step * 0.5**halved))
-            if _left(problem, trial) < float(residuals @ residuals):
-                break
-        else:
-            return alignment
-        alignment = trial
-        if float(np.abs(step).max()) < CONVERGED:
-            return alignment
-        residuals, slopes = problem.linearised(alignment, names)
-    return alignment
+    """The nearest minimum, by Levenberg and Marquardt; what cannot be told has no slope and is not moved."""
+
+    @lru_cache(1)
+    def linearised(*steps: float) -> tuple[Array, Array]:
+        return problem.linearised(problem.moved(alignment, names, steps), names)
+
+    found = least_squares(
+        lambda steps: linearised(*steps)[0],
+        np.zeros(len(names)),
+        jac=lambda steps: -linearised(*steps)[1],
+        method="lm",
+        xtol=PRECISION,
+        ftol=PRECISION,
+        gtol=PRECISION,
+    )
+    return problem.moved(alignment, names, found.x)
 
 
 def _framed(problem: Fit, alignment: Alignment, names: Sequence[str]) -> Alignment:
