@@ -13,11 +13,12 @@ from pathlib import Path
 from benchmarks.row import Row
 from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 
 SAW = Saw(speed=52.36)
 RUNS, BATCH = 100_000, 1000
@@ -45,13 +46,13 @@ def times_to_keep(path: Path) -> list[float]:
         return [wall_seconds(partial(_keep, ledger, batch, shown)) for batch in batches]
 
 
-def some_cells(count: int) -> list[Cell]:
+def some_cells(count: int) -> list[RunCase]:
     """Different cells of one scene; new objects that remember nothing."""
     base = PymunkSettings.tuned(SAW, 20)
-    return [Cell("saw-500rpm", SAW, replace(base, iterations=k + 1), revolutions=1.0) for k in range(count)]
+    return [RunCase("saw-500rpm", SAW, replace(base, iterations=k + 1), revolutions=1.0) for k in range(count)]
 
 
-def _keep(ledger: Ledger, cells: Sequence[Cell], shown: Measurement) -> None:
+def _keep(ledger: Ledger, cells: Sequence[RunCase], shown: Measurement) -> None:
     for cell in cells:
         ledger.keep(cell, shown)
 
@@ -66,13 +67,13 @@ class _Stopwatch:
     def started(self, total: int, already_finished: int) -> None:
         raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
 
-    def advanced(self, cell: Cell, measurement: Measurement) -> None:
+    def advanced(self, case: Case, measurement: Measurement) -> None:
         raise AssertionError("a finished run was run again")
 
 
-def time_to_resume(path: Path, cells: Sequence[Cell]) -> tuple[float, float]:
+def time_to_resume(path: Path, cells: Sequence[RunCase]) -> tuple[float, float]:
     """Wall and CPU time [s] from the opening of a ledger to when it is known that all cells are finished."""
     before, cpu_before = time.perf_counter(), time.process_time()
     with Ledger.open(path) as ledger, LocalProcesses(1) as executor, suppress(Known):
-        run_cells(cells, ledger, executor, watcher=_Stopwatch())
+        run_cases(cells, ledger, executor, watcher=_Stopwatch())
     return time.perf_counter() - before, time.process_time() - cpu_before

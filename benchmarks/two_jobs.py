@@ -10,10 +10,10 @@ from pathlib import Path
 from benchmarks.row import Row
 from benchmarks.side_by_side import interleaved, wall_seconds
 from conrod import PymunkSettings, Saw
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.run import RunCase
 
 SAW = Saw(speed=52.36)
 CELLS, STEPS_PER_TURN = 40, 20_000
@@ -30,10 +30,10 @@ def rows(repeats: int) -> list[Row]:
 def run_them(jobs: int) -> None:
     """A sweep of equal cells with an empty ledger."""
     base = PymunkSettings.tuned(SAW, STEPS_PER_TURN)
-    cells = [Cell("saw-500rpm", SAW, replace(base, iterations=30 + k)) for k in range(CELLS)]
+    cells = [RunCase("saw-500rpm", SAW, replace(base, iterations=30 + k)) for k in range(CELLS)]
     with (
         tempfile.TemporaryDirectory(dir=Path(__file__).parent) as folder,
         Ledger.open(Path(folder) / "ledger.sqlite") as ledger,
         LocalProcesses(jobs) as executor,
     ):
-        run_cells(cells, ledger, executor)
+        run_cases(cells, ledger, executor)

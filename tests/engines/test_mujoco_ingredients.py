@@ -21,7 +21,7 @@ from conrod.engines.mujoco.model import build
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.run import RunCase
 
 MUJOCO: Any = engine_named("mujoco")
 FAST_SAW = SCENES["saw-500rpm"]
@@ -177,7 +177,7 @@ def test_equal_dressings_are_one_run_and_others_are_others() -> None:
     plain = MuJoCoSettings.hardened(SAW, 100)
     one, other = (replace(plain, dressing=names) for names in (("energy", "noslip"), ("noslip", "energy", "noslip")))
     assert one == other
-    keys = [Cell("saw", SAW, s).key for s in (plain, one, other, replace(plain, dressing=("energy",)))]
+    keys = [RunCase("saw", SAW, s).key for s in (plain, one, other, replace(plain, dressing=("energy",)))]
     assert keys[1] == keys[2]
     assert len(set(keys)) == 3
     assert "dressing" not in plain.as_dict()

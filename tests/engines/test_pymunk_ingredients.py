@@ -21,7 +21,7 @@ from conrod.engines.pymunk import model_edits as dressing
 from conrod.engines.pymunk import points as pymunk_instants
 from conrod.engines.pymunk.settings import NAMES, SHAPES, SUBSTEPS
 from conrod.engines.pymunk.space import build
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.run import RunCase
 
 ENGINE = engine_named("pymunk")
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -68,7 +68,7 @@ def test_what_is_added_is_taken_away_again(name: str) -> None:
 def test_every_model_is_a_run_of_its_own(name: str) -> None:
     scene, model = MACHINES[name], minimal(MACHINES[name])
     changed = [(one.removed if one.minimal else one.added)(model) for one in ingredients(scene).values()]
-    keys = {Cell("machine", scene, settings).key for settings in (model, *changed)}
+    keys = {RunCase("machine", scene, settings).key for settings in (model, *changed)}
     assert len(keys) == 1 + len(changed)
 
 

@@ -39,12 +39,11 @@ from conrod.report.tables import table
 from conrod.report.validation.summary import check_report_folder
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import Batch, write_together
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.recommend.transfer import Transfer
 from conrod.studies.sweep.grid_convergence import Share
 from conrod.studies.sweep.observed_orders import order_of
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
-from conrod.studies.validation.results import QUANTITIES
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
 LABEL = re.compile(r"[MP]\d+")

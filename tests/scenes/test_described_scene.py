@@ -20,7 +20,7 @@ from conrod import MuJoCoSettings, PymunkSettings, compare, run
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.run import RunCase
 from tests.support.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 
 SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism" / "files" / "schema.json").read_text(encoding="utf-8"))
@@ -125,7 +125,7 @@ def test_a_parameter_that_cannot_be_is_refused(name: str, value: float, expected
 
 
 def key(scene: DescribedScene) -> str:
-    return Cell("any", scene, MuJoCoSettings.stock(scene, 100)).key
+    return RunCase("any", scene, MuJoCoSettings.stock(scene, 100)).key
 
 
 def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
@@ -148,7 +148,7 @@ def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
 
 def test_keys_of_scenes_in_closed_form_are_of_their_parameters() -> None:
     saw = SCENES["saw-40rpm"]
-    assert Cell("any", saw, MuJoCoSettings.stock(saw, 100)).identity()["parameters"] == saw.parameters
+    assert RunCase("any", saw, MuJoCoSettings.stock(saw, 100)).identity()["parameters"] == saw.parameters
 
 
 def test_a_scene_arrives_in_another_process() -> None:

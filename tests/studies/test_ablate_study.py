@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 from ablations import SCENE, Planted, field_ingredient, timing
+from cell_tasks import assigned
 
 from conrod import MuJoCoSettings, PymunkSettings, compare, run
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.engines.mujoco.settings import STIFF_SOLIMP
 from conrod.scenes import SCENES, Saw
-from conrod.studies.ablate.cell import ChangeCell, CostCell, measure_change, measure_cost
+from conrod.studies.ablate.cell import ChangeCell, CostCell, measure_change
 from conrod.studies.ablate.observed import Deviation, observe
 from conrod.studies.ablate.plan import AblationPlan, Role, full_variants, plan_ablation, single_variants
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, IngredientResult, VariantResult
 from conrod.studies.ablate.study import ablation_study, completed_plan
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 
@@ -198,13 +199,13 @@ def test_an_interrupted_study_goes_on_where_it_stopped(tmp_path: Path) -> None:
     plan = plan_ablation(SCENE, SAW, Planted(PLANTED[:1], base), 40, 2)  # type: ignore[arg-type]
     cells = plan.change_cells()
     with Ledger.open(tmp_path / "l.sqlite") as ledger, ThreadPoolExecutor(1) as executor:
-        first = run_cells(cells[:1], ledger, executor, task=measure_change)
-        both = run_cells(cells, ledger, executor, task=measure_change)
+        first = run_cases(cells[:1], ledger, executor)
+        both = run_cases(cells, ledger, executor)
         assert both[cells[0].key] == first[cells[0].key]
-        again = run_cells(cells, ledger, executor, task=never)
-        costs = run_cells(plan.cost_cells(both), ledger, executor, task=measure_cost)
+        again = run_cases(assigned(cells, never), ledger, executor)
+        costs = run_cases(plan.cost_cells(both), ledger, executor)
         assert again == both
-        assert run_cells(plan.cost_cells(both), ledger, executor, task=never) == costs
+        assert run_cases(assigned(plan.cost_cells(both), never), ledger, executor) == costs
     assert all(cost.beside is not None and cost.beside["paired"]["rounds"] == 2 for cost in costs.values())
 
 

@@ -21,11 +21,11 @@ from conrod.studies.execution import cluster_connection
 from conrod.studies.execution import cluster_connection as cluster_worker
 from conrod.studies.execution.child import HOME
 from conrod.studies.execution.cluster import DaskCluster
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 
 distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")
 
@@ -101,7 +101,7 @@ class After:
 
     def started(self, total: int, already_finished: int) -> None: ...
 
-    def advanced(self, cell: Cell, measurement: Measurement) -> None:
+    def advanced(self, cell: RunCase, measurement: Measurement) -> None:
         self.count -= 1
         if self.count == 0:
             self.then.set()
@@ -129,13 +129,13 @@ def test_one_of_two_workers_is_killed_and_the_table_is_the_local_one(own_cluster
         DaskCluster(own_cluster.address, cell_timeout=60.0) as executor,
     ):
         kill_after(killed, own_cluster.workers[0])
-        table = run_cells(cells, ledger, executor, watcher=After(10, killed))
+        table = run_cases(cells, ledger, executor, watcher=After(10, killed))
         rows = list(ledger.rows())
     # Negative control: it did die, and the other one lives.
     assert own_cluster.workers[0].wait() == -9
     assert own_cluster.workers[1].poll() is None
     with Ledger.open(tmp_path / "local") as ledger, LocalProcesses(2) as local:
-        assert run_cells(cells, ledger, local) == table
+        assert run_cases(cells, ledger, local) == table
         assert list(ledger.rows()) == rows
     assert table[cells[0].key] == measure(cells[0])
 
@@ -145,10 +145,10 @@ def test_outcomes_on_the_cluster_are_those_of_this_machine(cluster: Cluster, tmp
     cells = tasks.cells(20)
     limits = {"cell_timeout": tasks.TIMEOUT, "cell_memory": tasks.MEMORY}
     with Ledger.open(tmp_path / "cluster") as ledger, DaskCluster(cluster.address, **limits) as executor:  # type: ignore[arg-type]
-        there = run_cells(cells, ledger, executor, task=tasks.misbehave)
+        there = run_cases(tasks.assigned(cells, tasks.misbehave), ledger, executor)
         stopped = ledger.stopped(there)
     with Ledger.open(tmp_path / "local") as ledger, LocalProcesses(2, **limits) as local:  # type: ignore[arg-type]
-        assert run_cells(cells, ledger, local, task=tasks.misbehave) == there
+        assert run_cases(tasks.assigned(cells, tasks.misbehave), ledger, local) == there
         assert ledger.stopped(there) == stopped
     assert {m.outcome for m in there.values()} == {"completed", "crashed", "timed-out", "out-of-memory"}
 
@@ -159,7 +159,7 @@ def test_a_cell_that_kills_worker_after_worker_has_crashed_and_no_other_is_blame
 ) -> None:
     cells = tasks.cells(12)
     with DaskCluster(cluster.address) as executor:
-        table = run_cells(cells, ledger, executor, task=tasks.kill_dask_worker)
+        table = run_cases(tasks.assigned(cells, tasks.kill_dask_worker), ledger, executor)
     crashed = [tasks.number(cell) for cell in cells if table[cell.key].outcome == "crashed"]
     assert crashed == [tasks.CRASHES]
     assert "workers of the cluster died" in table[cells[tasks.CRASHES].key].reason
@@ -175,7 +175,7 @@ def test_a_cell_whose_process_beside_a_worker_is_killed_is_repeated_alone(own_cl
         killing(waiting_cell(folder)) as killed,
         DaskCluster(own_cluster.address, cell_timeout=60.0) as executor,
     ):
-        table = run_cells(cells, ledger, executor, task=tasks.wait_for_a_kill)
+        table = run_cases(tasks.assigned(cells, tasks.wait_for_a_kill), ledger, executor)
     assert killed
     assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(60)}
     assert was_alone(folder, *killed)
@@ -187,7 +187,7 @@ def test_a_cell_that_kills_its_process_again_and_again_has_crashed_on_a_cluster(
 ) -> None:
     cells = tasks.cells(12)
     with DaskCluster(cluster.address) as executor:
-        table = run_cells(cells, ledger, executor, task=tasks.kill_itself)
+        table = run_cases(tasks.assigned(cells, tasks.kill_itself), ledger, executor)
     crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
     assert crashed == {tasks.CRASHES: "ended by signal SIGKILL, and again with nothing beside it"}
     assert sum(m.outcome == "completed" for m in table.values()) == 11
@@ -197,22 +197,22 @@ def test_a_cell_that_kills_its_process_again_and_again_has_crashed_on_a_cluster(
 def test_bad_usage_of_a_cell_and_mistakes_arrive(cluster: Cluster, ledger: Ledger) -> None:
     with DaskCluster(cluster.address) as executor:
         with pytest.raises(InvalidInput, match="cannot be run"):
-            run_cells(tasks.cells(5), ledger, executor, task=tasks.refuse)
+            run_cases(tasks.assigned(tasks.cells(5), tasks.refuse), ledger, executor)
         with pytest.raises(RuntimeError, match=r"ZeroDivisionError on .*: a mistake"):
-            run_cells(tasks.cells(5), ledger, executor, task=tasks.fail, fresh=True)
-        assert run_cells(tasks.cells(5), ledger, executor, task=tasks.echo, fresh=True)
+            run_cases(tasks.assigned(tasks.cells(5), tasks.fail), ledger, executor, fresh=True)
+        assert run_cases(tasks.assigned(tasks.cells(5), tasks.echo), ledger, executor, fresh=True)
 
 
 @pytest.mark.slow
 def test_an_interrupt_leaves_the_cluster_usable(cluster: Cluster, ledger: Ledger) -> None:
     class Interrupt(After):
-        def advanced(self, cell: Cell, measurement: Measurement) -> None:
+        def advanced(self, cell: RunCase, measurement: Measurement) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt), DaskCluster(cluster.address) as executor:
-        run_cells(tasks.cells(8), ledger, executor, task=tasks.echo, watcher=Interrupt(1, threading.Event()))
+        run_cases(tasks.assigned(tasks.cells(8), tasks.echo), ledger, executor, watcher=Interrupt(1, threading.Event()))
     with DaskCluster(cluster.address) as executor:
-        assert len(run_cells(tasks.cells(8), ledger, executor, task=tasks.echo)) == 8
+        assert len(run_cases(tasks.assigned(tasks.cells(8), tasks.echo), ledger, executor)) == 8
 
 
 # -- a cluster that fails --------------------------------------------------------------------------------------------
@@ -228,7 +228,7 @@ def test_a_cluster_that_loses_all_its_workers_is_given_up_and_finished_cells_are
         DaskCluster(own_cluster.address, grace=5.0) as executor,
         pytest.raises(InvalidInput, match=r"has had no worker, or given no answer, for 5 s"),
     ):
-        run_cells(tasks.cells(200), ledger, executor, task=tasks.sleep_half, watcher=After(2, lost))
+        run_cases(tasks.assigned(tasks.cells(200), tasks.sleep_half), ledger, executor, watcher=After(2, lost))
     assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
 
 
@@ -240,7 +240,7 @@ def test_a_scheduler_that_dies_is_one_line_and_finished_cells_are_kept(own_clust
         DaskCluster(own_cluster.address, grace=5.0, patience=2.0) as executor,
         pytest.raises(InvalidInput, match="lost the connection to the cluster at tcp://") as told,
     ):
-        run_cells(tasks.cells(200), ledger, executor, task=tasks.sleep_half, watcher=After(2, lost))
+        run_cases(tasks.assigned(tasks.cells(200), tasks.sleep_half), ledger, executor, watcher=After(2, lost))
     assert "\n" not in str(told.value)
     assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
 
@@ -315,5 +315,5 @@ def test_a_worker_with_another_engine_version_runs_nothing(
         DaskCluster(cluster.address) as executor,
         pytest.raises(InvalidInput, match=r"engine_version '7.* there and '6\.0' here; install the same versions"),
     ):
-        run_cells(tasks.cells(3), ledger, executor)
+        run_cases(tasks.cells(3), ledger, executor)
     assert ledger.finished(c.key for c in tasks.cells(3)) == set()

@@ -13,7 +13,9 @@ from catalogue import SAW
 
 from conrod.engines import ENGINES, engine_named
 from conrod.scenes import SCENES
+from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import pursue
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.determinism import (
@@ -25,8 +27,6 @@ from conrod.studies.limits.determinism import (
     determinism_search,
     repeated,
 )
-from conrod.studies.limits.perform import perform
-from conrod.studies.limits.search import pursue
 from conrod.studies.limits.stream_run import watch
 
 PRESETS = [(name, preset) for name in ENGINES for preset in engine_named(name).presets]

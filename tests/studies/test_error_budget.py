@@ -16,7 +16,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Settings
 from conrod.scenes import SCENES
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.run import measure
 from conrod.studies.sweep.budget_plan import (
     AS_IS,
     BUDGET_ANGLES,
@@ -31,7 +32,6 @@ from conrod.studies.sweep.budget_plan import (
 )
 from conrod.studies.sweep.error_budget import ITERATION, MODEL, STEP, TOTAL, ErrorBudget, Runs, budget_of
 from conrod.studies.sweep.plan import SweepPlan, sweep_study
-from conrod.studies.validation.results import QUANTITIES
 
 SAW, CAM = SCENES["saw-500rpm"], SCENES["cam-follower"]
 PARTS = (ITERATION, STEP, MODEL)

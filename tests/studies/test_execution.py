@@ -22,13 +22,13 @@ from rich.console import Console
 
 from conrod import InvalidInput
 from conrod.cli.progress import CostBar, ProgressBar
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.limits import Limits
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.worker_process import WorkerDied
-from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.timing import Timing
 
 CELLS = tasks.cells(30)
@@ -64,8 +64,8 @@ class Here(Executor):
         return future
 
 
-def ended(outcome: type[Exception]) -> Callable[[Cell], Measurement]:
-    def task(cell: Cell) -> Measurement:
+def ended(outcome: type[Exception]) -> Callable[[RunCase], Measurement]:
+    def task(cell: RunCase) -> Measurement:
         raise outcome("no result after 3 s")
 
     return task
@@ -92,7 +92,7 @@ def executors() -> dict[str, Callable[[], Executor]]:
 @pytest.mark.parametrize("name", executors())
 def test_every_executor_gives_the_same_table(name: str, ledger: Ledger, expected: dict[str, Measurement]) -> None:
     with executors()[name]() as executor:
-        table = run_cells(CELLS[:6], ledger, executor)
+        table = run_cases(CELLS[:6], ledger, executor)
     assert table == expected
     assert list(table) == list(expected)
     assert any(m.outcome == "completed" for m in table.values())
@@ -100,18 +100,19 @@ def test_every_executor_gives_the_same_table(name: str, ledger: Ledger, expected
 
 def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
     here = Here()
-    table = run_cells([*CELLS[:3], *CELLS[:4]], ledger, here, task=tasks.echo)
+    table = run_cases(tasks.assigned([*CELLS[:3], *CELLS[:4]], tasks.echo), ledger, here)
     assert sorted(here.ran) == [0, 1, 2, 3]
     assert [int(m.reason) for m in table.values()] == [0, 1, 2, 3]
     again = Here()
-    assert run_cells(CELLS[:5], ledger, again, task=tasks.echo) == table | ledger.measurements([CELLS[4].key])
+    more = run_cases(tasks.assigned(CELLS[:5], tasks.echo), ledger, again)
+    assert more == table | ledger.measurements([CELLS[4].key])
     assert again.ran == [4]
 
 
 def test_fresh_runs_all_and_the_new_results_count(ledger: Ledger) -> None:
-    run_cells(CELLS[:3], ledger, Here(), task=tasks.echo)
+    run_cases(tasks.assigned(CELLS[:3], tasks.echo), ledger, Here())
     here = Here()
-    table = run_cells(CELLS[:3], ledger, here, task=lambda cell: Measurement("exploded"), fresh=True)
+    table = run_cases(tasks.assigned(CELLS[:3], lambda cell: Measurement("exploded")), ledger, here, fresh=True)
     assert sorted(here.ran) == [0, 1, 2]
     assert {m.outcome for m in table.values()} == {"exploded"}
     assert ledger.measurements(table) == table
@@ -123,7 +124,7 @@ def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
 ) -> None:
     def again(timeout: float | None, memory: int | None) -> list[int]:
         here = Here(Limits(timeout, memory))
-        table = run_cells(CELLS[:1], ledger, here, task=ended(error))
+        table = run_cases(tasks.assigned(CELLS[:1], ended(error)), ledger, here)
         assert [m.outcome for m in table.values()] == [outcome]
         return here.ran
 
@@ -132,18 +133,18 @@ def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
     assert again(2.0, 900) == []
     assert again(4.0, 2000) == [0]
     done = Here(Limits(5.0, 3000))
-    assert [m.outcome for m in run_cells(CELLS[:1], ledger, done, task=tasks.echo).values()] == ["completed"]
+    assert [m.outcome for m in run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, done).values()] == ["completed"]
     assert again_is_none(ledger)
 
 
 def again_is_none(ledger: Ledger) -> bool:
     here = Here()
-    run_cells(CELLS[:1], ledger, here, task=tasks.echo)
+    run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, here)
     return not here.ran
 
 
 def test_a_crash_is_a_result_and_does_not_run_again(ledger: Ledger) -> None:
-    table = run_cells(CELLS[:1], ledger, Here(), task=ended(WorkerDied))
+    table = run_cases(tasks.assigned(CELLS[:1], ended(WorkerDied)), ledger, Here())
     assert [m.outcome for m in table.values()] == ["crashed"]
     assert again_is_none(ledger)
 
@@ -154,7 +155,7 @@ def test_a_crash_is_a_result_and_does_not_run_again(ledger: Ledger) -> None:
 def test_crashes_a_hang_and_a_memory_hog_cost_their_own_cells_alone(ledger: Ledger) -> None:
     cells = tasks.cells(100)
     with LocalProcesses(2, cell_timeout=tasks.TIMEOUT, cell_memory=tasks.MEMORY) as executor:
-        table = run_cells(cells, ledger, executor, task=tasks.misbehave)
+        table = run_cases(tasks.assigned(cells, tasks.misbehave), ledger, executor)
     assert len(table) == 100
     wrong = {
         tasks.CRASHES: ("crashed", "ended by signal SIGABRT"),
@@ -173,20 +174,20 @@ def test_crashes_a_hang_and_a_memory_hog_cost_their_own_cells_alone(ledger: Ledg
 
 
 def test_workers_are_used_again_until_one_dies(ledger: Ledger, local: LocalProcesses) -> None:
-    table = run_cells(CELLS, ledger, local, task=tasks.count_processes)
+    table = run_cases(tasks.assigned(CELLS, tasks.count_processes), ledger, local)
     workers = {int(m.reason) for m in table.values()}
     assert len(workers) <= 2
     assert os.getpid() not in workers
     for worker in workers:
         os.kill(worker, signal.SIGKILL)
     # Killed while idle: nobody's result is lost, and nobody is blamed.
-    table = run_cells(CELLS, ledger, local, task=tasks.count_processes, fresh=True)
+    table = run_cases(tasks.assigned(CELLS, tasks.count_processes), ledger, local, fresh=True)
     assert {m.outcome for m in table.values()} == {"completed"}
     assert not workers & {int(m.reason) for m in table.values()}
 
 
 def test_what_an_engine_prints_does_not_disturb(ledger: Ledger, local: LocalProcesses) -> None:
-    table = run_cells(CELLS[:3], ledger, local, task=tasks.print_and_echo)
+    table = run_cases(tasks.assigned(CELLS[:3], tasks.print_and_echo), ledger, local)
     assert [m.reason for m in table.values()] == ["0", "1", "2"]
 
 
@@ -208,7 +209,7 @@ def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(
     ledger: Ledger, local: LocalProcesses
 ) -> None:
     with pytest.raises(InvalidInput, match="cannot be run"):
-        run_cells(CELLS, ledger, local, task=tasks.refuse)
+        run_cases(tasks.assigned(CELLS, tasks.refuse), ledger, local)
     kept = ledger.measurements(cell.key for cell in CELLS)
     assert all(m.outcome == "completed" for m in kept.values())
     assert CELLS[tasks.CRASHES].key not in kept
@@ -236,7 +237,7 @@ class PoolThatBreaks(Executor):
 def test_a_broken_pool_blames_no_cell(ledger: Ledger) -> None:
     # Negative control for LocalProcesses: the standard library's pool cannot tell who broke it.
     with pytest.raises(InvalidInput, match="use LocalProcesses"):
-        run_cells(tasks.cells(6), ledger, PoolThatBreaks(), task=tasks.echo)
+        run_cases(tasks.assigned(tasks.cells(6), tasks.echo), ledger, PoolThatBreaks())
     kept = ledger.measurements(c.key for c in tasks.cells(6))
     assert len(kept) == 2
     assert all(m.outcome == "completed" for m in kept.values())
@@ -258,7 +259,7 @@ def test_limits_without_a_meaning_are_refused(options: dict[str, float], message
 
 def test_a_memory_limit_in_which_no_process_can_start_is_bad_usage_and_no_outcome(ledger: Ledger) -> None:
     with LocalProcesses(1, cell_memory=10_000_000) as executor, pytest.raises(InvalidInput, match="10000000 bytes is"):
-        run_cells(CELLS[:3], ledger, executor)
+        run_cases(CELLS[:3], ledger, executor)
     assert ledger.finished(c.key for c in CELLS) == set()
 
 
@@ -268,7 +269,7 @@ def test_a_process_that_cannot_start_is_no_outcome_of_a_cell(
 ) -> None:
     monkeypatch.setattr(sys, "executable", python)
     with LocalProcesses(1) as executor, pytest.raises(InvalidInput, match="cannot start"):
-        run_cells(CELLS[:3], ledger, executor)
+        run_cases(CELLS[:3], ledger, executor)
     assert ledger.finished(c.key for c in CELLS) == set()
 
 
@@ -286,7 +287,7 @@ class Interrupter:
     def started(self, total: int, already_finished: int) -> None:
         self.told = (total, already_finished)
 
-    def advanced(self, cell: Cell, measurement: Measurement) -> None:
+    def advanced(self, cell: RunCase, measurement: Measurement) -> None:
         self.kept.append(tasks.number(cell))
         self.left -= 1
         if self.left == 0:
@@ -296,13 +297,13 @@ class Interrupter:
 def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(ledger: Ledger) -> None:
     watcher = Interrupter(5)
     with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
-        run_cells(CELLS, ledger, executor, task=tasks.echo, watcher=watcher)
+        run_cases(tasks.assigned(CELLS, tasks.echo), ledger, executor, watcher=watcher)
     assert watcher.told == (30, 0)
     kept = ledger.measurements(cell.key for cell in CELLS)
     assert {tasks.number(c) for c in CELLS if c.key in kept} == set(watcher.kept)
     assert 5 <= len(kept) < 30
     rest = Here()
-    table = run_cells(CELLS, ledger, rest, task=tasks.echo)
+    table = run_cases(tasks.assigned(CELLS, tasks.echo), ledger, rest)
     assert len(rest.ran) == 30 - len(kept)
     assert [int(m.reason) for m in table.values()] == list(range(30))
 
@@ -310,7 +311,7 @@ def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(led
 def test_an_interrupt_does_not_wait_for_cells_that_take_long(ledger: Ledger) -> None:
     cells = [CELLS[0], CELLS[tasks.HANGS], CELLS[1]]
     with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
-        run_cells(cells, ledger, executor, task=tasks.misbehave, watcher=Interrupter(2))
+        run_cases(tasks.assigned(cells, tasks.misbehave), ledger, executor, watcher=Interrupter(2))
     # That this line is reached is the claim: the third cell sleeps for longer than any test may take.
     assert len(ledger.finished(c.key for c in CELLS)) == 2
 
@@ -321,30 +322,36 @@ from pathlib import Path
 from typing import Any
 sys.path.insert(0, {tests!r})
 import cell_tasks
+<<<<<<< HEAD
 from conrod.studies.execution.dispatch import run_cells
+=======
+from conrod.studies.execution.dispatch import run_cases
+>>>>>>> 129a721 (Cases perform themselves; studies are pursued in the frame; plain data by msgspec)
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
 
 class Told:
     def started(self, total, already_finished):
         print("workers", flush=True)
-    def advanced(self, cell, measurement):
+    def advanced(self, case, measurement):
         print("kept", flush=True)
 
 with Ledger.open(Path(sys.argv[1])) as ledger, LocalProcesses(2) as executor:
-    run_cells(cell_tasks.cells({count}), ledger, executor, watcher=Told(){task})
+    run_cases({cells}, ledger, executor, watcher=Told())
 """
 
 
-def sweep(path: Path, count: int, task: str = "") -> subprocess.Popen[str]:
-    script = SWEEP.format(tests=str(Path(__file__).parents[1] / "support"), count=count, task=task)
+def sweep(path: Path, count: int, task: str | None = None) -> subprocess.Popen[str]:
+    cells = f"cell_tasks.cells({count})"
+    cells = cells if task is None else f"cell_tasks.assigned({cells}, cell_tasks.{task})"
+    script = SWEEP.format(tests=str(Path(__file__).parents[1] / "support"), cells=cells)
     return subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE, text=True)
 
 
 def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_run(tmp_path: Path) -> None:
     count, cells = 40, tasks.cells(40)
     with Ledger.open(tmp_path / "undisturbed") as ledger:
-        undisturbed = run_cells(cells, ledger, Here())
+        undisturbed = run_cases(cells, ledger, Here())
         rows = list(ledger.rows())
     kept_before = 0
     for after in (3, 12):
@@ -359,7 +366,7 @@ def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_
         assert kept_before < kept < count
         kept_before = kept
     with Ledger.open(tmp_path / "killed") as ledger, LocalProcesses(2) as executor:
-        assert run_cells(cells, ledger, executor) == undisturbed
+        assert run_cases(cells, ledger, executor) == undisturbed
         assert list(ledger.rows()) == rows
 
 
@@ -370,11 +377,11 @@ def test_two_processes_run_one_sweep_into_one_ledger(tmp_path: Path) -> None:
         two.communicate()
         assert one.returncode == two.returncode == 0
     with Ledger.open(tmp_path / "shared") as shared, Ledger.open(tmp_path / "alone") as alone:
-        assert shared.measurements(c.key for c in CELLS) == run_cells(CELLS, alone, Here())
+        assert shared.measurements(c.key for c in CELLS) == run_cases(CELLS, alone, Here())
 
 
 def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(tmp_path: Path) -> None:
-    with sweep(tmp_path / "ledger", 8, ", task=cell_tasks.misbehave") as running:
+    with sweep(tmp_path / "ledger", 8, "misbehave") as running:
         assert running.stdout is not None
         while running.stdout.readline().startswith("workers"):
             pass
@@ -430,8 +437,8 @@ def test_timings_have_a_bar_too() -> None:
 
 
 def test_progress_is_told_of_cells_that_need_not_run(ledger: Ledger) -> None:
-    run_cells(CELLS[:4], ledger, Here(), task=tasks.echo)
+    run_cases(tasks.assigned(CELLS[:4], tasks.echo), ledger, Here())
     watcher = Interrupter(-1)
-    run_cells(CELLS[:6], ledger, Here(), task=tasks.echo, watcher=watcher)
+    run_cases(tasks.assigned(CELLS[:6], tasks.echo), ledger, Here(), watcher=watcher)
     assert watcher.told == (6, 4)
     assert sorted(watcher.kept) == [4, 5]

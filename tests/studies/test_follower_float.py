@@ -14,7 +14,9 @@ from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.limits.float_figure import float_figure
 from conrod.report.limits.float_table import float_table
 from conrod.scenes import CamFollower, Saw
+from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import Results, pursue
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.exact_flight import exact_flight, short_flight
@@ -22,8 +24,6 @@ from conrod.studies.limits.extremes import Extremes, Flight
 from conrod.studies.limits.float_results import WITHIN, FollowerFloat, OnsetProbe
 from conrod.studies.limits.follower_float import LEAST_STEPS, float_search, most_float_runs
 from conrod.studies.limits.gap_record import SPANS, GapCell, thinned
-from conrod.studies.limits.perform import perform
-from conrod.studies.limits.search import Answers, pursue
 
 CAM = CamFollower()
 REBOUND = 0.05  # speed at which the follower of a law leaves the joint, in A x the step's angle
@@ -56,7 +56,7 @@ def rebounding(force: float = 1.0, order: float = 1.0) -> Law:
     return length
 
 
-def answered(law: Law, cells: list[LimitCell], penetration: float = HARD) -> Answers:
+def answered(law: Law, cells: list[LimitCell], penetration: float = HARD) -> Results:
     """What an engine that follows a law would show."""
     shown = {}
     for cell in cells:
@@ -107,7 +107,7 @@ def test_no_search_asks_for_more_runs_than_were_announced(first: float) -> None:
 
     asked = []
 
-    def run(cells: list[LimitCell]) -> Answers:
+    def run(cells: list[LimitCell]) -> Results:
         asked.append(len(cells))
         return answered(law if first else lambda _: 0.3, cells)
 
@@ -175,7 +175,7 @@ def test_half_an_order_is_the_border(lengths: tuple[float, float | None], flies:
 def test_all_runs_take_twenty_thousand_steps_or_more_and_refine_the_cam_with_them() -> None:
     seen: list[LimitCell] = []
 
-    def run(cells: list[LimitCell]) -> Answers:
+    def run(cells: list[LimitCell]) -> Results:
         seen.extend(cells)
         return answered(lambda cell: 0.0, cells)
 
@@ -265,7 +265,7 @@ def test_a_recorded_run_shows_the_flight_that_it_measured() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("pymunk", "tuned"), ("pymunk", "stock")])
 def test_onset_is_within_two_per_cent_of_theory(engine: str, preset: str) -> None:
-    def run(cells: list[LimitCell]) -> Answers:
+    def run(cells: list[LimitCell]) -> Results:
         return {cell.key: perform(cell) for cell in cells}
 
     (found,) = pursue([float_search(case(engine, preset))], run)

@@ -14,16 +14,17 @@ from catalogue import CAM, PRESS, SAW
 from conrod.engines import engine_named
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, CamFollower, ShearPress
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.cell import Cell
+from conrod.studies.execution.worker import perform
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.frame.study import pursue
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes, SolverWatch
 from conrod.studies.limits.failure_examples import GALLERY, Exhibit, Specimen, exhibit, gallery_search
-from conrod.studies.limits.perform import BoundedCell, perform
-from conrod.studies.limits.search import pursue
+from conrod.studies.limits.perform import BoundedCell
 from conrod.studies.limits.solver_notes import LEFT, solver_note
 
 BY_NAME = {f"{s.outcome.slug}: {s.title} in {s.engine}": s for s in GALLERY}
@@ -43,7 +44,7 @@ def shown(specimen: Specimen, tmp_path: Path, workers: LocalProcesses | None = N
         if workers is None:
             return {cell.key: perform(cell) for cell in cells}
         with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
-            return run_cells(cells, ledger, workers, task=perform)
+            return run_cases(cells, ledger, workers)
 
     ((one,),) = pursue([gallery_search((specimen,))], run)
     return one
@@ -211,5 +212,5 @@ def test_a_bounded_run_that_keeps_its_limits_is_the_run_itself() -> None:
     assert bounded.key != plain.key
     assert bounded.key != replace(bounded, timeout=1.0).key
     whole = replace(bounded, whole=True)
-    assert perform(whole) == measure(Cell("saw", SAW, settings, 1.0))
+    assert perform(whole) == measure(RunCase("saw", SAW, settings, 1.0))
     assert whole.key != bounded.key

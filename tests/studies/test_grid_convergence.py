@@ -16,7 +16,8 @@ from conrod.engines.mujoco.settings import INTEGRATORS, MuJoCoSettings
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
-from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.run import measure
 from conrod.studies.sweep.grid_convergence import (
     SAFE,
     UNSAFE,
@@ -28,7 +29,6 @@ from conrod.studies.sweep.grid_convergence import (
 )
 from conrod.studies.sweep.observed_orders import order_of, orders_along
 from conrod.studies.validation.refinement import GRIDS, PATHS, Family, Path, family_of, refined
-from conrod.studies.validation.results import QUANTITIES
 
 SAW, PRESS, CAM = SCENES["saw-500rpm"], SCENES["shear-press"], SCENES["cam-follower"]
 RK4 = replace(MuJoCoSettings.stock(SAW, 1000), integrator="RK4")

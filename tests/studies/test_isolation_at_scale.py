@@ -11,19 +11,20 @@ from typing import Any
 import cell_tasks
 import planted_faults as planted
 import pytest
+from cell_tasks import assigned
 
 from conrod import MuJoCoSettings
 from conrod.studies.execution import worker_process
 from conrod.studies.execution.child import Child
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.limits import Limits
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.cell import Cell
+from conrod.studies.execution.worker import perform
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.declaration import Declaration
-from conrod.studies.limits.perform import perform
 
 JOBS = 2
 # Far more than any of these runs takes on a busy machine, and the time that a hang takes.
@@ -62,9 +63,9 @@ def as_kept(measurement: Measurement) -> Measurement:
     return Measurement.of(json.loads(json.dumps(measurement.as_dict())))
 
 
-def run_with_faults(ledger: Ledger, cells: list[Cell]) -> dict[str, Measurement]:
+def run_with_faults(ledger: Ledger, cells: list[RunCase]) -> dict[str, Measurement]:
     with LocalProcesses(JOBS, cell_timeout=TIMEOUT, cell_memory=MEMORY) as executor:
-        return run_cells(cells, ledger, executor, task=planted.run_or_fail)
+        return run_cases(assigned(cells, planted.run_or_fail), ledger, executor)
 
 
 @pytest.mark.parametrize(("count", "each"), [(80, 1), pytest.param(1000, 4, marks=pytest.mark.slow)])
@@ -105,7 +106,7 @@ def test_an_engines_abort_in_a_sweep_is_the_outcome_of_its_cell(ledger: Ledger) 
     sound = cell_tasks.cells(8)
     cells = planted.unlucky(sound, 5)
     with LocalProcesses(JOBS) as executor:
-        table = run_cells(cells, ledger, executor)
+        table = run_cases(cells, ledger, executor)
     assert (table[cells[5].key].outcome, table[cells[5].key].reason) == ENDS[planted.ABORT]
     others = [cell for cell in sound if cell is not sound[5]]
     assert {cell.key: table[cell.key] for cell in others} == {cell.key: measure(cell) for cell in others}
@@ -128,7 +129,7 @@ def limit_cells() -> dict[str, LimitCell]:
 def test_a_run_at_an_engines_limits_is_the_same_in_a_worker_process(ledger: Ledger) -> None:
     cells: Any = limit_cells()
     with LocalProcesses(1, cell_memory=MEMORY) as executor:
-        table = run_cells(list(cells.values()), ledger, executor, task=perform)
+        table = run_cases(list(cells.values()), ledger, executor)
     assert table == {cell.key: as_kept(perform(cell)) for cell in cells.values()}
     assert {name: table[cell.key].outcome for name, cell in cells.items()} == {
         "pymunk": "completed",

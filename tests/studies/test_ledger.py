@@ -18,17 +18,17 @@ from conrod import InvalidInput, PymunkSettings, Saw, ShearPress
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.studies.frame import ledger as ledger_module
 from conrod.studies.frame import ledger_file
-from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.ledger import Ledger, default_path
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.timing import Timing
 
 SAW = Saw()
 BASE = PymunkSettings.tuned(SAW, 20)
 
 
-def cell(k: int = 1) -> Cell:
-    return Cell("saw-500rpm", SAW, dataclasses.replace(BASE, iterations=k), revolutions=1.0)
+def cell(k: int = 1) -> RunCase:
+    return RunCase("saw-500rpm", SAW, dataclasses.replace(BASE, iterations=k), revolutions=1.0)
 
 
 CELLS = [cell(k + 1) for k in range(50)]
@@ -146,7 +146,7 @@ def test_a_row_says_what_was_run_and_what_came_of_it(ledger: Ledger) -> None:
 
 def test_rows_of_different_runs_have_the_same_columns_but_for_parameters_and_settings(ledger: Ledger) -> None:
     press = ShearPress()
-    other = Cell("shear-press", press, MuJoCoSettings.hardened(press, 100))
+    other = RunCase("shear-press", press, MuJoCoSettings.hardened(press, 100))
     ledger.keep(CELLS[0], MEASURED)
     ledger.keep(other, Measurement("crashed", "ended by signal SIGSEGV"))
     columns = [[n for n in row if not n.startswith(("parameter.", "setting."))] for row in ledger.rows()]

@@ -13,6 +13,7 @@ from catalogue import CAM, PRESS, SAW, SCENES
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
+from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.scene_summary import dead_centres
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS, axis_named
@@ -22,7 +23,6 @@ from conrod.studies.limits.axis import Axis, Scale, spaced
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.grade import Level, grade_of
-from conrod.studies.limits.perform import perform
 
 PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
 CASES = [

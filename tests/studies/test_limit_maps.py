@@ -17,14 +17,14 @@ from conrod.report.limits.map_figure import NOT_LOOKED_AT, map_figure
 from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_COLOURS, OUTCOME_MARKS, SHADES, error_colour
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
+from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import pursue
 from conrod.studies.limits.adaptive import Node
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.grade import Level, grade_of
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
-from conrod.studies.limits.perform import perform
-from conrod.studies.limits.search import pursue
 
 MASSES, NEARNESS, STABILISATION = PAIRS
 QUARTER = 0.25

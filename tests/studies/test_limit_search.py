@@ -13,6 +13,7 @@ import pytest
 
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import pursue
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale, between, spaced
 from conrod.studies.limits.case import Case
@@ -20,7 +21,6 @@ from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk
 from conrod.studies.limits.run_length import length_search, most_length_runs
-from conrod.studies.limits.search import pursue
 from conrod.studies.limits.walk import CRITERIA, SCANNED, most_runs, walk_search
 
 CASE = Case("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")

@@ -19,7 +19,7 @@ from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.settings import Spring
 from conrod.engines.rule import LATER_FIELDS
 from conrod.exact.motion import Array
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.run import RunCase
 
 MUJOCO: Any = engine_named("mujoco")
 STEPS, START = 200, 0.7
@@ -182,7 +182,7 @@ def versions(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("versions")
 @pytest.mark.parametrize("engine", KEYS)
 def test_keys_of_earlier_results_are_what_they_were(engine: str) -> None:
-    assert Cell("saw-40rpm", SAW, TUNED[engine]).key == KEYS[engine]
+    assert RunCase("saw-40rpm", SAW, TUNED[engine]).key == KEYS[engine]
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_keys_of_earlier_results_are_what_they_were(engine: str) -> None:
 def test_a_later_field_that_differs_from_before_is_in_the_key(engine: str, changes: dict[str, Any]) -> None:
     settings = TUNED[engine]
     changed = replace(settings, **changes)
-    assert Cell("saw-40rpm", SAW, changed).key != Cell("saw-40rpm", SAW, settings).key
+    assert RunCase("saw-40rpm", SAW, changed).key != RunCase("saw-40rpm", SAW, settings).key
     assert changed.as_dict() == settings.as_dict() | changes
 
 

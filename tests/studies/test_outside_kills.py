@@ -19,11 +19,11 @@ from conrod.engines.engine import Machine
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.studies.execution.child import KilledFromOutside
 from conrod.studies.execution.confined import confined
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.isolation import Ended, isolated, isolated_once, run_isolated
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.limits.perform import BoundedCell, perform
+from conrod.studies.limits.perform import BoundedCell
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
 
@@ -48,7 +48,7 @@ def folder(tmp_path: Path) -> Path:
 def test_a_cell_whose_worker_is_killed_is_repeated_alone(ledger: Ledger, folder: Path, how: signal.Signals) -> None:
     cells = tasks.kept_in(folder, tasks.cells(12))
     with killing(waiting_cell(folder), how) as killed, LocalProcesses(3, cell_timeout=60.0) as executor:
-        table = run_cells(cells, ledger, executor, task=tasks.wait_for_a_kill)
+        table = run_cases(tasks.assigned(cells, tasks.wait_for_a_kill), ledger, executor)
     assert killed
     assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(12)}
     assert ledger.measurements(table) == table
@@ -58,7 +58,7 @@ def test_a_cell_whose_worker_is_killed_is_repeated_alone(ledger: Ledger, folder:
 def test_a_cell_that_ends_so_twice_has_crashed_and_no_other_has(ledger: Ledger) -> None:
     cells = tasks.cells(8)
     with LocalProcesses(2) as executor:
-        table = run_cells(cells, ledger, executor, task=tasks.kill_itself)
+        table = run_cases(tasks.assigned(cells, tasks.kill_itself), ledger, executor)
     crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
     assert crashed == {tasks.CRASHES: AGAIN}
     assert sum(m.outcome == "completed" for m in table.values()) == 7
@@ -81,7 +81,7 @@ def direct_children() -> Iterator[int]:
 def test_a_cell_that_runs_in_a_process_of_its_workers_is_repeated_too(ledger: Ledger) -> None:
     cell = BoundedCell("saw-500rpm", SAW, PymunkSettings.tuned(SAW, 100), revolutions=2.0)
     with killing(worker_of_its_own) as killed, LocalProcesses(1) as executor:
-        table = run_cells([cell], ledger, executor, task=perform)
+        table = run_cases([cell], ledger, executor)
     assert killed
     assert [m.outcome for m in table.values()] == ["completed"]
 

@@ -13,8 +13,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.transmission import least_transmission_angle
 from conrod.scenes import SCENES
-from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.recommend.choice import check_tolerances, recommend_for
 from conrod.studies.recommend.recommendation import Recommendation, Refusal, compared_with_stock
@@ -26,18 +26,18 @@ SAW = SCENES["saw-500rpm"]
 class PretendedRuns:
     """Runs whose errors and costs are given by formulas of the cell."""
 
-    def __init__(self, error: Callable[[Cell], float], cost: Callable[[Cell], float]) -> None:
-        self.error, self.cost, self.ran = error, cost, list[Cell]()
+    def __init__(self, error: Callable[[RunCase], float], cost: Callable[[RunCase], float]) -> None:
+        self.error, self.cost, self.ran = error, cost, list[RunCase]()
 
-    def run(self, cells: list[Cell], description: str = "") -> dict[str, Measurement]:
+    def run(self, cells: list[RunCase], description: str = "") -> dict[str, Measurement]:
         self.ran += cells
         return {cell.key: self._measured(cell) for cell in cells}
 
-    def time(self, cells: list[Cell], description: str = "") -> dict[str, Timing]:
+    def time(self, cells: list[RunCase], description: str = "") -> dict[str, Timing]:
         costs = {cell.key: self.cost(cell) for cell in cells}
         return {key: Timing(1e-6 * cost, 1e-6, cost, 1, 1, "m") for key, cost in costs.items()}
 
-    def _measured(self, cell: Cell) -> Measurement:
+    def _measured(self, cell: RunCase) -> Measurement:
         error = self.error(cell)
         if math.isnan(error):
             return Measurement("exploded")
@@ -47,11 +47,11 @@ class PretendedRuns:
         )
 
 
-def per_step(cell: Cell) -> float:
+def per_step(cell: RunCase) -> float:
     return float(cell.settings.steps_per_revolution)
 
 
-def second_order(cell: Cell) -> float:
+def second_order(cell: RunCase) -> float:
     """Tuned settings of order 2, and stock ones of order 1 and ten times the error."""
     steps = cell.settings.steps_per_revolution
     return 40.0 / steps**2 if cell.settings.as_dict()["error_bias"] == 0.0 else 2.0 / steps
@@ -72,7 +72,7 @@ def test_the_coarsest_step_that_does_is_found_between_those_of_the_grid() -> Non
 
 
 def test_the_cheapest_is_chosen_by_cost_and_not_by_steps() -> None:
-    def cost(cell: Cell) -> float:
+    def cost(cell: RunCase) -> float:
         return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
 
     answer = recommended(PretendedRuns(second_order, cost), position=1e-4)
@@ -91,7 +91,7 @@ def test_all_tolerances_have_to_be_met() -> None:
 def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) -> None:
     """The planted defect: with one iteration the error is a hundredfold wherever the grid did not look."""
 
-    def outside(cell: Cell) -> bool:
+    def outside(cell: RunCase) -> bool:
         return {
             "start": cell.start_angle != 0.0,
             "revolutions": cell.revolutions != 2.0,
@@ -99,11 +99,11 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) 
             "faster": cell.scene.speed > SAW.speed,
         }[what]
 
-    def error(cell: Cell) -> float:
+    def error(cell: RunCase) -> float:
         lucky = cell.settings.as_dict()["iterations"] == 1 and outside(cell)
         return second_order(cell) * (100.0 if lucky else 1.0)
 
-    def cost(cell: Cell) -> float:
+    def cost(cell: RunCase) -> float:
         return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
 
     answer = recommended(PretendedRuns(error, cost), position=1e-4)
@@ -116,7 +116,7 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) 
 def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> None:
     """Errors a tenth larger outside the grid: what only just does is rejected, the next step of the grid is not."""
 
-    def error(cell: Cell) -> float:
+    def error(cell: RunCase) -> float:
         elsewhere = cell.start_angle != 0.0 or cell.revolutions != 2.0 or cell.scene.speed != SAW.speed
         return second_order(cell) * (1.1 if elsewhere else 1.0)
 
@@ -128,7 +128,7 @@ def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> No
 
 
 def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
-    def error(cell: Cell) -> float:
+    def error(cell: RunCase) -> float:
         return math.nan if cell.revolutions == 5.0 else second_order(cell)
 
     answer = recommended(PretendedRuns(error, per_step), position=1e-4)
@@ -159,7 +159,7 @@ def test_where_no_run_completes_that_is_said() -> None:
 
 
 def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
-    cells = [Cell("saw-500rpm", SAW, engine_named("pymunk").presets["stock"](SAW, n)) for n in (100, 1000, 10000)]
+    cells = [RunCase("saw-500rpm", SAW, engine_named("pymunk").presets["stock"](SAW, n)) for n in (100, 1000, 10000)]
     runs = PretendedRuns(lambda cell: 1.0 / cell.settings.steps_per_revolution, per_step)
     found, timings = runs.run(cells), runs.time(cells)
     mine = PretendedRuns(lambda _: 1e-6, per_step).run(cells[1:2])[cells[1].key]

@@ -15,7 +15,8 @@ from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Settings
 from conrod.scenes import SCENES, Saw, Scene
-from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.run import measure
 from conrod.studies.sweep.sensitivity import (
     BASE,
     GRAVITY,
@@ -27,7 +28,6 @@ from conrod.studies.sweep.sensitivity import (
     sensitivity_of,
     varied_mass,
 )
-from conrod.studies.validation.results import QUANTITIES
 
 SAW, PRESS = SCENES["saw-500rpm"], SCENES["shear-press"]
 LIGHT, _, _, HEAVY = (mass_label("slider_mass", factor) for factor in MASS_FACTORS)

@@ -20,8 +20,7 @@ from conrod.scenes import Saw
 from conrod.scenes.catalogue import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.ablate.cell import ChangeCell, measure_change
-from conrod.studies.frame.cell import LEAST_STEPS, Cell, as_run
-from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.run import LEAST_STEPS, RunCase, as_run, measure
 from conrod.studies.frame.timing import time_run
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axes.machine import length_power, rescaled
@@ -47,8 +46,8 @@ def gear_pair_kinematics() -> Kinematics:
     return Kinematics(gear_pair())
 
 
-def cell(scene: DescribedScene, steps: int = 200, engine: str = "mujoco", preset: str = "tuned") -> Cell:
-    return Cell(scene.kind, scene, engine_named(engine).presets[preset](scene, steps))
+def cell(scene: DescribedScene, steps: int = 200, engine: str = "mujoco", preset: str = "tuned") -> RunCase:
+    return RunCase(scene.kind, scene, engine_named(engine).presets[preset](scene, steps))
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
@@ -120,7 +119,7 @@ def test_a_cost_is_that_of_steps_within_the_pass() -> None:
 def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
     scene, engine = read(PASS), engine_named("mujoco")
     rule = engine.grid(scene, "coarse")[0]
-    one = Cell(scene.kind, scene, rule.settings(scene, 200))
+    one = RunCase(scene.kind, scene, rule.settings(scene, 200))
     found = dict(confirming_cells(SweptRule(engine, rule, (one,)), one))
     assert list(found) == ["the pass backwards", "speed -10%", "speed +10%"]
     assert len({as_run(other).key for other in (one, *found.values())}) == 4
@@ -181,7 +180,7 @@ def test_a_file_called_like_a_scene_has_not_its_axes() -> None:
     # Negative control: the saw has it.
     assert AXES["nearness"].refusal(Case("saw", Saw(), "mujoco", "tuned")) is None
     settings = engine_named("mujoco").presets["tuned"]
-    assert Cell("saw", named, settings(named, 200)).key != Cell("saw", Saw(), settings(Saw(), 200)).key
+    assert RunCase("saw", named, settings(named, 200)).key != RunCase("saw", Saw(), settings(Saw(), 200)).key
 
 
 def test_a_file_in_another_unit_of_length_moves_alike() -> None:

@@ -11,8 +11,7 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.rule import GRIDS, Grid, grid_named, step_counts
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, Scene
-from conrod.studies.frame.cell import SIGNED_ANGLES, Cell
-from conrod.studies.frame.measurement import measure
+from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.plan import cells_to_time, plan_sweep, sweep_study
 from conrod.studies.sweep.results import pareto_front
@@ -27,7 +26,7 @@ def test_no_two_rules_of_a_grid_have_one_name_or_the_same_settings(scene: str, e
     assert len({rule.name for rule in rules}) == len(rules)
     assert len({tuple(rule.knobs().items()) for rule in rules}) == len(rules)
     keys = [
-        tuple(Cell(scene, SCENES[scene], rule.settings(SCENES[scene], n)).key for n in (200, 300)) for rule in rules
+        tuple(RunCase(scene, SCENES[scene], rule.settings(SCENES[scene], n)).key for n in (200, 300)) for rule in rules
     ]
     assert len(set(keys)) == len(rules)
 

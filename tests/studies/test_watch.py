@@ -18,8 +18,8 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import PIECE
 from conrod.runs.trajectory import Piece, SolverState
 from conrod.scenes import SCENES, CamFollower
-from conrod.studies.frame.cell import Cell
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.run_statistics import SolverLook
 from conrod.studies.limits.stream_run import piece_length, watch
 
@@ -40,7 +40,7 @@ def test_the_errors_are_those_of_a_measured_run(name: str, engine: str, preset: 
     scene: Any = SCENES[name]
     steps = CONTACT_STEPS if scene is CAM else LINKAGE_STEPS
     settings = coarse_cam(engine_named(engine).presets[preset](scene, steps))
-    told, measured = watched(scene, settings), measure(Cell(name, scene, settings))
+    told, measured = watched(scene, settings), measure(RunCase(name, scene, settings))
     assert told.outcome == measured.outcome
     if measured.outcome == Outcome.UNSUPPORTED.slug:
         assert told.extremes is None

@@ -6,11 +6,14 @@ import dataclasses
 import os
 import signal
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from conrod import InvalidInput, PymunkSettings, Saw
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase
 
 SAW = Saw()
 BASE = PymunkSettings.tuned(SAW, 20)
@@ -20,30 +23,51 @@ MEMORY = 3_000_000_000
 CRASHES, HANGS, HOARDS, LEAVES = 3, 7, 11, 13
 
 
-def cells(count: int, steps: int = 20) -> list[Cell]:
+def cells(count: int, steps: int = 20) -> list[RunCase]:
     """Cheap runs that differ in the angle that they start from; a task tells them apart by it."""
     settings = dataclasses.replace(BASE, steps_per_revolution=steps, timestep=BASE.timestep * 20 / steps)
-    return [Cell("saw-500rpm", SAW, settings, revolutions=1.0, start_angle=1e-3 * k) for k in range(count)]
+    return [RunCase("saw-500rpm", SAW, settings, revolutions=1.0, start_angle=1e-3 * k) for k in range(count)]
 
 
-def number(cell: Cell) -> int:
-    return round(1e3 * cell.start_angle)
+@dataclasses.dataclass(frozen=True)
+class Assigned(Case):
+    """A case in place of which a task of a test is done; its key is that of the case."""
+
+    case: RunCase
+    task: Callable[[Any], Measurement]
+
+    def perform(self) -> Measurement:
+        return self.task(dataclasses.replace(self.case, scene=self.scene))
+
+    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
+        return self.case._identity(parameters)
 
 
-def echo(cell: Cell) -> Measurement:
+def assigned(cases: Sequence[RunCase], task: Callable[[Any], Measurement]) -> list[Assigned]:
+    """The cases, each with what is to be done in its place."""
+    return [Assigned(case.name, case.scene, case, task) for case in cases]
+
+
+def number(cell: Case) -> int:
+    run = cell.case if isinstance(cell, Assigned) else cell
+    assert isinstance(run, RunCase)
+    return round(1e3 * run.start_angle)
+
+
+def echo(cell: RunCase) -> Measurement:
     return Measurement("completed", str(number(cell)))
 
 
-def count_processes(cell: Cell) -> Measurement:
+def count_processes(cell: RunCase) -> Measurement:
     return Measurement("completed", str(os.getpid()))
 
 
-def print_and_echo(cell: Cell) -> Measurement:
+def print_and_echo(cell: RunCase) -> Measurement:
     print("an engine prints this")
     return echo(cell)
 
 
-def misbehave(cell: Cell) -> Measurement:
+def misbehave(cell: RunCase) -> Measurement:
     """Most do what they should; every tenth, and some others, do to their process what engines do."""
     k = number(cell)
     if k == HANGS:
@@ -57,13 +81,13 @@ def misbehave(cell: Cell) -> Measurement:
     return echo(cell)
 
 
-def refuse(cell: Cell) -> Measurement:
+def refuse(cell: RunCase) -> Measurement:
     if number(cell) == CRASHES:
         raise InvalidInput("this cell cannot be run")
     return echo(cell)
 
 
-def fail(cell: Cell) -> Measurement:
+def fail(cell: RunCase) -> Measurement:
     raise ZeroDivisionError("a mistake in the task")
 
 
@@ -74,20 +98,20 @@ class LocalError(Exception):
         super().__init__(f"{one} and {two}")
 
 
-def fail_strangely(cell: Cell) -> Measurement:
+def fail_strangely(cell: RunCase) -> Measurement:
     raise LocalError(1, 2)
 
 
-def answer_strangely(cell: Cell) -> Measurement:
+def answer_strangely(cell: RunCase) -> Measurement:
     return Measurement("completed", errors={"C": lambda: 1})  # type: ignore[dict-item]
 
 
-def sleep_half(cell: Cell) -> Measurement:
+def sleep_half(cell: RunCase) -> Measurement:
     time.sleep(0.5)
     return echo(cell)
 
 
-def kill_dask_worker(cell: Cell) -> Measurement:
+def kill_dask_worker(cell: RunCase) -> Measurement:
     """One cell kills the Dask worker that its process belongs to, as a batch system does that sees too much memory."""
     if number(cell) == CRASHES:
         os.kill(os.getppid(), signal.SIGKILL)
@@ -96,12 +120,12 @@ def kill_dask_worker(cell: Cell) -> Measurement:
     return echo(cell)
 
 
-def kept_in(folder: Path, cells: list[Cell]) -> list[Cell]:
+def kept_in(folder: Path, cells: list[RunCase]) -> list[RunCase]:
     """The cells, with a folder for their tasks to write to."""
     return [dataclasses.replace(cell, name=str(folder)) for cell in cells]
 
 
-def wait_for_a_kill(cell: Cell) -> Measurement:
+def wait_for_a_kill(cell: RunCase) -> Measurement:
     """One cell waits at its first attempt to be killed; each attempt leaves a file with its span of time."""
     span = Path(cell.name) / f"{number(cell)}-{os.getpid()}"
     begun, first = time.monotonic(), not list(Path(cell.name).glob(f"{number(cell)}-*"))
@@ -111,7 +135,7 @@ def wait_for_a_kill(cell: Cell) -> Measurement:
     return echo(cell)
 
 
-def kill_itself(cell: Cell) -> Measurement:
+def kill_itself(cell: RunCase) -> Measurement:
     if number(cell) == CRASHES:
         os.kill(os.getpid(), signal.SIGKILL)
     return echo(cell)

@@ -8,14 +8,13 @@ from functools import cache
 from typing import Any
 
 from conrod.scenes import SCENES
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
 from conrod.studies.sweep.grid_convergence import GridConvergence, GridTriple, Share
 from conrod.studies.sweep.observed_orders import ObservedOrders, PathPoint, order_of
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
 from conrod.studies.sweep.sensitivity import Sensitivity, Variation
-from conrod.studies.validation.results import QUANTITIES
 
 STEPS = (20, 100, 500, 2500)
 

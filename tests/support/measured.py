@@ -8,8 +8,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
-from conrod.studies.frame.measurement import Measurement
-from conrod.studies.validation.results import QUANTITIES
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 
 FAILED = Measurement("exploded", "made up")
 

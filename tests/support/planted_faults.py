@@ -13,11 +13,10 @@ import numpy as np
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.scenes import SCENES
-from conrod.studies.frame.cell import Cell
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.failure_examples import unchecked
-from conrod.studies.limits.perform import perform
 
 SAW = SCENES["saw-500rpm"]
 SETTINGS = (PymunkSettings.tuned(SAW, 20), MuJoCoSettings.hardened(SAW, 20), PymunkSettings.tuned(SAW, 30))
@@ -60,7 +59,7 @@ def hoard_but(spare: int) -> None:
 def engine_with_little(megabytes: int) -> Measurement:
     """A MuJoCo run in a process that has little memory left; it fails in the engine's own ways."""
     hoard_but(megabytes << 20)
-    return measure(Cell("saw-500rpm", SAW, MuJoCoSettings.hardened(SAW, 2000), 1.0))
+    return measure(RunCase("saw-500rpm", SAW, MuJoCoSettings.hardened(SAW, 2000), 1.0))
 
 
 def mistake_with_little(megabytes: int) -> Measurement:
@@ -78,21 +77,21 @@ ANGLES = {"segfault": 100.0, "hang": 200.0, "hoard": 300.0}
 ABORT = "abort"
 
 
-def runs(count: int) -> list[Cell]:
+def runs(count: int) -> list[RunCase]:
     """Cheap real runs in both engines that differ in the angle that they start from; every tenth is watched."""
-    made: list[Cell] = []
+    made: list[RunCase] = []
     for k in range(count):
-        kind = LimitCell if k % 10 == 0 else Cell
+        kind = LimitCell if k % 10 == 0 else RunCase
         made.append(kind("saw-500rpm", SAW, SETTINGS[k % 3], 1.0, start_angle=1e-3 * k))
     return made
 
 
-def usual(cell: Cell) -> Measurement:
+def usual(cell: RunCase) -> Measurement:
     """What is made of a cell by its kind."""
-    return perform(cell) if isinstance(cell, LimitCell) else measure(cell)
+    return cell.perform()
 
 
-def with_faults(cells: list[Cell], each: int) -> tuple[list[Cell], dict[str, str]]:
+def with_faults(cells: list[RunCase], each: int) -> tuple[list[RunCase], dict[str, str]]:
     """The cells, some of them made faulty at random but reproducible places; and key -> fault.
 
     An abort is the engine's own assertion, brought about by what is in the cell; the others are the task's.
@@ -106,13 +105,13 @@ def with_faults(cells: list[Cell], each: int) -> tuple[list[Cell], dict[str, str
     return made, faults
 
 
-def faulty(cell: Cell, kind: str) -> Cell:
+def faulty(cell: RunCase, kind: str) -> RunCase:
     if kind == ABORT:
         return replace(cell, settings=unchecked(SETTINGS[0], iterations=0))
     return replace(cell, start_angle=cell.start_angle + ANGLES[kind])
 
 
-def run_or_fail(cell: Cell) -> Measurement:
+def run_or_fail(cell: RunCase) -> Measurement:
     """A run, unless its start angle says that it is a faulty one."""
     for kind, angle in ANGLES.items():
         if angle <= cell.start_angle < angle + 50.0:
@@ -120,7 +119,7 @@ def run_or_fail(cell: Cell) -> Measurement:
     return usual(cell)
 
 
-def unlucky(cells: list[Cell], place: int) -> list[Cell]:
+def unlucky(cells: list[RunCase], place: int) -> list[RunCase]:
     """Runs as a sweep makes them, one of which aborts its engine."""
     made = list(cells)
     made[place] = replace(made[place], settings=unchecked(made[place].settings, iterations=0))

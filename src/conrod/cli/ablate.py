@@ -123,9 +123,9 @@ def ablate(
     from conrod.mechanism.units import check_count
     from conrod.report.ablate.document import check_ablate_apart, check_ablate_folder
     from conrod.studies.ablate.plan import plan_ablation
-    from conrod.studies.frame.cell import REVOLUTIONS
     from conrod.studies.frame.files import check_apart, file_to_write, folder_to_write
     from conrod.studies.frame.resolve_arguments import check_table, select_engines, select_scenes
+    from conrod.studies.frame.run import REVOLUTIONS
 
     chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
     if steps_per_rev is not None:
@@ -150,18 +150,17 @@ def ablate(
 
 def _studies(plans: Sequence[Sequence[AblationPlan]], how: Options) -> list[AblationStudy]:
     from conrod.cli.runner import Runner
-    from conrod.studies.ablate.cell import measure_change, measure_cost
     from conrod.studies.ablate.study import ablation_study, completed_plan
 
     with Runner.of(how) as runner:
-        with runner.answering(measure_change) as run:
+        with runner.answering() as run:
             # Which ingredients a dressed model is to have is known when each has been seen alone.
             first = run([cell for of_scene in plans for plan in of_scene for cell in plan.change_cells()])
             whole = [[completed_plan(plan, first) for plan in of_scene] for of_scene in plans]
             runs = run([cell for of_scene in whole for plan in of_scene for cell in plan.change_cells()])
         # After all runs, one at a time: what runs beside a timing is in it.
         timed = [cell for of_scene in whole for plan in of_scene for cell in plan.cost_cells(runs)]
-        costs = runner.run_alone(timed, "costs", measure_cost)
+        costs = runner.run_alone(timed, "costs")
     return [ablation_study(of_scene, runs, costs) for of_scene in whole]
 
 

@@ -163,12 +163,11 @@ def _outputs(out: str | None, document: str | None, scenes: Mapping[str, Scene])
 
 def _found(plans: Sequence[LimitPlan], how: Options, with_gallery: bool) -> Found:
     from conrod.cli.runner import Runner
+    from conrod.studies.frame.study import pursue
     from conrod.studies.limits.failure_examples import gallery_search
-    from conrod.studies.limits.perform import perform
     from conrod.studies.limits.plan import pursue_plans
-    from conrod.studies.limits.search import pursue
 
-    with Runner.of(how) as runner, runner.answering(perform) as run:
+    with Runner.of(how) as runner, runner.answering() as run:
         return pursue_plans(plans, run), pursue([gallery_search()], run)[0] if with_gallery else ()
 
 

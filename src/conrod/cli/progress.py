@@ -1,4 +1,4 @@
-"""Progress of cells on standard error: a bar where that is a terminal, otherwise a line at either end."""
+"""Progress of cases on standard error: a bar where that is a terminal, otherwise a line at either end."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from rich.progress import (
 from rich.text import Text
 
 from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.timing import Timing
 
-# Rates are taken over this many seconds: cells of one sweep differ a thousandfold.
+# Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0
 
 
@@ -72,7 +72,7 @@ class _Bar:
             self._say(self._summary(time.monotonic() - self._begun))
 
     def started(self, total: int, already_finished: int) -> None:
-        """There are so many different cells, of which so many are in the ledger."""
+        """There are so many different cases, of which so many are in the ledger."""
         self._begun, self._ended = time.monotonic(), Counter()
         self._bar.reset(self._task, total=total - already_finished, description=self._description)
         if not self._console.is_terminal:
@@ -92,25 +92,25 @@ class _Bar:
 
 
 class ProgressBar(_Bar):
-    """A watcher of `run_cells`."""
+    """A watcher of `run_cases`."""
 
     def __init__(self, description: str = "runs", console: Console | None = None) -> None:
         super().__init__(description, "runs/s", Outcome.COMPLETED.slug, console)
 
-    def advanced(self, cell: Cell, measurement: Measurement) -> None:
-        """A cell has run and its result is kept."""
+    def advanced(self, case: Case, measurement: Measurement) -> None:
+        """A case has run and its result is kept."""
         self._count(measurement.outcome)
 
 
 class RoundsBar(ProgressBar):
-    """A watcher of `run_cells` called again and again, each time with what the answers so far ask for."""
+    """A watcher of `run_cases` called again and again, each time with what the answers so far ask for."""
 
     def __init__(self, description: str = "runs", console: Console | None = None) -> None:
         super().__init__(description, console)
         self._asked = 0
 
     def started(self, total: int, already_finished: int) -> None:
-        """A round of so many different cells begins; what comes after it is not known yet."""
+        """A round of so many different cases begins; what comes after it is not known yet."""
         if self._begun is None:
             super().started(total, already_finished)
         elif not self._console.is_terminal:
@@ -120,11 +120,11 @@ class RoundsBar(ProgressBar):
 
 
 class CostBar(_Bar):
-    """A watcher of `time_cells`."""
+    """A watcher of `time_cases`."""
 
     def __init__(self, description: str = "costs", console: Console | None = None) -> None:
         super().__init__(description, "timings/s", "timed", console)
 
-    def timed(self, cell: Cell, timing: Timing | None) -> None:
-        """A cell has been timed, or could not be."""
+    def timed(self, case: Case, timing: Timing | None) -> None:
+        """A case has been timed, or could not be."""
         self._count("timed" if timing is not None else "without a timing")

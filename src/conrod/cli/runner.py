@@ -8,19 +8,20 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import click
 
 from conrod.cli.progress import CostBar, ProgressBar, RoundsBar
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.studies.execution.costs import time_cells
-from conrod.studies.execution.dispatch import run_cells
+from conrod.studies.execution.costs import time_cases
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger import Ledger, default_path
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 
 CELL_TIMEOUT = 600.0  # [s]
@@ -98,43 +99,37 @@ class Runner:
                 click.echo(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
                 raise
 
-    def run(
-        self, cells: Sequence[Cell], description: str = "runs", task: Callable[[Any], Measurement] = measure
-    ) -> dict[str, Measurement]:
-        """Measurements of all cells; those that the ledger lacks are run, each by the task."""
+    def run(self, cells: Sequence[Case], description: str = "runs") -> dict[str, Measurement]:
+        """Measurements of all cells; those that the ledger lacks are run, each."""
         with self.options.executor() as executor, ProgressBar(description) as bar:
-            return run_cells(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar, task=task)
+            return run_cases(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
 
     @contextmanager
-    def answering(
-        self, task: Callable[[Any], Measurement], description: str = "runs"
-    ) -> Iterator[Callable[[Sequence[Cell]], dict[str, Measurement]]]:
+    def answering(self, description: str = "runs") -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
         """A function that gives the measurements of cells, batch after batch: one set of processes, one bar."""
         answered: dict[str, Measurement] = {}
         with self.options.executor() as executor, RoundsBar(description) as bar:
 
-            def answer(cells: Sequence[Cell]) -> dict[str, Measurement]:
+            def answer(cells: Sequence[Case]) -> dict[str, Measurement]:
                 # What is asked for twice runs once, with --fresh too.
                 new = [cell for cell in cells if cell.key not in answered]
                 fresh = self.options.fresh
-                answered.update(run_cells(new, self.ledger, executor, fresh=fresh, watcher=bar, task=task))
+                answered.update(run_cases(new, self.ledger, executor, fresh=fresh, watcher=bar))
                 return {cell.key: answered[cell.key] for cell in cells}
 
             yield answer
 
-    def run_alone(
-        self, cells: Sequence[Cell], description: str, task: Callable[[Any], Measurement]
-    ) -> dict[str, Measurement]:
-        """As `run`, one cell at a time on this machine, for tasks that tell how long something takes."""
+    def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
+        """As `run`, one cell at a time on this machine, for cases that tell how long something takes."""
         asked = self.options
         alone = LocalProcesses(1, cell_timeout=asked.timeout, cell_memory=asked.memory)
         with alone as executor, ProgressBar(description) as bar:
-            return run_cells(cells, self.ledger, executor, fresh=asked.fresh or asked.retime, watcher=bar, task=task)
+            return run_cases(cells, self.ledger, executor, fresh=asked.fresh or asked.retime, watcher=bar)
 
-    def time(self, cells: list[Cell], description: str = "costs") -> dict[str, Timing]:
+    def time(self, cells: list[RunCase], description: str = "costs") -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""
         with CostBar(description) as bar:
-            return time_cells(
+            return time_cases(
                 cells,
                 self.ledger,
                 cell_timeout=self.options.timeout,

@@ -16,8 +16,8 @@ from rich.table import Table
 
 from conrod.cli import options
 from conrod.cli.console import console
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
-from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
     from conrod.studies.frame.files import Batch

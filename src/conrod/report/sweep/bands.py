@@ -16,8 +16,8 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid
 from conrod.report.charts.styles import colour, engine_title
 from conrod.report.tables import table
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy
-from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
     from conrod.studies.sweep.grid_convergence import GridConvergence

@@ -15,8 +15,8 @@ from conrod.report.charts.errors import NORMS
 from conrod.report.charts.styles import colour, engine_title
 from conrod.report.sweep.naming import setting_value
 from conrod.report.tables import paragraphs, table
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy
-from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
     from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part

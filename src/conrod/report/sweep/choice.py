@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from conrod.report.charts.styles import PRESETS
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
-from conrod.studies.validation.results import QUANTITIES
 
 
 @dataclass(frozen=True)

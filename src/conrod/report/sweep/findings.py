@@ -12,8 +12,8 @@ from conrod.report.sweep.choice import preset_curve
 from conrod.report.sweep.economy import economies
 from conrod.report.sweep.naming import listed, with_unit
 from conrod.report.sweep.setting_tables import SWITCHED, variation_name
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import COMPLETED, SweepStudy
-from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
     from conrod.studies.sweep.observed_orders import ObservedOrders

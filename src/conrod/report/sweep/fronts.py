@@ -10,8 +10,8 @@ from conrod.report.sweep.choice import cheapest_within, labelled_points, most_ac
 from conrod.report.sweep.naming import costs_of, rule_of, tolerance
 from conrod.report.sweep.placing import placed_points
 from conrod.report.tables import table
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
-from conrod.studies.validation.results import QUANTITIES
 
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 MORE_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9)

@@ -8,8 +8,8 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.choice import preset_curves
 from conrod.report.tables import table
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
-from conrod.studies.validation.results import QUANTITIES
 
 SMALL = 0.1  # of L: above it, what is of second order is not small
 CLEAR = 1e3 * numbers.ROUNDING

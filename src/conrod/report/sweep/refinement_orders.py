@@ -17,8 +17,8 @@ from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.sweep.choice import cheapest_within, preset_curves
 from conrod.report.sweep.fronts import TOLERANCES
 from conrod.report.tables import table
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy
-from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
     from conrod.studies.sweep.observed_orders import ObservedOrders

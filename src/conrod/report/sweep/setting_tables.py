@@ -14,8 +14,8 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.naming import tolerance
 from conrod.report.tables import table
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import COMPLETED, SweepStudy
-from conrod.studies.validation.results import QUANTITIES
 
 if TYPE_CHECKING:
     from conrod.studies.recommend.transfer import Transfer

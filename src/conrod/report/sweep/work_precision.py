@@ -30,8 +30,8 @@ from conrod.report.sweep.placing import (
     reference_seconds,
 )
 from conrod.runs.trajectory import Outcome
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy
-from conrod.studies.validation.results import QUANTITIES
 
 # A marker for each way in which runs end that do not complete; any other end gets the last one.
 MARKERS = {

@@ -14,10 +14,9 @@ from conrod.engines import engine_named
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import Scene
 from conrod.studies.ablate.observed import Observed, observe
-from conrod.studies.frame.cell import Cell, as_run, too_coarse
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.paired_timing import ROUNDS, time_pair
-from conrod.studies.validation.results import QUANTITIES
+from conrod.studies.frame.run import RunCase, as_run, too_coarse
 
 # Raised when what is kept of the same run comes out otherwise, or means something else, than before.
 CHANGE_VERSION, COST_VERSION = 1, 1
@@ -30,7 +29,7 @@ def _plain(settings: Settings) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class ChangeCell(Cell):
+class ChangeCell(RunCase):
     """A run of which it is kept by how much it differs from another one; see `change`.
 
     Attributes:
@@ -40,12 +39,15 @@ class ChangeCell(Cell):
     signed_angles: int = 0
     against: Settings = field(kw_only=True)
 
+    def perform(self) -> Measurement:
+        return measure_change(self)
+
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         return super()._identity(parameters) | {"change": CHANGE_VERSION, "against": _plain(self.against)}
 
 
 @dataclass(frozen=True)
-class CostCell(Cell):
+class CostCell(RunCase):
     """What a revolution costs over one with other settings; see `conrod.studies.frame.paired_timing`.
 
     Attributes:
@@ -58,6 +60,9 @@ class CostCell(Cell):
     against: Settings = field(kw_only=True)
     machine: str = field(kw_only=True)
     rounds: int = field(kw_only=True, default=ROUNDS)
+
+    def perform(self) -> Measurement:
+        return measure_cost(self)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         paired = {"cost": COST_VERSION, "machine": self.machine, "rounds": self.rounds}

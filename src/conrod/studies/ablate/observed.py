@@ -20,10 +20,10 @@ from conrod.runs.comparison import point_errors
 from conrod.runs.outcome import Verdict, prevailing
 from conrod.runs.trajectory import Outcome, Piece, Settings
 from conrod.scenes import Scene
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.limits.extremes import ExactTorque
 from conrod.studies.limits.run_statistics import RunningSize
 from conrod.studies.limits.stream_run import GONE
-from conrod.studies.validation.results import QUANTITIES
 
 
 @dataclass(frozen=True)

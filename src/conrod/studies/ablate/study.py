@@ -19,8 +19,8 @@ from conrod.studies.ablate.results import (
     VariantResult,
 )
 from conrod.studies.ablate.verdict import JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
-from conrod.studies.frame.cell import as_run
 from conrod.studies.frame.paired_timing import PairedTiming
+from conrod.studies.frame.run import as_run
 from conrod.studies.frame.timing import fingerprint
 
 Found = Mapping[tuple[Role, str], VariantResult]

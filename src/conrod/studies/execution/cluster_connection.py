@@ -20,7 +20,7 @@ from typing import Any
 from conrod.errors import InvalidInput
 from conrod.studies.execution.limits import Limits
 from conrod.studies.execution.worker_process import WorkerDied, WorkerProcesses
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
 
 _lock = threading.Lock()
 _processes: dict[Limits, WorkerProcesses] = {}
@@ -50,7 +50,7 @@ def answer(call: bytes, limits: Limits, expected: Sequence[Mapping[str, Any]]) -
 def identities(arguments: Sequence[Any]) -> list[dict[str, Any]]:
     """What the results of the cells among some arguments are determined by, here."""
     versions = {"conrod": version("conrod")}
-    return [{**versions, **cell.identity()} for cell in arguments if isinstance(cell, Cell)]
+    return [{**versions, **cell.identity()} for cell in arguments if isinstance(cell, Case)]
 
 
 def _check(expected: Sequence[Mapping[str, Any]], found: Sequence[Mapping[str, Any]]) -> None:

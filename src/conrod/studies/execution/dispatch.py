@@ -1,4 +1,4 @@
-"""Cells handed to an executor, and each result kept the moment it is there."""
+"""Cases handed to an executor, and each result kept the moment it is there."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import Protocol
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.limits import Limits
-from conrod.studies.execution.worker import on_known_scene
+from conrod.studies.execution.worker import on_known_scene, perform
 from conrod.studies.execution.worker_process import WorkerDied
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
 
-# Cells handed over at a time to an executor that does not say how many it wants.
+# Cases handed over at a time to an executor that does not say how many it wants.
 IN_FLIGHT = 64
 
 
@@ -25,79 +25,76 @@ class Watcher(Protocol):
     """Told of the progress, in the thread that called."""
 
     def started(self, total: int, already_finished: int) -> None:
-        """There are so many different cells, of which so many need not run."""
+        """There are so many different cases, of which so many need not run."""
         ...
 
-    def advanced(self, cell: Cell, measurement: Measurement) -> None:
-        """A cell has run and its result is kept."""
+    def advanced(self, case: Case, measurement: Measurement) -> None:
+        """A case has run and its result is kept."""
         ...
 
 
-def run_cells(
-    cells: Sequence[Cell],
+def run_cases(
+    cases: Sequence[Case],
     ledger: Ledger,
     executor: Executor,
     *,
     fresh: bool = False,
     watcher: Watcher | None = None,
-    task: Callable[[Cell], Measurement] = measure,
 ) -> dict[str, Measurement]:
-    """Run those cells that the ledger does not have, and give the results of all.
+    """Run those cases that the ledger does not have, and give the results of all.
 
-    A cell that kills its process, or ends at a limit of the executor, has that as its outcome. Those that ended at a
+    A case that kills its process, or ends at a limit of the executor, has that as its outcome. Those that ended at a
     limit run again where there is a wider one now. An error or Ctrl-C cancels what waits, keeps what is finished and
     goes on to the caller.
 
     Args:
         executor: any; one with `limits` and `in_flight`, as conrod's own have, is asked for them.
         fresh: run them all.
-        task: what to do with a cell; importable by its module's name unless the executor shares this process.
 
     Raises:
-        InvalidInput: as `measure`, `Ledger.keep` and the executor.
+        InvalidInput: as `Case.perform`, `Ledger.keep` and the executor.
 
     Returns:
-        Key -> what the ledger has of it, in the order of the cells; nothing in it depends on the order in which they
+        Key -> what the ledger has of it, in the order of the cases; nothing in it depends on the order in which they
         finished, or on which call or process ran them.
     """
-    by_key = {cell.key: cell for cell in cells}
+    by_key = {case.key: case for case in cases}
     limits: Limits = getattr(executor, "limits", Limits())
     waiting = by_key if fresh else _unfinished(by_key, ledger, limits)
     if watcher is not None:
         watcher.started(len(by_key), len(by_key) - len(waiting))
 
-    def keep(cell: Cell, future: Future[Measurement]) -> None:
+    def keep(case: Case, future: Future[Measurement]) -> None:
         measurement = _outcome(future)
-        ledger.keep(cell, measurement, limits.of(measurement.outcome), replace=fresh)
+        ledger.keep(case, measurement, limits.of(measurement.outcome), replace=fresh)
         if watcher is not None:
-            watcher.advanced(cell, measurement)
+            watcher.advanced(case, measurement)
 
     # In the order of the keys, which is as good as shuffled: the rate so far is then the rate to come.
-    _run([waiting[key] for key in sorted(waiting)], executor, task, keep)
+    _run([waiting[key] for key in sorted(waiting)], executor, keep)
     return ledger.measurements(by_key)
 
 
-def _unfinished(by_key: Mapping[str, Cell], ledger: Ledger, limits: Limits) -> dict[str, Cell]:
+def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:
     finished = ledger.finished(by_key)
     again = {key for key, stop in ledger.stopped(by_key).items() if limits.allow_more(*stop)}
-    return {key: cell for key, cell in by_key.items() if key not in finished or key in again}
+    return {key: case for key, case in by_key.items() if key not in finished or key in again}
 
 
 def _run(
-    cells: Sequence[Cell],
+    cases: Sequence[Case],
     executor: Executor,
-    task: Callable[[Cell], Measurement],
-    keep: Callable[[Cell, Future[Measurement]], None],
+    keep: Callable[[Case, Future[Measurement]], None],
 ) -> None:
     """Run all of them, a bounded number at a time, and keep each as it finishes."""
-    remaining = iter(cells)
-    flying: dict[Future[Measurement], Cell] = {}
+    remaining = iter(cases)
+    flying: dict[Future[Measurement], Case] = {}
     try:
         while True:
             # Asked for every time: a cluster grows and shrinks.
             in_flight: int = getattr(executor, "in_flight", IN_FLIGHT)
-            for cell in islice(remaining, max(0, in_flight - len(flying))):
-                flying[_submitted(executor, task, cell)] = cell
+            for case in islice(remaining, max(0, in_flight - len(flying))):
+                flying[_submitted(executor, case)] = case
             if not flying:
                 return
             for future in wait(flying, return_when=FIRST_COMPLETED).done:
@@ -110,24 +107,24 @@ def _run(
         raise
 
 
-def _salvage(flying: Mapping[Future[Measurement], Cell], keep: Callable[[Cell, Future[Measurement]], None]) -> None:
+def _salvage(flying: Mapping[Future[Measurement], Case], keep: Callable[[Case, Future[Measurement]], None]) -> None:
     """Keep what finished beside the error, or the interrupt, that ended it all."""
     # The ledger itself may be what failed. Then it fails again, and the first error says why.
     with suppress(InvalidInput):
-        for future, cell in flying.items():
+        for future, case in flying.items():
             if future.done() and not future.cancelled() and future.exception() is None:
-                keep(cell, future)
+                keep(case, future)
 
 
-def _submitted(executor: Executor, task: Callable[[Cell], Measurement], cell: Cell) -> Future[Measurement]:
+def _submitted(executor: Executor, case: Case) -> Future[Measurement]:
     try:
-        return executor.submit(on_known_scene, task, cell)
+        return executor.submit(on_known_scene, perform, case)
     except BrokenExecutor as error:
         raise _broken(error) from error
 
 
 def _outcome(future: Future[Measurement]) -> Measurement:
-    """What a cell's future came to; errors that no cell causes by what it is go on to the caller."""
+    """What a case's future came to; errors that no case causes by what it is go on to the caller."""
     try:
         return future.result()
     except BrokenExecutor as error:
@@ -142,4 +139,4 @@ def _outcome(future: Future[Measurement]) -> Measurement:
 
 def _broken(error: BrokenExecutor) -> InvalidInput:
     """The standard library's pool loses all its calls with one process: none can be blamed, none is kept."""
-    return InvalidInput(f"the executor broke, and does not tell which cell broke it ({error}); use LocalProcesses")
+    return InvalidInput(f"the executor broke, and does not tell which case broke it ({error}); use LocalProcesses")

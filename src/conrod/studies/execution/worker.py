@@ -1,4 +1,4 @@
-"""A process that runs many cells of one scene computes the scene's tables once.
+"""A process that runs many cases of one scene computes the scene's tables once.
 
 What runs in a worker process: one call after another, as they come in, until its owner is gone.
 
@@ -16,21 +16,28 @@ from typing import TypeVar
 from conrod.errors import InvalidInput, portable
 from conrod.scenes import Scene
 from conrod.studies.execution.child import BEGUN, RESERVE, Owner, address_space, ran_out_of_memory
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
+from conrod.studies.frame.measurement import Measurement
 
 Result = TypeVar("Result")
+AnyCase = TypeVar("AnyCase", bound=Case)
 
 # A sweep has few scenes, a map of limits one in each of its rows; each takes 0.8 MB.
 SCENES_KEPT = 128
 
 
-def on_known_scene(task: Callable[[Cell], Result], cell: Cell) -> Result:
-    """What a task makes of a cell, its scene being the equal one that this process has met before, if it has.
+def perform(case: Case) -> Measurement:
+    """The result of a case, for a worker process to be called with."""
+    return case.perform()
 
-    A cell that arrives from another process brings its scene's parameters alone. Tables that are computed from them
+
+def on_known_scene(task: Callable[[AnyCase], Result], case: AnyCase) -> Result:
+    """The result of a task with a case whose scene is the equal one that this process has met before, if it has.
+
+    A case that arrives from another process brings its scene's parameters alone. Tables that are computed from them
     take longer than most runs.
     """
-    return task(replace(cell, scene=_known(cell.scene)))
+    return task(replace(case, scene=_known(case.scene)))
 
 
 @lru_cache(SCENES_KEPT)
@@ -60,7 +67,7 @@ def _limit(memory: int | None) -> InvalidInput | None:
         return None
     import resource  # POSIX only; without a limit the rest works anywhere
 
-    import conrod.studies.frame.measurement  # noqa: F401  what every cell loads is loaded before the limit is compared
+    import conrod.studies.frame.run  # noqa: F401  what every case loads is loaded before the limit is compared
 
     used = address_space()
     if memory <= used:

@@ -15,7 +15,7 @@ from typing import Any, Self
 
 import platformdirs
 
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger_file import PATIENCE, connected, naming_ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.results_table import tidy_row
@@ -33,7 +33,7 @@ def default_path() -> Path:
 
 
 class Ledger:
-    """Finished runs by the key of their cell; timings apart from them, by machine.
+    """Finished runs by the key of their case; timings apart from them, by machine.
 
     What `keep` returned from survives the process being killed at any moment. Several processes may use one ledger.
     Every method raises InvalidInput, in one line, where the file is locked for long, on a full disk, read-only or
@@ -99,7 +99,7 @@ class Ledger:
         found = dict(self._select("SELECT key, measurement FROM runs WHERE key IN", wanted))
         return {key: _unpacked(found[key]) for key in wanted if key in found}
 
-    def keep(self, cell: Cell, measurement: Measurement, limit: float | None = None, *, replace: bool = False) -> None:
+    def keep(self, case: Case, measurement: Measurement, limit: float | None = None, *, replace: bool = False) -> None:
         """Keep what a run showed, in the place of what was kept of it before.
 
         Args:
@@ -107,9 +107,9 @@ class Ledger:
                 ran out of that.
             replace: let such a run take the place even of one that ended by itself, which may be another process's.
         """
-        key = cell.key
+        key = case.key
         with naming_ledger(self.path, self._patience), self._writing():
-            self._note(key, cell)
+            self._note(key, case)
             self._connection.execute(
                 "INSERT INTO runs VALUES (?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET outcome = excluded.outcome, "
                 "allowed = excluded.allowed, measurement = excluded.measurement "
@@ -119,11 +119,11 @@ class Ledger:
 
     # -- timings -----------------------------------------------------------------------------------------------------
 
-    def keep_timing(self, cell: Cell, timing: Timing) -> None:
+    def keep_timing(self, case: Case, timing: Timing) -> None:
         """Keep what a run cost, in the place of what it cost on the same machine before."""
-        key = cell.key
+        key = case.key
         with naming_ledger(self.path, self._patience), self._writing():
-            self._note(key, cell)
+            self._note(key, case)
             self._connection.execute(
                 f"INSERT OR REPLACE INTO timings (key, {TIMING}) VALUES (:key, :machine, :seconds_per_revolution, "
                 ":reference_seconds, :ratio, :steps, :repeats)",
@@ -180,9 +180,9 @@ class Ledger:
         self._connection.execute("BEGIN IMMEDIATE")
         return self._connection
 
-    def _note(self, key: str, cell: Cell) -> None:
-        identity = json.dumps(cell.identity(), sort_keys=True, allow_nan=False)
-        self._connection.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?)", (key, cell.name, identity))
+    def _note(self, key: str, case: Case) -> None:
+        identity = json.dumps(case.identity(), sort_keys=True, allow_nan=False)
+        self._connection.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?)", (key, case.name, identity))
 
 
 def _packed(measurement: Measurement) -> bytes:

@@ -17,9 +17,8 @@ from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
-from conrod.studies.validation.results import QUANTITIES
 
 MEASURES = ("max", "rms", "final")
 

@@ -10,7 +10,7 @@ from typing import Any
 from conrod.engines import Engine, engine_named
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import LEAST_STEPS
+from conrod.studies.frame.run import LEAST_STEPS
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000
 # Machines that an axis makes of a scene: their tables, which presets read, are then computed once for all cases.

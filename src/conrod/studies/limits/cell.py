@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase
 from conrod.studies.limits.declaration import Declaration, Redeclared
 
 # Raised when what is watched for comes out otherwise, or means something else, than before.
@@ -15,7 +16,7 @@ WATCH_VERSION = 3
 
 
 @dataclass(frozen=True)
-class LimitCell(Cell):
+class LimitCell(RunCase):
     """A run whose measurement carries `Extremes`; see `watch`.
 
     Attributes:
@@ -24,6 +25,11 @@ class LimitCell(Cell):
 
     signed_angles: int = 0
     declaration: Declaration | None = None
+
+    def perform(self) -> Measurement:
+        from conrod.studies.limits.stream_run import watch
+
+        return watch(self)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         declared = None if self.declaration is None else asdict(self.declaration)

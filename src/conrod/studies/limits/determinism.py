@@ -10,11 +10,10 @@ from conrod.engines import engine_named
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.studies.execution.isolation import Ended, isolated_once
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import Study
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
-from conrod.studies.limits.perform import perform
-from conrod.studies.limits.search import Search
 from conrod.studies.limits.stream_run import watch
 
 # Which runs a cell of this kind is made of, in their order.
@@ -30,6 +29,9 @@ class RepeatedCell(LimitCell):
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         return super()._identity(parameters) | {"repeated": RUNS}
+
+    def perform(self) -> Measurement:
+        return repeated(self)
 
     @property
     def once(self) -> LimitCell:
@@ -93,7 +95,7 @@ class Determinism:
         return cls(**{name: value for name, value in values.items() if name != "identical"})
 
 
-def determinism_search(case: Case) -> Search[Determinism]:
+def determinism_search(case: Case) -> Study[Determinism]:
     """The runs of a case, at its usual steps, made again and again."""
     cell = RepeatedCell(case.name, case.scene, case.settings())
     answers = yield (cell,)
@@ -112,11 +114,6 @@ def determinism(case: Case, measurement: Measurement) -> Determinism:
         reason=measurement.reason,
         fingerprints=dict(zip(RUNS, prints, strict=True)) if prints else {},
     )
-
-
-@perform.register
-def _repeated(cell: RepeatedCell) -> Measurement:
-    return repeated(cell)
 
 
 def repeated(cell: RepeatedCell, task: Task = watch) -> Measurement:

@@ -15,11 +15,11 @@ from conrod.engines import engine_named
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import Study
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
 from conrod.studies.limits.grade import grade_of
 from conrod.studies.limits.perform import BoundedCell
-from conrod.studies.limits.search import Search
 from conrod.studies.limits.solver_notes import solver_note
 
 
@@ -258,7 +258,7 @@ class Exhibit:
         return cls(**values)
 
 
-def gallery_search(specimens: tuple[Specimen, ...] = GALLERY) -> Search[tuple[Exhibit, ...]]:
+def gallery_search(specimens: tuple[Specimen, ...] = GALLERY) -> Study[tuple[Exhibit, ...]]:
     """All specimens, run."""
     answers = yield tuple(specimen.cell for specimen in specimens)
     return tuple(exhibit(specimen, answers[specimen.cell.key]) for specimen in specimens)

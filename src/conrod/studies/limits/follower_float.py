@@ -17,6 +17,7 @@ import numpy as np
 
 from conrod.scenes import CamFollower
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import Study
 from conrod.studies.limits.axes.cams import FollowerFloat as FloatAxis
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
@@ -25,7 +26,6 @@ from conrod.studies.limits.extremes import Extremes, Flight
 from conrod.studies.limits.flights import LEAST_DEPTH, TIMES
 from conrod.studies.limits.float_results import ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
 from conrod.studies.limits.gap_record import GapCell
-from conrod.studies.limits.search import Search
 
 LEAST_STEPS = 20000  # a revolution
 STEPS_PER_FACET = 5
@@ -41,7 +41,7 @@ EXCESSES = np.geomspace(0.001, 0.25, 24)
 SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH = 1.0001, 4.0, 1e-5
 
 
-def float_search(case: Case) -> Search[FollowerFloat]:
+def float_search(case: Case) -> Study[FollowerFloat]:
     """Onset and flights of a case, at no fewer than `LEAST_STEPS` a revolution."""
     bench = _Bench(case)
     found = FollowerFloat(case.name, case.engine, case.preset, bench.refusal, None, bench.steps, bench.vertices)
@@ -147,7 +147,7 @@ class _Trial:
     threshold: float
 
 
-def _tried(bench: _Bench, speeds: Sequence[float]) -> Search[list[_Trial]]:
+def _tried(bench: _Bench, speeds: Sequence[float]) -> Study[list[_Trial]]:
     """Runs with the coarser step, and with the finer one where they show a flight."""
     coarse = {speed: bench.cell(speed, 0) for speed in speeds}
     answers = yield tuple(coarse.values())
@@ -182,7 +182,7 @@ def _trial(bench: _Bench, speed: float, measurements: Sequence[Measurement]) -> 
     )
 
 
-def _bracketed(bench: _Bench) -> Search[list[_Trial]]:
+def _bracketed(bench: _Bench) -> Study[list[_Trial]]:
     """The speeds that are compared, and slower ones down to one that makes no flight."""
     trials = yield from _tried(bench, (*COMPARED_SPEEDS, HELD_SPEEDS[0]))
     for speed in HELD_SPEEDS[1:]:
@@ -216,7 +216,7 @@ def _from_length(bench: _Bench, trials: Sequence[_Trial]) -> float | None:
     return LENGTH_SPEED / bench.speed_of(lambda exact: exact.landing - exact.start - length)
 
 
-def _drawn(bench: _Bench) -> Search[GapCurve | None]:
+def _drawn(bench: _Bench) -> Study[GapCurve | None]:
     cell = bench.cell(DRAWN_SPEED, 0)
     recorded = GapCell(cell.name, cell.scene, cell.settings, cell.revolutions)
     answers = yield (recorded,)

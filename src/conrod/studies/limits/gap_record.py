@@ -13,7 +13,6 @@ from conrod.runs.outcome import joint_gaps
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
-from conrod.studies.limits.perform import perform
 from conrod.studies.limits.stream_run import watch
 
 SPANS = 360  # of a run, of each of which the least and the largest gap are kept
@@ -29,8 +28,10 @@ class GapCell(LimitCell):
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         return super()._identity(parameters) | {"gap_spans": SPANS}
 
+    def perform(self) -> Measurement:
+        return recorded(self)
 
-@perform.register
+
 def recorded(cell: GapCell) -> Measurement:
     """The measurement of a run with its gap."""
     measurement = watch(cell)

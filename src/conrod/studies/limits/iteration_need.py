@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Self
 
+from conrod.studies.frame.study import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axes.machine import MassRatio
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.results import Walk
-from conrod.studies.limits.search import Search
 from conrod.studies.limits.walk import most_runs, walk_search
 
 ITERATIONS = (1, 3, 10, 30, 100, 300, 1000)
@@ -50,7 +50,7 @@ class IterationNeed:
         return cls(**{**values, "walks": tuple(Walk.of(walk) for walk in values["walks"])})
 
 
-def need_search(case: Case, iterations: int) -> Search[IterationNeed]:
+def need_search(case: Case, iterations: int) -> Study[IterationNeed]:
     """Walk the mass ratio both ways."""
     axis = MassRatioAtIterations(iterations)
     walks = []

@@ -8,13 +8,13 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import Study
 from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, nearest_runs, refine, told
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, spaced
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.grade import Level, grade_of
-from conrod.studies.limits.search import Search
 
 STEPS = AXES["steps"]
 # From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.
@@ -170,7 +170,7 @@ def standing(level: str) -> str:
 
 def map_search(
     case: Case, pair: Pair, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
-) -> Search[LimitMap]:
+) -> Study[LimitMap]:
     """Map a pair, running along its boundaries alone; see `conrod.studies.limits.adaptive`.
 
     Boundaries between safe, rough, wrong and failed come first, those between ways of failing within the allowance.

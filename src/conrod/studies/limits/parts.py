@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from conrod.studies.frame.study import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axes.cams import FollowerFloat
 from conrod.studies.limits.axes.machine import MassRatio
@@ -14,7 +15,6 @@ from conrod.studies.limits.case import Case
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search, most_float_runs
 from conrod.studies.limits.iteration_need import ITERATIONS, PRESET, most_need_runs, need_search
-from conrod.studies.limits.search import Search
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Part:
     name: str
     kind: str
     refusal: Callable[[Case], str | None]
-    searches: Callable[[Case], Sequence[Callable[[], Search[Any]]]]
+    searches: Callable[[Case], Sequence[Callable[[], Study[Any]]]]
     most: Callable[[Case], int]
 
 

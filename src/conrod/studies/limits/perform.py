@@ -1,6 +1,4 @@
-"""What an executor does with a cell at an engine's limits; importable, so that any worker process can.
-
-The memory that a run at an engine's limits takes: that of one piece, however long the run.
+"""The memory that a run at an engine's limits takes: that of one piece, however long the run.
 
 A run that has limits of its own, in a process of its own, whatever those of the executor are.
 """
@@ -8,24 +6,16 @@ A run that has limits of its own, in a process of its own, whatever those of the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import singledispatch
 from typing import Any
 
 from conrod.engines import ENGINES, engine_named
 from conrod.errors import InvalidInput
 from conrod.studies.execution.child import address_space
 from conrod.studies.execution.isolation import Ended, isolated, isolated_once
-from conrod.studies.frame.cell import Cell
-from conrod.studies.frame.measurement import Measurement, measure
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.stream_run import watch
-
-
-@singledispatch
-def perform(cell: LimitCell) -> Measurement:
-    """The measurement of a cell, by its kind."""
-    return watch(cell)
-
 
 # Beyond what a process starts with [bytes]; measured: 73 to 108 MB, the most for a cam in MuJoCo.
 OF_A_RUN = 128_000_000
@@ -76,18 +66,16 @@ class BoundedCell(LimitCell):
     headroom: int | None = None
     whole: bool = False
 
+    def perform(self) -> Measurement:
+        answer = isolated_once(_run, self, timeout=self.timeout, headroom=self.headroom)
+        return Measurement(answer.outcome.slug, answer.reason) if isinstance(answer, Ended) else answer
+
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         bounds = {"timeout": self.timeout, "headroom": self.headroom, "whole": self.whole}
         return super()._identity(parameters) | {"bounds": bounds}
 
 
-@perform.register
-def _bounded(cell: BoundedCell) -> Measurement:
-    answer = isolated_once(_run, cell, timeout=cell.timeout, headroom=cell.headroom)
-    return Measurement(answer.outcome.slug, answer.reason) if isinstance(answer, Ended) else answer
-
-
 def _run(cell: BoundedCell) -> Measurement:
     if not cell.whole:
         return watch(cell)
-    return measure(Cell(cell.name, cell.scene, cell.settings, cell.revolutions, cell.start_angle))
+    return measure(RunCase(cell.name, cell.scene, cell.settings, cell.revolutions, cell.start_angle))

@@ -10,6 +10,7 @@ from typing import Any
 from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
+from conrod.studies.frame.study import Results, Study, pursue
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import Case
@@ -19,7 +20,6 @@ from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
 from conrod.studies.limits.parts import PARTS, Part
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.run_length import length_search, most_length_runs
-from conrod.studies.limits.search import Answers, Search, pursue
 from conrod.studies.limits.study import LimitStudy
 from conrod.studies.limits.walk import most_runs, walk_search
 
@@ -66,7 +66,7 @@ class LimitPlan:
     engines: tuple[Engine[Any], ...]
     refused: tuple[Walk, ...]
     unfit: Mapping[str, str]
-    searches: Mapping[str, tuple[Callable[[], Search[Any]], ...]]
+    searches: Mapping[str, tuple[Callable[[], Study[Any]], ...]]
     most: int
 
     def study(self, found: Mapping[str, Sequence[Any]]) -> LimitStudy:
@@ -115,7 +115,7 @@ class _Planner:
     def __init__(self, asked: Request) -> None:
         self._asked = asked
         self.refused: list[Walk] = []
-        self.searches: dict[str, list[Callable[[], Search[Any]]]] = {kind: [] for kind in KINDS}
+        self.searches: dict[str, list[Callable[[], Study[Any]]]] = {kind: [] for kind in KINDS}
         self.most = 0
         self._reasons: dict[str, str] = {}
         self._fit: set[str] = set()
@@ -159,7 +159,7 @@ class _Planner:
             self._reasons[asked.name] = refusal
         return refusal is not None
 
-    def _add(self, kind: str, made: Callable[[], Search[Any]], runs: int) -> None:
+    def _add(self, kind: str, made: Callable[[], Study[Any]], runs: int) -> None:
         self.searches[kind].append(made)
         self.most += runs
 
@@ -179,7 +179,7 @@ def _in_order(walks: Sequence[Walk]) -> tuple[Walk, ...]:
     return tuple(sorted(walks, key=lambda walk: names.index(walk.axis)))
 
 
-def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCell]], Answers]) -> list[LimitStudy]:
+def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCell]], Results]) -> list[LimitStudy]:
     """The studies of all plans, their runs in common batches."""
     places = [(plan, kind, made) for plan in plans for kind, all_made in plan.searches.items() for made in all_made]
     found = pursue([made() for _, _, made in places], run)

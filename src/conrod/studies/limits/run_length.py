@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from conrod.exact.motion import Array
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import Study
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR, Level, grade_of
 from conrod.studies.limits.results import LongRun, Probe, Walk
-from conrod.studies.limits.search import Search
 from conrod.studies.limits.walk import CRITERIA, boundary_of, most_runs, probe_of, walk_search
 
 SHORT = 2.0  # revolutions of a run that needs no history
@@ -58,7 +58,7 @@ class History:
             begin = rows.stop
 
 
-def length_search(axis: Axis, case: Case, revolutions: float) -> Search[tuple[Walk, LongRun]]:
+def length_search(axis: Axis, case: Case, revolutions: float) -> Study[tuple[Walk, LongRun]]:
     """The longest run: its marks show all shorter ones. Where something changes on the way, shorter runs find where.
 
     Raises:

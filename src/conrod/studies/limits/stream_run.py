@@ -10,8 +10,8 @@ from conrod.engines.running import check_run
 from conrod.errors import InvalidInput
 from conrod.runs.outcome import Verdict, prevailing
 from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.cell import LEAST_STEPS, as_run, too_coarse
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.run_statistics import Seen
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.study import Results, Study
 from conrod.studies.limits.axis import Axis, Scale, between, spaced
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import Extremes
 from conrod.studies.limits.grade import Level, grade_of
 from conrod.studies.limits.results import Boundary, Probe, Walk
-from conrod.studies.limits.search import Answers, Search
 from conrod.studies.limits.solver_notes import solver_note
-from conrod.studies.validation.results import QUANTITIES
 
 # Three looks in each of four decades: what fails and holds again between two of them is missed.
 SCANNED = 13
@@ -25,7 +24,7 @@ CRITERIA = (Level.SAFE, Level.ROUGH, Level.WRONG, Level.BROKEN)
 Ruler = Callable[[LimitCell], float | None]
 
 
-def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler) -> Search[Walk]:
+def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler) -> Study[Walk]:
     """Walk an axis between two values, the harmless one first.
 
     Args:
@@ -83,7 +82,7 @@ def _in_order(cells: Mapping[float, LimitCell], first: float, last: float) -> li
     return sorted(cells, reverse=last < first)
 
 
-def _halved(axis: Axis, ordered: Sequence[float], cells: Mapping[float, LimitCell], answers: Answers) -> list[float]:
+def _halved(axis: Axis, ordered: Sequence[float], cells: Mapping[float, LimitCell], answers: Results) -> list[float]:
     """The value to look at next for every boundary that is not yet narrow enough."""
     levels = [LEVELS.index(grade_of(answers[cells[value].key]).level) for value in ordered]
     found = []

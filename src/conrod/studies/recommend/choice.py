@@ -10,8 +10,8 @@ from typing import Protocol
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.recommend.recommendation import (
     Confirmation,
@@ -37,11 +37,11 @@ OTHER_SPEEDS = (0.9, 1.1)
 class Runs(Protocol):
     """Runs and times cells, and keeps what it finds."""
 
-    def run(self, cells: list[Cell], description: str = ...) -> dict[str, Measurement]:
+    def run(self, cells: list[RunCase], description: str = ...) -> dict[str, Measurement]:
         """Measurements by key."""
         ...
 
-    def time(self, cells: list[Cell], description: str = ...) -> dict[str, Timing]:
+    def time(self, cells: list[RunCase], description: str = ...) -> dict[str, Timing]:
         """Timings by key, of those cells that can be timed."""
         ...
 
@@ -51,7 +51,7 @@ class Candidate:
     """A setting within the tolerances: the coarsest step of its rule."""
 
     swept: SweptRule = field(repr=False)
-    cell: Cell
+    cell: RunCase
     measurement: Measurement
 
 
@@ -152,7 +152,7 @@ def _with_finer_steps(
     return candidates
 
 
-def _between(swept: SweptRule, k: int, excesses: Sequence[float]) -> Cell | None:
+def _between(swept: SweptRule, k: int, excesses: Sequence[float]) -> RunCase | None:
     """The step between the last one that is out and the first one within, at which the error should just do."""
     (out, within), (low, high) = (
         excesses[k - 1 : k + 1],
@@ -165,7 +165,7 @@ def _between(swept: SweptRule, k: int, excesses: Sequence[float]) -> Cell | None
     if not low < steps < high:
         return None
     cell = swept.cells[k]
-    return Cell(cell.name, cell.scene, swept.rule.settings(cell.scene, steps))
+    return RunCase(cell.name, cell.scene, swept.rule.settings(cell.scene, steps))
 
 
 # -- confirmation ----------------------------------------------------------------------------------------------------
@@ -177,7 +177,7 @@ def _confirmed(candidate: Candidate, allowed: Mapping[str, float], runs: Runs) -
     return tuple(_confirmation(what, found[cell.key], allowed) for what, cell in cells.items())
 
 
-def confirming_cells(swept: SweptRule, cell: Cell) -> Iterator[tuple[str, Cell]]:
+def confirming_cells(swept: SweptRule, cell: RunCase) -> Iterator[tuple[str, RunCase]]:
     """Runs that the grid does not contain: another start, more revolutions, other speeds.
 
     An input that makes one pass has one start and one length of a run: it makes the pass backwards instead.
@@ -185,13 +185,13 @@ def confirming_cells(swept: SweptRule, cell: Cell) -> Iterator[tuple[str, Cell]]
     steps = cell.settings.steps_per_revolution
     backwards = []
     if cell.scene.kinematics.mechanism.driver.span is None:
-        yield "start at 37 deg", Cell(cell.name, cell.scene, cell.settings, start_angle=OTHER_START)
-        yield "five revolutions", Cell(cell.name, cell.scene, cell.settings, revolutions=MORE_REVOLUTIONS)
+        yield "start at 37 deg", RunCase(cell.name, cell.scene, cell.settings, start_angle=OTHER_START)
+        yield "five revolutions", RunCase(cell.name, cell.scene, cell.settings, revolutions=MORE_REVOLUTIONS)
     else:
         backwards = [("the pass backwards", -1.0)]
     for what, factor in [*backwards, *((f"speed {factor - 1.0:+.0%}", factor) for factor in OTHER_SPEEDS)]:
         scene: Scene = cell.scene.with_parameters(speed=factor * cell.scene.speed)
-        yield what, Cell(cell.name, scene, swept.rule.settings(scene, steps))
+        yield what, RunCase(cell.name, scene, swept.rule.settings(scene, steps))
 
 
 def _confirmation(what: str, measurement: Measurement, allowed: Mapping[str, float]) -> Confirmation:

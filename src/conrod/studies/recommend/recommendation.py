@@ -17,8 +17,8 @@ from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.transmission import least_transmission_angle
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import Cell
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 
 
@@ -93,7 +93,7 @@ class Recommendation:
     engine: str
     rule: str
     preset: str | None
-    cell: Cell
+    cell: RunCase
     errors: Mapping[str, float]
     margin: float
     timing: Timing
@@ -141,7 +141,7 @@ class StockComparison:
 def compared_with_stock(
     measurement: Measurement,
     timing: Timing,
-    stock: Sequence[Cell],
+    stock: Sequence[RunCase],
     measurements: Mapping[str, Measurement],
     timings: Mapping[str, Timing],
     allowed: Mapping[str, float],

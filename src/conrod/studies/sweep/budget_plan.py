@@ -11,7 +11,7 @@ from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import Cell
+from conrod.studies.frame.run import RunCase
 from conrod.studies.validation.refinement import refined
 
 BUDGET_ANGLES = 100
@@ -33,7 +33,7 @@ class BudgetPlan:
     """
 
     name: str
-    cells: Mapping[str, Cell]
+    cells: Mapping[str, RunCase]
     changes: Mapping[str, Mapping[str, tuple[Any, Any]]]
 
 
@@ -54,13 +54,13 @@ def budget_plan_of(name: str, scene: Scene, settings: Settings, fineness: int = 
     if fineness < 2 or fineness % 2:
         raise InvalidInput(f"fineness = {fineness} must be an even number")
 
-    def cell(chosen: Settings, finer: int = 1) -> Cell:
-        return Cell(name, scene, refined(scene, chosen, finer * steps), signed_angles=BUDGET_ANGLES)
+    def cell(chosen: Settings, finer: int = 1) -> RunCase:
+        return RunCase(name, scene, refined(scene, chosen, finer * steps), signed_angles=BUDGET_ANGLES)
 
     variations: Variations[Settings] = engine_named(settings.engine).variations
     solved = variations.converged(scene, settings)
     cells = {
-        AS_IS: Cell(name, scene, settings, signed_angles=BUDGET_ANGLES),
+        AS_IS: RunCase(name, scene, settings, signed_angles=BUDGET_ANGLES),
         CONVERGED: cell(solved),
         TWICE: cell(variations.converged(scene, settings, 2)),
         FINER: cell(solved, fineness // 2),

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.sweep.budget_plan import (
     AS_IS,
     CONVERGED,
@@ -35,7 +35,6 @@ from conrod.studies.sweep.budget_plan import (
     BudgetPlan,
 )
 from conrod.studies.validation.refinement import rounding_level
-from conrod.studies.validation.results import QUANTITIES
 
 TOTAL, ITERATION, STEP, MODEL = "total", "iteration", "step", "model"
 SETTLED = 0.01  # of the part, or of the whole error: how much a doubling may still change

@@ -33,9 +33,8 @@ from numpy.typing import NDArray
 from conrod.engines import engine_named
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.validation.refinement import Family, rounding_level
-from conrod.studies.validation.results import QUANTITIES
 
 SAFE, UNSAFE = 1.25, 3.0
 LEAST_ORDER, ABOVE_FORMAL = 0.5, 0.5

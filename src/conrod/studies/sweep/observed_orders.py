@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from conrod.runs.convergence import PAIRS_AGREE, observed_order
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.validation.refinement import Family
-from conrod.studies.validation.results import QUANTITIES
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.rule import Grid, Rule, step_counts
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import Cell
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.budget_plan import BudgetPlan, budget_plan_of
 from conrod.studies.sweep.error_budget import ErrorBudget, Prediction, budget_of, roles_of_law
@@ -20,7 +20,6 @@ from conrod.studies.sweep.observed_orders import orders_along
 from conrod.studies.sweep.results import COMPLETED, SweepStudy, SweptPoint
 from conrod.studies.sweep.sensitivity import sensitivity_cells, sensitivity_of
 from conrod.studies.validation.refinement import PATHS, Family, Path, family_of
-from conrod.studies.validation.results import QUANTITIES
 
 BUDGET_STEPS = 1000  # per revolution
 
@@ -31,7 +30,7 @@ class SweptRule:
 
     engine: Engine[Any]
     rule: Rule
-    cells: tuple[Cell, ...]
+    cells: tuple[RunCase, ...]
 
     @property
     def path(self) -> Path:
@@ -57,12 +56,12 @@ class SweepPlan:
     both_ways: tuple[Family, ...] = ()  # each preset's own settings refined along one path and along the other
 
     @property
-    def grid_cells(self) -> tuple[Cell, ...]:
+    def grid_cells(self) -> tuple[RunCase, ...]:
         """Cells of the grid, each once: those that are timed."""
         return tuple({cell.key: cell for rule in self.rules for cell in rule.cells}.values())
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
+    def cells(self) -> tuple[RunCase, ...]:
         """All cells: those of the grid, and what the studies of the presets need besides."""
         of_budgets = [cell for budget in self.budgets for cell in budget.cells.values()]
         of_sensitivities = [
@@ -78,7 +77,7 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
     """The plan of a sweep of a scene."""
     steps = step_counts(grid, contact=bool(scene.kinematics.mechanism.cam_contacts))
     rules = [
-        SweptRule(engine, rule, tuple(Cell(name, scene, rule.settings(scene, n)) for n in steps))
+        SweptRule(engine, rule, tuple(RunCase(name, scene, rule.settings(scene, n)) for n in steps))
         for engine in engines
         for rule in engine.grid(scene, grid)
     ]
@@ -94,7 +93,7 @@ def _preset_settings(scene: Scene, engines: Sequence[Engine[Any]]) -> tuple[Sett
     return tuple(settings for engine, settings in made if engine.refusal(scene, settings) is None)
 
 
-def cells_to_time(plan: SweepPlan, measurements: Mapping[str, Measurement]) -> list[Cell]:
+def cells_to_time(plan: SweepPlan, measurements: Mapping[str, Measurement]) -> list[RunCase]:
     """The cells whose cost is measured, those of few steps first: what a step of a failed run costs is of no use."""
     timed = [cell for cell in plan.grid_cells if measurements[cell.key].outcome == COMPLETED]
     return sorted(timed, key=lambda cell: cell.settings.steps_per_revolution)

@@ -16,9 +16,8 @@ from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import Cell
-from conrod.studies.frame.measurement import Measurement
-from conrod.studies.validation.results import QUANTITIES
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.run import RunCase
 
 BASE, GRAVITY = "as is", "gravity switched"
 # The ends show whether it matters at all. Soft joints may not hold there: what lies between shows how it depends.
@@ -84,19 +83,19 @@ class Sensitivity:
         return asdict(self)
 
 
-def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, Cell]:
+def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, RunCase]:
     """The runs, by what they change; gravity only where the machine feels it.
 
     Raises:
         InvalidInput: the output link's mass is no parameter, or the engine is not in the table.
     """
     parameter = output_mass(scene)
-    cells = {BASE: Cell(name, scene, settings)}
+    cells = {BASE: RunCase(name, scene, settings)}
     for factor in MASS_FACTORS:
         value = varied_mass(scene, parameter, factor)
-        cells[mass_label(parameter, factor)] = Cell(name, scene.with_parameters(**{parameter: value}), settings)
+        cells[mass_label(parameter, factor)] = RunCase(name, scene.with_parameters(**{parameter: value}), settings)
     if math.hypot(*scene.kinematics.mechanism.gravity) > 0.0:
-        cells[GRAVITY] = Cell(name, scene, engine_named(settings.engine).variations.gravity_switched(settings))
+        cells[GRAVITY] = RunCase(name, scene, engine_named(settings.engine).variations.gravity_switched(settings))
     return cells
 
 

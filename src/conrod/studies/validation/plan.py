@@ -17,7 +17,7 @@ from conrod.runs.comparison import Comparison, ErrorSeries, PointErrors, compare
 from conrod.runs.convergence import observed_order
 from conrod.runs.trajectory import Outcome, Track, Trajectory
 from conrod.scenes import CamFollower, Scene
-from conrod.studies.frame.measurement import prediction_sizes
+from conrod.studies.frame.run import prediction_sizes
 from conrod.studies.validation import printed_table
 from conrod.studies.validation.results import QUANTITIES, Curve, RefinementPoint, Result, Tolerance, result_of, sizes_of
 

@@ -15,7 +15,7 @@ from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.cell import SIGNED_ANGLES, Cell
+from conrod.studies.frame.run import SIGNED_ANGLES, RunCase
 
 # The step alone is refined, all softness stays as it is in seconds; or softness keeps its size in steps.
 Path = Literal["step alone", "step with softness"]
@@ -38,7 +38,7 @@ class Family:
 
     label: str
     path: Path
-    cells: tuple[Cell, ...]
+    cells: tuple[RunCase, ...]
 
     @property
     def engine(self) -> str:
@@ -79,7 +79,7 @@ def family_of(name: str, scene: Scene, settings: Settings, path: Path, steps: Se
     """
     if list(steps) != sorted(set(steps)) or any(n < SIGNED_ANGLES or n % SIGNED_ANGLES for n in steps):
         raise InvalidInput(f"steps = {tuple(steps)} must increase and be multiples of {SIGNED_ANGLES}")
-    cells = tuple(Cell(name, scene, refined(scene, settings, n, path)) for n in steps)
+    cells = tuple(RunCase(name, scene, refined(scene, settings, n, path)) for n in steps)
     return Family(settings.preset, path, cells)
 
 
