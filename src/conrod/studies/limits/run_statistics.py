@@ -13,6 +13,7 @@ import hashlib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,10 +22,12 @@ from conrod.runs.comparison import QUANTITIES, PointErrors, point_errors
 from conrod.runs.outcome import Verdict, joint_gaps
 from conrod.runs.trajectory import BodyTracks, Outcome, Piece, SolverState, Trajectory, joined
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.extremes import ExactTorque, Extremes, SolverWatch
 from conrod.studies.limits.flights import HELD, Flights, longest
 from conrod.studies.limits.run_length import History
+
+if TYPE_CHECKING:
+    from conrod.studies.limits.cell import LimitCell
 
 
 class Fingerprint:

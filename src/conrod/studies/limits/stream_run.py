@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE
@@ -12,8 +13,10 @@ from conrod.runs.outcome import Verdict, prevailing
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
-from conrod.studies.limits.cell import LimitCell
 from conrod.studies.limits.run_statistics import Seen
+
+if TYPE_CHECKING:
+    from conrod.studies.limits.cell import LimitCell
 
 # The solver is looked at at the end of each piece: at least so often in a run, and at so many crank angles. What a look
 # costs is then a small part of a long run.
