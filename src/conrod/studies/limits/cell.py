@@ -10,7 +10,6 @@ from conrod.scenes import Scene
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.limits.declaration import Declaration, Redeclared
-from conrod.studies.limits.stream_run import watch
 
 # Raised when what is watched for comes out otherwise, or means something else, than before.
 WATCH_VERSION = 3
@@ -28,6 +27,8 @@ class LimitCell(RunCase):
     declaration: Declaration | None = None
 
     def perform(self) -> Measurement:
+        from conrod.studies.limits.stream_run import watch
+
         return watch(self)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
