@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.own.tables.quantity import CRANK_ANGLE, TIME, Target, meant_by, targets
-from conrod.own.tables.text import DIMENSIONS, bare_unit, bracketed_unit, factor, is_unit, readings
+from conrod.own.tables.headings import DIMENSIONS, bare_unit, bracketed_unit, factor, is_unit, readings
+from conrod.own.tables.quantity import TIME, Target, meant_by, targets
 
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
 KINDS = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
@@ -223,8 +223,3 @@ def _check_units(columns: Sequence[Column]) -> None:
                 f"mixed units: {one.name} has no unit, {other.target.name} is in {other.unit}; say with "
                 f"--unit {one.name}=... what it is in"
             )
-
-
-def names_crank(columns: Sequence[Column]) -> bool:
-    """Whether the table says where the crank was."""
-    return any(column.target.name == CRANK_ANGLE for column in columns)

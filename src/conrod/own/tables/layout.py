@@ -11,7 +11,8 @@ from itertools import islice
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.own.tables.text import bare_unit, encoding_of, is_unit, lines
+from conrod.own.tables.headings import bare_unit, is_unit
+from conrod.own.tables.text import encoding_of, lines
 
 SAMPLE = 400  # lines that the layout is told from
 BLANKS = " "  # as a separator: any run of blanks

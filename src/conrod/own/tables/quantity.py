@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 
 TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
 AXES = "xy"
@@ -52,29 +53,11 @@ def targets(points: Sequence[str]) -> tuple[Target, ...]:
 def _of_point(point: str, alone: bool) -> Iterator[Target]:
     for quantity, (letter, unit, words) in MOTION.items():
         for axis, axis_name in enumerate(AXES):
-            name = f"{point}.{letter}{axis_name}"
-            aliases = (*_aliases(point, words, quantity, axis_name), *_bare(words, quantity, axis_name, alone))
-            yield Target(name, unit, tuple(dict.fromkeys(aliases)), point, quantity, axis)
-
-
-def _aliases(point: str, words: Sequence[str], quantity: str, axis: str) -> Iterator[str]:
-    for word in words:
-        if not word:
-            yield from (f"{point}_{axis}", f"{axis}_{point}")
-            continue
-        yield from (f"{point}_{word}{axis}", f"{point}_{word}_{axis}", f"{word}{axis}_{point}")
-        yield from (f"{word}_{axis}_{point}", f"{word}_{point}_{axis}", f"{word}{point}_{axis}")
-        yield from (f"{point}_{axis}_{word}", f"{axis}_{word}_{point}")
-    for dotted in DOTS[quantity]:
-        yield from (f"{point}_{dotted.format(axis)}", f"{dotted.format(axis)}_{point}")
-
-
-def _bare(words: Sequence[str], quantity: str, axis: str, alone: bool) -> Iterator[str]:
-    """Names without the point, which say enough where there is but one."""
-    if alone:
-        yield from (f"{word}{axis}" for word in words)
-        yield from (f"{word}_{axis}" for word in words if word)
-        yield from (dotted.format(axis) for dotted in DOTS[quantity])
+            named = [*((word, axis_name) for word in words), *((dots.format(axis_name),) for dots in DOTS[quantity])]
+            aliases = ["_".join(filter(None, parts)) for name in named for parts in permutations((point, *name))]
+            # Names without the point say enough where there is but one.
+            aliases += ["_".join(filter(None, name)) for name in named] if alone else []
+            yield Target(f"{point}.{letter}{axis_name}", unit, tuple(dict.fromkeys(aliases)), point, quantity, axis)
 
 
 def _words(name: str) -> str:

@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.archives import Archive, open_npz, open_parquet
 from conrod.own.tables.columns import Column, Request, choose
-from conrod.own.tables.delimited import read_numbers
+from conrod.own.tables.delimited import Wanted, read_numbers
 from conrod.own.tables.layout import layout_of
 from conrod.own.tables.quantity import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME
 from conrod.own.tables.samples import QUANTITIES, Observed, Samples
@@ -63,7 +63,8 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     layout = layout_of(path)
     columns = _chosen(path, layout.headings, layout.units, points, asked)
     names = [column.target.name for column in columns]
-    values, numbers = read_numbers(path, layout, [column.index for column in columns], names, MOST_ROWS)
+    wanted = Wanted(path, layout, [column.index for column in columns], names)
+    values, numbers = read_numbers(wanted, MOST_ROWS)
     return _reading(path, layout.headings, columns, values, numbers, layout.form)
 
 
