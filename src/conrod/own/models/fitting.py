@@ -6,16 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.frame import UNITS, GivenFrame
 from conrod.own.models.references import Paths
 
-ITERATIONS, HALVINGS = 40, 12
 DIFFERENCE = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
-# An iteration that gains less than this is at its end; so is one that is at rounding.
-GAIN, ROUNDING = 1e-3, 1e-15
+# A step that gains less than this share of the squares is the last; so is one that is rounding.
+GAIN, ROUNDING = 2e-3, 1e-15
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def laid(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
     def left(x: Array) -> Array:
         return miss(seen, paths, coarse.at(dict(zip(free, x.tolist(), strict=True))))
 
-    found = gauss_newton(left, np.array([getattr(coarse, name) for name in free]), np.ones(len(free)))
+    found = least_distances(left, np.array([getattr(coarse, name) for name in free]), np.ones(len(free)))
     return relaid(coarse.at(dict(zip(free, found.tolist(), strict=True))), seen, paths)
 
 
@@ -125,26 +125,31 @@ def _coarse(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid
     return best
 
 
-def gauss_newton(left: Callable[[Array], Array], start: Array, sizes: Array) -> Array:
+def least_distances(left: Callable[[Array], Array], start: Array, sizes: Array) -> Array:
     """The least squares of complex distances by a few unknowns.
 
     Args:
-        left: distances; may raise InvalidInput where there are none.
-        sizes: of the unknowns, for differences.
+        left: distances; raises InvalidInput where there are none, and the step there is shortened.
+        sizes: of the unknowns, for steps and differences.
+
+    Raises:
+        InvalidInput: there are no distances at the start.
     """
-    here, distances = start.copy(), left(start)
+    count = len(_stacked(left(start)))
+
+    def residuals(steps: Array) -> Array:
+        try:
+            return _stacked(left(start + sizes * steps))
+        except InvalidInput:
+            return np.full(count, np.nan)
+
+    def jacobian(steps: Array) -> Array:
+        return slopes(left, start + sizes * steps, sizes)
+
     if not len(start):
-        return here
-    for _ in range(ITERATIONS):
-        jacobian = slopes(left, here, sizes)
-        step = np.linalg.lstsq(jacobian, -_stacked(distances), rcond=1e-12)[0] * sizes
-        better = _shortened(left, here, step, distances)
-        if better is None:
-            break
-        before, (here, distances) = distances, better
-        if _size(distances) > (1.0 - GAIN) * _size(before) or _size(distances) < ROUNDING:
-            break
-    return here
+        return start
+    found = least_squares(residuals, np.zeros(len(start)), jac=jacobian, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING)
+    return np.asarray(start + sizes * found.x)
 
 
 def slopes(left: Callable[[Array], Array], here: Array, sizes: Array) -> Array:
@@ -157,28 +162,9 @@ def slopes(left: Callable[[Array], Array], here: Array, sizes: Array) -> Array:
     return np.column_stack(columns)
 
 
-def _shortened(
-    left: Callable[[Array], Array], here: Array, step: Array, distances: Array
-) -> tuple[Array, Array] | None:
-    """The end of a step that is halved until it helps; None if it never does."""
-    for _ in range(HALVINGS):
-        try:
-            there = left(here + step)
-        except InvalidInput:
-            there = None
-        if there is not None and _size(there) < _size(distances):
-            return here + step, there
-        step = 0.5 * step
-    return None
-
-
 def _stacked(distances: Array) -> Array:
     flat = distances.ravel()
     return np.concatenate([flat.real, flat.imag])
-
-
-def _size(distances: Array) -> float:
-    return float(np.linalg.norm(distances))
 
 
 def indistinct(jacobian: Array, names: Sequence[str], least: float) -> tuple[tuple[str, ...], ...]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.models.fitting import Laid, Sighting, free_of, gauss_newton, indistinct, miss, relaid, slopes
+from conrod.own.models.fitting import Laid, Sighting, free_of, indistinct, least_distances, miss, relaid, slopes
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, paths_of, with_lengths
 from conrod.scenes import Scene
@@ -158,7 +158,7 @@ def _explained(search: Search, start: Laid, change: _Change) -> Explanation | No
     """A change with what of the frame is free, fitted; None where that leads to no machine."""
     fit = _Fit(search, start, change)
     try:
-        there, scene = fit.split(gauss_newton(fit.left, fit.start, fit.sizes))
+        there, scene = fit.split(least_distances(fit.left, fit.start, fit.sizes))
     except InvalidInput:
         return None
     there = relaid(there, search.seen, paths_of(scene, search.points))
