@@ -8,10 +8,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conrod.errors import InvalidInput
 from conrod.studies.frame.files import is_folder, is_no_file, real_path
+
+if TYPE_CHECKING:
+    from conrod.report.kind import Kind
 
 
 def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
@@ -73,3 +76,103 @@ def holds_document(file: Path, keys: set[str]) -> bool:
     except (OSError, ValueError):
         return False
     return isinstance(document, dict) and keys <= document.keys()
+
+# -- the folder of a report whose pages are made of saved findings -----------------------------------------------------
+
+SUBFOLDERS = ("figures", "data")
+
+
+class ReportFolder:
+    """A folder with reports, and which of its files are those of one kind of report.
+
+    Attributes:
+        path: of the folder, which need not be there.
+        document: what the results file of the kind holds; {} where there is none.
+    """
+
+    def __init__(self, path: Path, kind: Kind[Any]) -> None:
+        """Read what the folder holds.
+
+        Raises:
+            InvalidInput: a file is in the place of the results that is not of this kind and schema.
+        """
+        self.path, self.kind = path, kind
+        self.document: dict[str, Any] = self._read()
+
+    def _read(self) -> dict[str, Any]:
+        file = self.path / self.kind.results
+        if is_no_file(file):
+            raise InvalidInput(f"cannot write into {self.path}: {self.kind.results} in it is not a regular file")
+        if not file.exists():
+            return {}
+        try:
+            found = document_in(file)
+        except (OSError, ValueError):
+            found = None
+        if not isinstance(found, dict) or not (found.keys() & {"kind", "schema"}):
+            raise InvalidInput(
+                f"cannot write into {self.path}: it holds a {self.kind.results} that is not a conrod report"
+            )
+        if found.get("kind", self.kind.name) != self.kind.name:
+            raise InvalidInput(f"{file}: it is a report of another kind, {found['kind']}; give another folder")
+        if found.get("schema") != self.kind.schema:
+            raise InvalidInput(f"{file}: it is a report of another version of conrod; remove it or give another folder")
+        return found
+
+    @property
+    def entries(self) -> dict[str, Any]:
+        """Entries of the report's parts by name."""
+        return dict(self.document.get("parts", {}))
+
+    @property
+    def owned(self) -> set[str]:
+        """Names of the files that belong to the report."""
+        parts = (entry["files"] for entry in self.entries.values())
+        return {*self.document.get("files", ()), *(name for files in parts for name in files)}
+
+    def values(self, part: str) -> Any:
+        """The saved findings of a part.
+
+        Raises:
+            InvalidInput: their file cannot be read.
+        """
+        name = self.entries[part]["data"]
+        try:
+            return document_in(self.path / name)
+        except (OSError, ValueError) as error:
+            raise InvalidInput(f"{self.path / name}: cannot be read: {error}") from None
+
+    def check(self, parts: Iterable[str], *beside: Path | None) -> None:
+        """Refuse, before any work, a folder in which a report of some parts would replace what is not its own.
+
+        Args:
+            beside: files that the user names for something else, which must be none of the report's.
+
+        Raises:
+            InvalidInput: names the file that is in the way.
+        """
+        names = [self.kind.results, self.kind.index_file]
+        names += [make(part) for part in parts for make in (self.kind.page_file, self.kind.data_file)]
+        for sub in SUBFOLDERS:
+            place = self.path / sub
+            if place.is_symlink() or (place.exists() and not is_folder(place)):
+                raise InvalidInput(f"cannot write into {self.path}: {sub} in it is not a folder")
+        self.check_free(names)
+        for file in beside:
+            if file is not None:
+                check_beside(file, self.path, {*names, *self.owned})
+                if real_path(file).parent in {real_path(self.path / sub) for sub in SUBFOLDERS}:
+                    raise InvalidInput(f"cannot write {file}: that folder is the report's")
+
+    def check_free(self, names: Iterable[str]) -> None:
+        """Refuse names of files that there are and that are not the report's.
+
+        Raises:
+            InvalidInput: names the file.
+        """
+        owned = self.owned
+        for name in names:
+            if is_no_file(self.path / name):
+                raise InvalidInput(f"cannot write into {self.path}: {name} in it is not a regular file")
+            if name not in owned and (self.path / name).exists():
+                raise InvalidInput(f"cannot write into {self.path}: it holds a {name} that is not of this report")

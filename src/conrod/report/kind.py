@@ -1,0 +1,140 @@
+"""Kinds of reports: how findings are saved, and how pages and figures are made of what was saved.
+
+To add a kind of report:
+
+1. Findings: a frozen dataclass of plain values, arrays, scenes (`Scene`), enums and further dataclasses; what a study
+   returns will often do. `report/saved.py` turns it into JSON and back. What is only there to be printed (Outcome,
+   verdict) may be a property of it. Arrays keep seven digits: they are there to be drawn.
+2. Templates in `report/templates/`: `NAME.md.jinja` for the page of one part (a machine, a file) and
+   `NAME-index.md.jinja` for the first page. All prose stands there; tables are `Table`s and figures are `Figure`s,
+   which a template prints with `{{ table }}`. The first screen has the findings and a figure.
+3. A module of `conrod.report` with `KIND = Kind(...)`: functions from a `Part` to its `Page`, from findings to the
+   summary that the index reads, and from the `Index` to its `Page`. A page is `Page(rendered("NAME", ...), figures)`.
+4. A line in `KINDS` below: the name and the module.
+
+A verb then writes with `report_batch(KIND, {part: findings}, folder, command)` of `report/writer.py`, having called
+`ReportFolder(folder, KIND).check(parts, document)` before any work. `conrod report DIR` renders it again from the
+folder's own JSON. `report/free_motion.py` is an example to copy. Findings that change shape get another `schema`.
+
+In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
+conrod, options, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` are those that the
+report owns, and may replace or remove.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from conrod.errors import unknown_choice
+from conrod.report.figure import Figure
+
+F = TypeVar("F")
+
+# By name, the module whose `KIND` it is: a kind is imported when a folder holds one.
+KINDS: Mapping[str, str] = {
+    "motion": "conrod.report.free_motion",
+}
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page in Markdown with the figures that it shows."""
+
+    text: str
+    figures: tuple[Figure, ...] = ()
+
+
+@dataclass(frozen=True)
+class Part(Generic[F]):
+    """What was found of one machine or file.
+
+    Attributes:
+        name: of its page and files.
+        command: what finds the same again.
+        conrod: version that found it.
+        options: how its page is to be, as the user asked for it.
+    """
+
+    name: str
+    findings: F
+    command: str
+    conrod: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Index(Generic[F]):
+    """What the first page is made of.
+
+    Attributes:
+        entries: those of `results.json` by part: title, command, conrod, summary, page, data.
+        origin: how to make the report again, in a sentence.
+        findings: of a part, read when they are asked for.
+    """
+
+    entries: Mapping[str, Mapping[str, Any]]
+    origin: str
+    findings: Callable[[str], F]
+
+
+@dataclass(frozen=True)
+class Kind(Generic[F]):
+    """One kind of report.
+
+    Attributes:
+        name: as `KINDS` has it.
+        findings: type of a part's findings.
+        title: of a part, from its findings.
+        summary: what the index and scripts read of a part, plain values.
+        page: of a part.
+        index: the first page; None where a report has one part, whose page is the first.
+        results, index_file: names of its files in a folder, which several kinds may share.
+        suffix: of the names of its pages and data.
+        kept: what of the findings is saved.
+        schema: of the findings.
+    """
+
+    name: str
+    findings: type[F]
+    title: Callable[[F], str]
+    summary: Callable[[F], Mapping[str, Any]]
+    page: Callable[[Part[F]], Page]
+    index: Callable[[Index[F]], Page] | None = None
+    results: str = "results.json"
+    index_file: str = "README.md"
+    suffix: str = ""
+    kept: Callable[[F], F] = lambda findings: findings
+    schema: int = 2
+
+    def page_file(self, part: str) -> str:
+        """Name of a part's page."""
+        return self.index_file if self.index is None else f"{part}{self.suffix}.md"
+
+    def data_file(self, part: str) -> str:
+        """Name of the file of a part's findings."""
+        return f"data/{part}{self.suffix}.json"
+
+    def first_page(self, parts: Mapping[str, Any] | list[str]) -> str:
+        """Name of the page to read first: that of the only part, or the index."""
+        return self.page_file(next(iter(parts))) if len(parts) == 1 else self.index_file
+
+
+def kind_named(name: str) -> Kind[Any]:
+    """The kind of a name.
+
+    Raises:
+        InvalidInput: there is none.
+    """
+    if name not in KINDS:
+        raise unknown_choice("kind of report", name, KINDS)
+    kind: Kind[Any] = import_module(KINDS[name]).KIND
+    return kind
+
+
+def file_stem(file: str) -> str:
+    """The name of a part that is a user's file."""
+    return Path(file).stem

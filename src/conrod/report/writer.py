@@ -1,0 +1,158 @@
+"""Reports written, or rendered again from what was saved: one way for every kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from importlib.metadata import version
+from itertools import repeat
+from pathlib import Path
+from typing import Any, TypeVar
+
+from conrod.errors import InvalidInput
+from conrod.report.folder import ReportFolder, document_in
+from conrod.report.kind import KINDS, Index, Kind, Page, Part, kind_named
+from conrod.report.reproduction import Reproduction
+from conrod.report.saved import json_text, plain, restore
+from conrod.studies.frame.files import Batch
+from conrod.studies.validation.serialise import environment
+
+F = TypeVar("F")
+Draw = Callable[..., Iterable[Any]]
+SEVERAL = "The parts were not all measured by one command: each page names its own."
+
+
+def report_batch(
+    kind: Kind[F],
+    findings: Mapping[str, F],
+    folder: Path,
+    command: Reproduction,
+    options: Mapping[str, Any] | None = None,
+    draw: Draw = map,
+) -> Batch:
+    """All files of a report, rendered; nothing is written yet, so that an error leaves an existing report as it was.
+
+    Parts that a report of the kind in the folder already has, and that are not among the findings, stay.
+
+    Args:
+        findings: by part.
+        command: what reproduces the report.
+        options: how the pages are to be, for the kind.
+        draw: as `map`; that of an executor makes several pages at a time.
+
+    Raises:
+        InvalidInput: something in the folder is in the way.
+    """
+    before = ReportFolder(folder, kind)
+    entries = {
+        name: {
+            "title": kind.title(one),
+            "command": command.of(name),
+            "conrod": version("conrod"),
+            "options": dict(options or {}),
+        }
+        for name, one in findings.items()
+    }
+    saved = {name: plain(kind.kept(one)) for name, one in findings.items()}
+    whole = before.entries.keys() <= findings.keys()
+    document = {
+        "kind": kind.name,
+        "schema": kind.schema,
+        "conrod": version("conrod"),
+        "environment": environment(),
+        "command": command.of(*findings) if whole else None,
+    }
+    return _batch(before, document, before.entries | entries, saved, draw)
+
+
+def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> list[Batch]:
+    """The reports of a folder, made anew from their own JSON.
+
+    Args:
+        out: the folder to write; None for the same.
+
+    Raises:
+        InvalidInput: there is no report, or it is of another version of conrod.
+    """
+    kinds = [kind_named(name) for name in _kinds_in(folder)]
+    if not kinds:
+        raise InvalidInput(f"{folder}: no report that can be rendered: no JSON file in it names a kind of report")
+    return [_again(ReportFolder(folder, kind), out, draw) for kind in kinds]
+
+
+def _kinds_in(folder: Path) -> list[str]:
+    found = []
+    for file in sorted(folder.glob("*.json")):
+        try:
+            document = document_in(file)
+        except (OSError, ValueError):
+            continue
+        if isinstance(document, dict) and "schema" in document and "conrod" in document:
+            if "kind" not in document:
+                raise InvalidInput(f"{file}: it was written by an earlier conrod, which saved no findings to render")
+            if document["kind"] in KINDS:
+                found.append(document["kind"])
+    return found
+
+
+def _again(before: ReportFolder, out: Path | None, draw: Draw) -> Batch:
+    head = {key: value for key, value in before.document.items() if key not in ("files", "parts")}
+    saved = {name: before.values(name) for name in before.entries}
+    target = before if out is None else ReportFolder(out, before.kind)
+    return _batch(target, head, target.entries | before.entries, saved, draw)
+
+
+def _batch(
+    target: ReportFolder, head: Mapping[str, Any], entries: Mapping[str, Any], saved: Mapping[str, Any], draw: Draw
+) -> Batch:
+    """The files of the parts that were saved anew, of the index and of the document."""
+    kind, files = target.kind, dict[str, str]()
+    made = draw(part_files, repeat(kind.name), saved, saved.values(), (entries[name] for name in saved))
+    done = dict(entries)
+    for name, (texts, summary) in zip(saved, made, strict=True):
+        files |= texts
+        done[name] = _entry(kind, name, entries[name], summary, texts)
+    done = {name: done[name] for name in sorted(done, key=kind_order)}
+    first: dict[str, str] = {}
+    if kind.index is not None:
+        read = lambda name: restore(kind.findings, saved[name] if name in saved else target.values(name))  # noqa: E731
+        first = _page_files(kind.index_file, kind.index(Index(done, _origin(head["command"]), read)))
+    document = {**head, "files": [kind.results, *first], "parts": done}
+    target.check_free([*files, *first, kind.results])
+    owned = {kind.results, *first, *(name for entry in done.values() for name in entry["files"])}
+    stale = sorted(name for name in target.owned - owned if (target.path / name).is_file())
+    return Batch(target.path, {**files, kind.results: json_text(document), **first}, tuple(stale))
+
+
+def kind_order(name: str) -> tuple[int, str]:
+    """Scenes that ship first, in their order; then by name."""
+    from conrod.scenes import SCENES
+
+    return (list(SCENES).index(name) if name in SCENES else len(SCENES), name)
+
+
+def part_files(
+    kind_name: str, name: str, values: Any, entry: Mapping[str, Any]
+) -> tuple[dict[str, str], Mapping[str, Any]]:
+    """A part's files, made of its saved findings, and its summary; for any process."""
+    kind = kind_named(kind_name)
+    part = Part(name, restore(kind.findings, values), entry["command"], entry["conrod"], entry["options"])
+    page = _page_files(kind.page_file(name), kind.page(part))
+    return {kind.data_file(name): json_text(values), **page}, plain(kind.summary(part.findings))
+
+
+def _entry(
+    kind: Kind[Any], name: str, entry: Mapping[str, Any], summary: Mapping[str, Any], texts: Mapping[str, str]
+) -> dict[str, Any]:
+    own = {key: entry[key] for key in ("title", "command", "conrod", "options")}
+    places = {"page": kind.page_file(name), "data": kind.data_file(name), "files": list(texts)}
+    return {**own, "summary": summary, **places}
+
+
+def _page_files(file: str, page: Page) -> dict[str, str]:
+    return {**{figure.file: figure.svg() for figure in page.figures}, file: page.text}
+
+
+def _origin(command: str | None) -> str:
+    if command is None:
+        return SEVERAL
+    return f"Reproduced by `{command}`; each page names the command that reproduces it alone."
