@@ -122,19 +122,21 @@ def _sizes(key: str, refined: Sequence[Entry]) -> list[float | None]:
 
 
 def _motion(file: Path) -> Records:
-    for entry in _json(file, "motions"):
-        whole = f"{entry['scene']}/{entry['motion']}"
-        yield from _measured(f"{whole}/exact", entry["exact"])
+    for part in json.loads(file.read_text(encoding="utf-8"))["parts"].values():
+        entry, judged = part["findings"], part["summary"]["results"]
+        whole = f"{entry['name']}/{entry['motion']}"
+        exact = {"drift": entry["exact"]["drift"], "continuation": entry["exact"]["continuation"] or None}
+        yield from _measured(f"{whole}/exact", exact)
         yield from _exactly(f"{whole}/left_out", entry["left_out"])
-        yield from _verdict(whole, entry["passed"])
-        for result in entry["results"]:
+        yield from _verdict(whole, part["summary"]["passed"])
+        for result, verdict in zip(entry["results"], judged, strict=True):
             name = f"{whole}/{result['engine']}/{result['preset']}"
             for key in ("outcome", "step", "seconds", "leaving", "leaves", "tolerance"):
-                yield from _exactly(f"{name}/{key}", result[key])
+                yield from _exactly(f"{name}/{key}", result[key] or None)
             for key in ("errors", "angle", "energy", "refinement"):
-                yield from _measured(f"{name}/{key}", result[key])
+                yield from _measured(f"{name}/{key}", result[key] or None)
             yield from _orders(name, result["order"], _series(result["refinement"], result["order"] or ()))
-            yield from _verdict(name, result["passed"])
+            yield from _verdict(name, verdict["passed"])
 
 
 # -- studies -----------------------------------------------------------------------------------------------------------

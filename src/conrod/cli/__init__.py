@@ -26,6 +26,7 @@ VERBS = {
     "audit": "Hold published figures against the exact motion: a verdict for each printed value.",
     "lint": "Find what a MuJoCo model carries needlessly, and what makes it fail.",
     "harden": "Make the closed loops of a MuJoCo model stay closed, and show what that changes.",
+    "report": "Render a folder's reports again from their own JSON; needs no engine.",
     "results": "Write the ledger as a tidy table: a row for each run and machine that timed it.",
     "export": "Write a scene's MJCF model, its exact trajectory, or a pack for other tools.",
 }

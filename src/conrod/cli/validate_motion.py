@@ -8,38 +8,31 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from pathlib import Path
 from typing import Any
 
-import click
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from conrod.cli import options as exit_status
-from conrod.cli.console import console
 from conrod.cli.options import MotionOptions
+from conrod.cli.outputs import outputs
 from conrod.cli.reproduction import reproduction
 from conrod.cli.runner import available_cores
 from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
-from conrod.report import numbers
-from conrod.report.free_motion.document import motions_text
-from conrod.report.free_motion.page import check_motion_apart, check_motion_folder, motion_batch
-from conrod.report.free_motion.words import exact_words, loads_words, step_text, verdict_words
+from conrod.report.free_motion import KIND, exact_words, loads_words, results_table
+from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.validation import run_jobs
-from conrod.studies.frame.files import Batch, file_to_write, folder_to_write, naming, single, write_together
+from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import parse_tolerance, select_engines, select_presets, select_scenes
 from conrod.studies.free_motion.perform import ExactJob, motion_jobs, motion_study
 from conrod.studies.free_motion.plan import MOTIONS, SECONDS, MotionPlan, instants
-from conrod.studies.free_motion.results import QUANTITIES, MotionResult, MotionStudy
+from conrod.studies.free_motion.results import QUANTITIES, MotionStudy
 
-WIDE = 170
-HEADINGS = ("scene", "engine", "preset", "step", "position", "rms", "final", "crank [rad]", "energy", "leaves at")
+WIDE = 180
 
 
 def run_motions(
@@ -71,38 +64,9 @@ def run_motions(
 
 def print_motions(studies: Sequence[MotionStudy]) -> None:
     """A line for each result, and what is to be said of the exact motion."""
-    table = Table(title="error at the same time over the run, positions over L, energy over the largest that took part")
-    table.title_justify = "left"
-    for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading in HEADINGS[:3] else "right", no_wrap=True)
-    table.add_column("order x, E", justify="right", no_wrap=True)
-    table.add_column("CPU", justify="right", no_wrap=True)
-    table.add_column("verdict", overflow="fold")
-    for study in studies:
-        for result in study.results:
-            table.add_row(*_row(result))
     out = console(WIDE)
-    out.print(table)
-    for study in studies:
-        out.print(f"{escape(study.name)}: {escape(' '.join([loads_words(study), exact_words(study)]))}", soft_wrap=True)
-
-
-def _row(result: MotionResult) -> list[str]:
-    errors = [numbers.measured(result.largest("position", measure)) for measure in ("max", "rms", "final")]
-    others = [numbers.measured(result.largest(name)) for name in ("angle", "energy")]
-    leaves = "-" if result.errors is None else "never" if result.leaves is None else f"{result.leaves:.4g} s"
-    order = "" if result.order is None else ", ".join(numbers.order(value) for value in result.order.values())
-    return [
-        escape(result.scene), result.engine, result.preset, step_text(result.step), *errors, *others, leaves, order,
-        numbers.duration(result.cpu_seconds), _coloured(result),
-    ]  # fmt: skip
-
-
-def _coloured(result: MotionResult) -> str:
-    text = escape(verdict_words(result))
-    if result.outcome != "completed":
-        return f"[yellow]{text}[/]"
-    return text if result.passed is None else f"[green]{text}[/]" if result.passed else f"[red]{text}[/]"
+    print_table(out, results_table(studies, with_clock=True), folding=("verdict",))
+    print_lines(out, (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies))
 
 
 SHORTEST_RUN, LONGEST_RUN = 0.01, 1000.0  # [s]
@@ -137,12 +101,7 @@ def validate_motion(
         plan.mechanism(scene.kinematics.mechanism, name)
     engines = select_engines(engine)
     presets = select_presets(engines, preset)
-    folder = None if out is None else folder_to_write(out, "--out")
-    file = None if document is None else file_to_write(document, "--json")
-    if folder:
-        check_motion_folder(folder, chosen)
-        if file:
-            check_motion_apart(file, folder, chosen)
+    files = outputs(KIND, chosen, out, document)
     asked = {
         "--motion": options.motion, "--engine": engine, "--preset": preset, "--seconds": options.seconds,
         "--step": options.step, "--tolerance": tolerance,
@@ -151,12 +110,8 @@ def validate_motion(
         studies = run_motions(chosen, engines, presets, plan, executor)
     with naming("standard output"):
         print_motions(studies)
-    batches = [single(file, motions_text(studies))] if file else []
-    if folder:
-        batches.append(_report(studies, folder, names, asked, assignments))
-    write_together(batches)
-    if folder:
-        click.echo(f"report: {', '.join(str(folder / f'{name}-motion.md') for name in chosen)}")
+    command = reproduction("validate", names, asked, assignments, files.folder) if files.folder else None
+    files.write({study.name: study for study in studies}, command)
     if not all(study.passed for study in studies):
         sys.exit(exit_status.FAILED)
 
@@ -174,13 +129,3 @@ def _plan(options: MotionOptions, tolerance: str | None) -> MotionPlan:
     plan = MotionPlan(options.motion, seconds, step, judged)
     instants(plan)
     return plan
-
-
-def _report(
-    studies: Sequence[MotionStudy],
-    folder: Path,
-    names: Sequence[str],
-    asked: dict[str, Any],
-    assignments: Sequence[str],
-) -> Batch:
-    return motion_batch(studies, folder, reproduction("validate", names, asked, assignments, folder))

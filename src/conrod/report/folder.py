@@ -77,6 +77,7 @@ def holds_document(file: Path, keys: set[str]) -> bool:
         return False
     return isinstance(document, dict) and keys <= document.keys()
 
+
 # -- the folder of a report whose pages are made of saved findings -----------------------------------------------------
 
 SUBFOLDERS = ("figures", "data")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from conrod.report import numbers
+from conrod.report.charts.free_motion import motion_figure
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
-from conrod.report.free_motion_figure import motion_figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.scene_words import described
 from conrod.report.table import Cell, Table, Toned, table
@@ -126,20 +127,23 @@ def steps_table(study: MotionStudy) -> Table:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
+def _figures(study: MotionStudy) -> tuple[Figure, ...]:
+    if all(r.curves is None for r in study.results):
+        return ()
+    alt = f"Crank angle, error and drift of energy of {study.name} over time"
+    return (Figure(f"{study.name}-free-motion", alt, partial(motion_figure, study)),)
+
+
 def _page(part: Part[MotionStudy]) -> Page:
-    study = part.findings
-    figure = None
-    if any(r.curves is not None for r in study.results):
-        alt = "Crank angle, error and drift of energy over time"
-        figure = Figure(f"{part.name}-free-motion", alt, lambda: motion_figure(study))
+    study, figures = part.findings, _figures(part.findings)
     versions = dict.fromkeys(f"{engine_title(r.engine)} {r.engine_version}" for r in study.results)
     text = rendered(
-        "motion", study=study, figure=figure, description=described(study.scene), loads=loads_words(study),
+        "motion", study=study, figures=figures, description=described(study.scene), loads=loads_words(study),
         exact=exact_words(study), summary=summary_words(study), results=results_table([study]),
         steps=steps_table(study), versions=", ".join(versions), command=part.command, longest=1e3 * LONGEST_STEP,
         steps_a_turn=STEPS_A_TURN, contact_steps=CONTACT_STEPS_A_TURN, seconds=float(study.exact.times[-1]),
     )  # fmt: skip
-    return Page(text, (figure,) if figure else ())
+    return Page(text, figures)
 
 
 def _summary(study: MotionStudy) -> dict[str, Any]:
@@ -158,14 +162,11 @@ def _summary(study: MotionStudy) -> dict[str, Any]:
 
 def _index(index: Index[MotionStudy]) -> Page:
     studies = [index.findings(name) for name in index.entries]
-    figures = [
-        Figure(f"{study.name}-free-motion", f"Motion and errors of {study.name}", lambda study=study: motion_figure(study))
-        for study in studies
-        if any(r.curves is not None for r in study.results)
-    ]  # fmt: skip
-    text = rendered("motion-index", entries=index.entries, results=results_table(studies), figures=figures[:1],
-                    origin=index.origin)  # fmt: skip
-    return Page(text)
+    figures = [figure for study in studies for figure in _figures(study)]
+    table = results_table(studies)
+    return Page(
+        rendered("motion-index", entries=index.entries, results=table, figures=figures[:1], origin=index.origin)
+    )
 
 
 def _without_clock(study: MotionStudy) -> MotionStudy:

@@ -26,7 +26,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from conrod.errors import unknown_choice
@@ -118,7 +117,7 @@ class Kind(Generic[F]):
         """Name of the file of a part's findings."""
         return f"data/{part}{self.suffix}.json"
 
-    def first_page(self, parts: Mapping[str, Any] | list[str]) -> str:
+    def first_page(self, parts: Mapping[str, Any]) -> str:
         """Name of the page to read first: that of the only part, or the index."""
         return self.page_file(next(iter(parts))) if len(parts) == 1 else self.index_file
 
@@ -133,8 +132,3 @@ def kind_named(name: str) -> Kind[Any]:
         raise unknown_choice("kind of report", name, KINDS)
     kind: Kind[Any] = import_module(KINDS[name]).KIND
     return kind
-
-
-def file_stem(file: str) -> str:
-    """The name of a part that is a user's file."""
-    return Path(file).stem

@@ -17,7 +17,7 @@ def table_text(table: Table) -> str:
         return ""
     rule = ["---:" if heading in table.right else "---" for heading in table.headings]
     lines = [_row(table.headings), _row(rule), *(_row(row) for row in table.rows)]
-    return "\n".join([f"{table.title}:\n", *lines] if table.title else lines)
+    return "\n".join([f"{table.title[:1].upper()}{table.title[1:]}:\n", *lines] if table.title else lines)
 
 
 def figure_text(figure: Figure) -> str:

@@ -29,27 +29,29 @@ def plain(value: Any) -> Any:
     Raises:
         TypeError: it is of a kind that cannot be restored.
     """
+    found: Any
     match value:
         case None | bool() | int() | str():
-            return value
-        case Enum():
-            return value.name
+            found = value
         case float():
-            return float(value) if math.isfinite(value) else str(float(value))
+            found = float(value) if math.isfinite(value) else str(float(value))
+        case Enum():
+            found = value.name
         case np.generic():
-            return plain(value.item())
+            found = plain(value.item())
         case np.ndarray():
-            return _array(value.tolist())
+            found = _array(value.tolist())
         case Scene():
-            return _scene_values(value)
+            found = _scene_values(value)
         case Mapping():
-            return {_key(key): plain(part) for key, part in value.items()}
+            found = {_key(key): plain(part) for key, part in value.items()}
         case Sequence() | Set():
-            return [plain(part) for part in value]
+            found = [plain(part) for part in value]
         case _ if is_dataclass(value):
-            return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+            found = {field.name: plain(getattr(value, field.name)) for field in fields(value)}
         case _:
             raise TypeError(f"{type(value).__name__} cannot be saved")
+    return found
 
 
 def restore(wanted: type[T], values: Any) -> T:
@@ -93,7 +95,9 @@ def _key(key: Any) -> str:
 def _array(values: Any) -> Any:
     if isinstance(values, list):
         return [_array(part) for part in values]
-    return numbers.rounded(values, DRAWN_DIGITS) if isinstance(values, float) and math.isfinite(values) else plain(values)
+    return (
+        numbers.rounded(values, DRAWN_DIGITS) if isinstance(values, float) and math.isfinite(values) else plain(values)
+    )
 
 
 def _scene_values(scene: Scene) -> dict[str, Any]:

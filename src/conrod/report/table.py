@@ -40,9 +40,7 @@ class Table:
         return bool(self.rows)
 
 
-def table(
-    headings: Sequence[str], rows: Iterable[Sequence[Cell]], right: Iterable[str] = (), title: str = ""
-) -> Table:
+def table(headings: Sequence[str], rows: Iterable[Sequence[Cell]], right: Iterable[str] = (), title: str = "") -> Table:
     """A table of rows of any kind.
 
     Raises:

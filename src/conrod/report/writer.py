@@ -54,14 +54,17 @@ def report_batch(
     }
     saved = {name: plain(kind.kept(one)) for name, one in findings.items()}
     whole = before.entries.keys() <= findings.keys()
-    document = {
-        "kind": kind.name,
-        "schema": kind.schema,
-        "conrod": version("conrod"),
-        "environment": environment(),
-        "command": command.of(*findings) if whole else None,
+    head = _head(kind) | {"command": command.of(*findings) if whole else None}
+    return _batch(before, head, before.entries | entries, saved, draw)
+
+
+def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:
+    """The findings as one JSON document: as `results.json`, with the findings of each part in it."""
+    parts = {
+        name: {"title": kind.title(one), "summary": plain(kind.summary(one)), "findings": plain(kind.kept(one))}
+        for name, one in findings.items()
     }
-    return _batch(before, document, before.entries | entries, saved, draw)
+    return json_text(_head(kind) | {"parts": parts})
 
 
 def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> list[Batch]:
@@ -77,6 +80,12 @@ def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> l
     if not kinds:
         raise InvalidInput(f"{folder}: no report that can be rendered: no JSON file in it names a kind of report")
     return [_again(ReportFolder(folder, kind), out, draw) for kind in kinds]
+
+
+def _head(kind: Kind[Any]) -> dict[str, Any]:
+    return {
+        "kind": kind.name, "schema": kind.schema, "conrod": version("conrod"), "environment": environment(),
+    }  # fmt: skip
 
 
 def _kinds_in(folder: Path) -> list[str]:

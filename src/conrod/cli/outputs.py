@@ -1,0 +1,72 @@
+"""Files that a verb writes, a report's folder and a JSON document: refused before any work, or written at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import click
+
+from conrod.report.folder import ReportFolder
+from conrod.report.kind import Kind
+from conrod.report.reproduction import Reproduction
+from conrod.report.writer import Draw, document_text, report_batch
+from conrod.studies.frame.files import check_apart, file_to_write, folder_to_write, single, write_together
+
+F = TypeVar("F")
+
+
+@dataclass(frozen=True)
+class Outputs(Generic[F]):
+    """What --out and --json name.
+
+    Attributes:
+        kind: of the report.
+        folder, file: None where not asked for.
+    """
+
+    kind: Kind[F]
+    folder: Path | None
+    file: Path | None
+
+    def write(
+        self,
+        findings: Mapping[str, F],
+        command: Reproduction | None = None,
+        options: Mapping[str, Any] | None = None,
+        draw: Draw = map,
+    ) -> None:
+        """Write all files or none, and print where the report is; arguments as of `report_batch`."""
+        batches = [single(self.file, document_text(self.kind, findings))] if self.file else []
+        if self.folder:
+            assert command is not None
+            batches.append(report_batch(self.kind, findings, self.folder, command, options, draw))
+        write_together(batches)
+        if self.folder:
+            click.echo(f"report: {self.folder / self.kind.first_page(findings)}")
+
+
+def outputs(
+    kind: Kind[F],
+    parts: Iterable[str],
+    out: str | None,
+    document: str | None,
+    given: Mapping[str, Path] | None = None,
+) -> Outputs[F]:
+    """What --out and --json name, checked: nothing else may be lost by them.
+
+    Args:
+        parts: of the report.
+        given: files that the user gave to be read, by what they are called.
+
+    Raises:
+        InvalidInput: names the file that is in the way.
+    """
+    file = None if document is None else file_to_write(document, "--json")
+    check_apart({**(given or {}), **({"--json": file} if file else {})})
+    folder = None if out is None else folder_to_write(out, "--out")
+    if folder:
+        ReportFolder(folder, kind).check(parts, file, *(given or {}).values())
+    return Outputs(kind, folder, file)

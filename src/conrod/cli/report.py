@@ -1,0 +1,28 @@
+"""`conrod report DIR`: pages and figures made anew from what a report saved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from conrod.errors import InvalidInput
+
+
+@click.command()
+@click.argument("directory")
+@click.option("--out", help="Folder to write instead of DIRECTORY.")
+def report(directory: str, out: str | None) -> None:
+    """Render the reports in DIRECTORY again, from their own JSON: no engine runs, none need be installed."""
+    from conrod.report.writer import rendered_again
+    from conrod.studies.frame.files import folder_to_write, write_together
+
+    folder = Path(directory)
+    if not folder.is_dir():
+        raise InvalidInput(f"{directory}: no such folder")
+    target = folder_to_write(directory if out is None else out, "DIRECTORY" if out is None else "--out")
+    batches = rendered_again(folder, target)
+    write_together(batches)
+    for batch in batches:
+        for name in batch.files:
+            click.echo(f"wrote {target / name}")

@@ -1,0 +1,197 @@
+"""Reports of any kind: saved findings, folders that lose nobody's files, pages rendered again without an engine."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import conrod
+
+from conrod.errors import InvalidInput
+from conrod.report.figure import Figure
+from conrod.report.folder import ReportFolder
+from conrod.report.free_motion import KIND
+from conrod.report.markdown import table_text, unwrapped
+from conrod.report.reproduction import Reproduction
+from conrod.report.saved import plain, restore
+from conrod.report.table import Toned, table
+from conrod.report.writer import rendered_again, report_batch
+from conrod.scenes import SCENES, Scene
+from conrod.studies.frame.files import write_together
+from conrod.studies.frame.resolve_arguments import select_scenes
+from conrod.studies.free_motion.results import ExactTold, MotionCurves, MotionResult, MotionStudy
+
+COMMAND = Reproduction("conrod validate {scene} --motion free --out reports")
+BLOCKED = """
+import sys
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("mujoco", "pymunk"):
+            raise ImportError(f"{name} is not installed here")
+sys.meta_path.insert(0, Blocked())
+from conrod.__main__ import main
+sys.argv = ["conrod", *sys.argv[1:]]
+main()
+"""
+
+
+def study(name: str, error: float = 1e-9, curves: bool = True) -> MotionStudy:
+    """Free motion that no engine made."""
+    times = np.linspace(0.0, 1.0, 50)
+    drawn = MotionCurves(times, np.sin(times), times, np.full(50, error), np.full(50, error))
+    sizes = {"max": error, "rms": error / 3.0, "final": error}
+    result = MotionResult(
+        name, "free", "mujoco", "4.0.0", "hardened", 1e-3, 1.0, "completed", "", 1e-6, {"position": 1e-8},
+        {"B": sizes}, sizes, sizes, cpu_seconds=3.0, curves=drawn if curves else None,
+    )  # fmt: skip
+    scene = SCENES.get(name, SCENES["saw-40rpm"])
+    return MotionStudy(name, scene, "free", (), ExactTold(1e-13, "", times, np.sin(times)), (result,))
+
+
+def write(folder: Path, *studies: MotionStudy) -> None:
+    write_together([report_batch(KIND, {s.name: s for s in studies}, folder, COMMAND)])
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+# -- findings --------------------------------------------------------------------------------------------------------
+
+
+def test_findings_come_back_as_they_were_saved() -> None:
+    one = study("saw-40rpm")
+    back = restore(MotionStudy, json.loads(json.dumps(plain(one))))
+    assert back.scene == one.scene
+    assert back.results[0].errors == one.results[0].errors
+    assert back.results[0].curves is not None
+    np.testing.assert_allclose(back.exact.angle, one.exact.angle, rtol=1e-6)
+    assert plain(back) == plain(one)
+
+
+@pytest.mark.parametrize("name", ["cam-follower", "pendulum"])
+def test_a_scene_comes_back_with_its_parameters_also_one_from_a_file(name: str) -> None:
+    scene = select_scenes([name], [])[name]
+    assert restore(Scene, json.loads(json.dumps(plain(scene)))) == scene
+
+
+def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
+    with pytest.raises(InvalidInput, match="do not fit MotionStudy"):
+        restore(MotionStudy, {"name": "x"})
+    with pytest.raises(TypeError, match="cannot be saved"):
+        plain(lambda: None)
+
+
+# -- the folder ------------------------------------------------------------------------------------------------------
+
+
+def test_parts_of_earlier_reports_stay_and_stale_files_go(tmp_path: Path) -> None:
+    write(tmp_path, study("saw-40rpm"), study("saw-500rpm"))
+    (tmp_path / "notes.md").write_text("mine")
+    write(tmp_path, study("saw-500rpm", curves=False))
+    assert (tmp_path / "figures/saw-40rpm-free-motion.svg").is_file()
+    assert not (tmp_path / "figures/saw-500rpm-free-motion.svg").exists()
+    index = (tmp_path / "motion.md").read_text()
+    assert "saw-40rpm-motion.md" in index
+    assert "not all measured by one command" in index
+    assert (tmp_path / "notes.md").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["saw-40rpm-motion.md", "motion.md", "figures/saw-40rpm-free-motion.svg"])
+def test_a_file_that_is_not_the_reports_is_never_replaced(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("mine")
+    before = contents(tmp_path)
+    with pytest.raises(InvalidInput, match="not of this report"):
+        write(tmp_path, study("saw-40rpm"))
+    assert contents(tmp_path) == before
+
+
+def test_folders_of_others_and_of_other_versions_are_refused_in_one_line(tmp_path: Path) -> None:
+    results = tmp_path / "motion.json"
+    for text, said in (
+        ("[1]", "not a conrod report"),
+        ('{"schema": 1, "motions": []}', "another version of conrod"),
+        ('{"schema": 2, "kind": "sweep"}', "another kind"),
+    ):
+        results.write_text(text)
+        with pytest.raises(InvalidInput, match=said):
+            ReportFolder(tmp_path, KIND)
+    results.write_text('{"schema": 1, "conrod": "0.1.0", "motions": []}')
+    done = conrod("report", str(tmp_path))
+    assert done.returncode == 2
+    assert "earlier conrod" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_file_beside_must_be_none_of_the_report(tmp_path: Path) -> None:
+    write(tmp_path, study("saw-40rpm"))
+    folder = ReportFolder(tmp_path, KIND)
+    folder.check(["saw-40rpm"], tmp_path / "other.json")
+    for name in ("motion.json", "MOTION.md", "saw-500rpm-motion.md", "data/x.json"):
+        with pytest.raises(InvalidInput, match="cannot write"):
+            folder.check(["saw-500rpm"], tmp_path / name)
+
+
+# -- rendered again --------------------------------------------------------------------------------------------------
+
+
+def test_a_report_is_rendered_again_byte_for_byte_where_no_engine_is_installed(tmp_path: Path) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    write(first, study("saw-40rpm"), study("cam-follower"))
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(
+        [sys.executable, "-c", BLOCKED, "report", str(first), "--out", str(second)],
+        capture_output=True, text=True, check=False, env=environment,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert contents(second) == contents(first)
+
+
+def test_pages_follow_the_saved_numbers_and_lost_pages_come_back(tmp_path: Path) -> None:
+    write(tmp_path, study("saw-40rpm"))
+    before = contents(tmp_path)
+    shutil.rmtree(tmp_path / "figures")
+    (tmp_path / "saw-40rpm-motion.md").unlink()
+    write_together(rendered_again(tmp_path))
+    assert contents(tmp_path) == before
+    data = tmp_path / "data/saw-40rpm-motion.json"
+    data.write_text(data.read_text().replace('{"max": 1e-09', '{"max": 7e-05'))
+    write_together(rendered_again(tmp_path))
+    assert "7.0e-5" in (tmp_path / "saw-40rpm-motion.md").read_text()
+
+
+def test_a_folder_without_reports_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="no report"):
+        rendered_again(tmp_path)
+
+
+# -- tables and templates --------------------------------------------------------------------------------------------
+
+
+def test_tables_escape_bars_and_set_what_is_out_of_tolerance_bold() -> None:
+    text = table_text(table(("a", "b"), [("x|y", Toned("no", "bad"))], right=("b",)))
+    assert text.splitlines() == ["| a | b |", "| --- | ---: |", "| x\\|y | **no** |"]
+    assert table_text(table(("a",), [])) == ""
+    with pytest.raises(ValueError, match="do not fit"):
+        table(("a",), [("1", "2")])
+
+
+def test_paragraphs_of_templates_become_one_line_each() -> None:
+    assert unwrapped("# A\nb\nc\n\n\n\n- d\n  e\n- f\n| g |\n| h |\n") == "# A\nb c\n\n- d e\n- f\n| g |\n| h |\n"
+
+
+def test_a_figure_is_the_same_whenever_it_is_drawn() -> None:
+    one = study("saw-40rpm")
+    from conrod.report.charts.free_motion import motion_figure
+
+    figure = Figure("x", "alt", lambda: motion_figure(one))
+    assert figure.svg() == figure.svg()
+    assert replace(figure, name="y").file == "figures/y.svg"
