@@ -98,7 +98,7 @@ def test_a_drivers_span_does_not_change_what_the_crank_could_do() -> None:
     part = replace(turning, driver=replace(turning.driver, span=(-0.5, 0.25)))
     assert crank_range(Kinematics(part)) == CrankRange(0.0, TURN, "none", "none")
     looked_at = course(spanned)
-    assert looked_at.by_angle
+    assert looked_at.curve is None
     assert (looked_at.parameter[0], looked_at.parameter[-1]) == (-0.5, 0.25)
 
 

@@ -1,12 +1,16 @@
-"""Steps along the smooth course of a mechanism, through change points and up to dead centres.
+"""Continuation along an assembly branch by the crank angle, through change points and up to dead centres.
 
-The change points that a walk has come through, and what is known near them.
+Step by step where the way may be blocked. Where nothing is in the way, many steps at once: what takes time in a step is
+not its arithmetic, so that many together cost little more than one. Poses at the next angles are guessed from the last
+places and made exact together; those are taken that single steps would have taken: each lies where the tangent of the
+one before leads to, without a corner, and no loop's determinant comes near zero on the way. The first that does not is
+left to single steps.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,14 +33,15 @@ WALK_BEND = 0.5
 # Where a step fails, or takes the determinant below this part of what it was, a change point is looked for so many
 # steps ahead, unless steps are this small already [rad].
 NEARING, LOOK_AHEAD, LEAST_LOOK = 0.5, 3.0, 1e-6
-# Places of a look are closest where it begins, and resolve (1/16)^2 of its way: a second one from the same place, not
+# Points of a look are closest where it begins, and resolve (1/16)^2 of its way: a second one from the same place, not
 # much shorter, sees no more.
 LOOK_AGAIN = 1.0 / 64.0
+KNOWN = 3  # places that many steps at once are guessed from
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a walk is: crank angle [rad], poses there (1, 3 n), their slope by the angle (1, 3 n), the determinant."""
+class BranchPoint:
+    """A crank angle [rad], poses there (1, 3 n), their slope by the angle (1, 3 n), the Jacobian's determinant."""
 
     angle: float
     poses: Array
@@ -44,8 +49,8 @@ class Place:
     determinant: float
 
 
-class SmoothCourse:
-    """The course of one mechanism.
+class BranchContinuation:
+    """The smooth motion of one mechanism.
 
     Attributes:
         equations: the mechanism's.
@@ -54,12 +59,12 @@ class SmoothCourse:
 
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
-        self.changes = KnownChanges()
+        self.changes = ChangePointCache()
 
-    def place(self, angle: float, poses: Array) -> Place:
-        """Where a walk is that has come to poses (1, 3 n) at a crank angle [rad]."""
+    def place(self, angle: float, poses: Array) -> BranchPoint:
+        """The point of the branch with poses (1, 3 n) at a crank angle [rad]."""
         factors = self.equations.elimination(poses)
-        return Place(angle, poses, self.equations.slope(poses, factors=factors), float(factors.determinant()[0]))
+        return BranchPoint(angle, poses, self.equations.slope(poses, factors=factors), float(factors.determinant()[0]))
 
     def solved(self, guess: Array, angle: Array) -> Array:
         """Poses (T, 3 n) of the turn or stretch, by Newton iteration; near a change point by its series."""
@@ -83,8 +88,8 @@ class SmoothCourse:
         self.changes.fill(angle, [poses.copy(), slope])
         return slope
 
-    def steps(self, here: Place, goal: float, last: float | None = None) -> Iterator[Place]:
-        """Places on the way to a goal, or where a change point is next to it, on the way to the last goal beyond it.
+    def steps(self, here: BranchPoint, goal: float, last: float | None = None) -> Iterator[BranchPoint]:
+        """Points on the way to a goal, or where a change point is next to it, on the way to the last goal beyond it.
 
         Raises:
             InvalidInput: the linkage goes no further.
@@ -109,7 +114,7 @@ class SmoothCourse:
             else:
                 raise InvalidInput(self.equations.cannot_turn(np.array([following])))
 
-    def _try_step(self, here: Place, following: float) -> Place | None:
+    def _try_step(self, here: BranchPoint, following: float) -> BranchPoint | None:
         """The place after a step along the tangent; None if it strayed from it, turned a corner or changed branch."""
         guess = here.poses + here.slope * (following - here.angle)
         try:
@@ -124,13 +129,13 @@ class SmoothCourse:
             return None
         return reached
 
-    def _bend(self, here: Place, there: Place) -> float:
+    def _bend(self, here: BranchPoint, there: BranchPoint) -> float:
         """How much the slope changes between two places, of the larger one."""
         none = np.zeros_like(here.slope)
         largest = max(float(self.equations.distance(place.slope, none)[0]) for place in (here, there))
         return float(self.equations.distance(there.slope, here.slope)[0]) / largest
 
-    def _cross(self, here: Place, step: float, goal: float) -> Place | None:
+    def _cross(self, here: BranchPoint, step: float, goal: float) -> BranchPoint | None:
         """The place beyond a change point that is next on the way, or the goal itself; None if none is near."""
         if abs(step) < LEAST_LOOK:
             return None
@@ -145,13 +150,61 @@ class SmoothCourse:
             return beyond
         ending = np.array([goal])
         poses = self.solved(crossed.change.series(ending, 0)[0], ending)
-        return Place(goal, poses, self.slope(poses, ending), math.nan)
+        return BranchPoint(goal, poses, self.slope(poses, ending), math.nan)
+
+    def steps_at_once(self, passed: Sequence[BranchPoint], goals: Array) -> list[BranchPoint]:
+        """Points at the first of some goal angles, as many as follow each other without a doubt; maybe none.
+
+        Args:
+            passed: points that the walk has been at, the last one where it is.
+            goals: angles (T,) [rad] in the order of the walk.
+        """
+        goals = goals[: _first(self.changes.near(goals))]
+        if not len(goals):
+            return []
+        equations, here = self.equations, passed[-1]
+        try:
+            poses = equations.newton(_ahead(passed[-KNOWN:], goals), goals)
+        except (InvalidInput, np.linalg.LinAlgError):  # the points passed may lie too close to each other
+            return []
+        poses = np.concatenate([here.poses, poses])
+        factors = equations.elimination(poses)
+        slopes, blocks = equations.slope(poses, factors=factors), factors.block_determinants()
+        widths = np.diff(goals, prepend=here.angle)[:, None]
+        none = np.zeros_like(slopes)
+        steep = equations.distance(slopes, none)
+        doubtful = (
+            (equations.distance(poses[1:], poses[:-1] + widths * slopes[:-1]) > WALK_MISS)
+            | (equations.distance(slopes[1:], slopes[:-1]) > WALK_BEND * np.maximum(steep[1:], steep[:-1]))
+            | ~(blocks[1:] * np.sign(blocks[:-1]) >= NEARING * np.abs(blocks[:-1])).all(axis=1)
+        )
+        determinants = factors.determinant()
+        return [
+            BranchPoint(float(goals[k - 1]), poses[k : k + 1], slopes[k : k + 1], float(determinants[k]))
+            for k in range(1, _first(doubtful) + 1)
+        ]
+
+
+def _first(marked: NDArray[np.bool_]) -> int:
+    """Index of the first one that is marked; their number if none is."""
+    return int(np.argmax([*marked, True]))
+
+
+def _ahead(passed: Sequence[BranchPoint], goals: Array) -> Array:
+    """Poses (T, 3 n) at angles ahead, by the polynomial through the points passed and their slopes."""
+    angles = np.array([place.angle for place in passed])
+    width = max(float(np.ptp(angles)), abs(float(goals[0] - angles[-1])))
+    at, powers = (angles[:, None] - angles[-1]) / width, np.arange(2 * len(angles))
+    rates = np.where(powers > 0, powers * at ** np.maximum(powers - 1, 0), 0.0)
+    given = np.concatenate([*(place.poses for place in passed), *(width * place.slope for place in passed)])
+    coefficients = np.linalg.solve(np.concatenate([at**powers, rates]), given)
+    return np.asarray(((goals[:, None] - angles[-1]) / width) ** powers @ coefficients)
 
 
 SAME = 1e-6  # [rad], between two findings of one change point
 
 
-class KnownChanges:
+class ChangePointCache:
     """Change points by their angle, those that a walk passes on its way to and fro found once."""
 
     def __init__(self) -> None:

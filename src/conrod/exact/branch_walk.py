@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
-from conrod.exact.batched_continuation import LONGEST, stride
-from conrod.exact.branch_continuation import STEPS_PER_TURN, Place, SmoothCourse
+from conrod.exact.branch_continuation import STEPS_PER_TURN, BranchContinuation, BranchPoint
 from conrod.exact.equations import Equations, check_meshes
 from conrod.exact.motion import Array, Side
 from conrod.exact.pose_table import PoseTable
@@ -27,6 +26,7 @@ TABLE_MISS, REFINEMENTS = 1e-5, 16
 STRAYED = 1e-3
 # What poses may differ by after a turn and yet be the same (lengths against the size).
 RETURNED = 1e-9
+LONGEST = 16  # steps at once
 
 
 class BranchWalk:
@@ -40,7 +40,7 @@ class BranchWalk:
         self.equations = equations
         self._longer: PoseTable | None = None
         self._ends: dict[bool, float] = {}  # where the way forwards (True) and backwards ends, once it was gone
-        self._course = SmoothCourse(equations)
+        self._continuation = BranchContinuation(equations)
 
     @cached_property
     def start(self) -> Array:
@@ -68,12 +68,12 @@ class BranchWalk:
         if table is None:
             return np.concatenate([self._walk(0.0, self.start, float(goal)) for goal in angle])
         guess = table.interpolate(angle)
-        if table.gain is None or not len(self._course.changes.angles):
-            poses = self._course.solved(guess, angle)
+        if table.gain is None or not len(self._continuation.changes.angles):
+            poses = self._continuation.solved(guess, angle)
         else:
             within, turns = self._within(angle)
             added = turns[:, None] * table.gain
-            poses = self._course.solved(guess - added, within) + added
+            poses = self._continuation.solved(guess - added, within) + added
         for k in np.flatnonzero(self.equations.distance(poses, guess) > STRAYED):
             near, here = table.nearest(float(angle[k]))
             poses[k] = self._walk(near, here, float(angle[k]))[0]
@@ -87,7 +87,7 @@ class BranchWalk:
         """
         poses = self.poses(angle)
         within, _ = self._within(angle)
-        near = self._course.changes.near(within)
+        near = self._continuation.changes.near(within)
         if not near.any():
             return self.equations.series(poses, angle, order, self.equations.arcs(poses, side))
         coefficients = [np.empty_like(poses) for _ in range(order + 1)]
@@ -95,24 +95,24 @@ class BranchWalk:
             away = self.equations.series(poses[~near], angle[~near], order, self.equations.arcs(poses[~near], side))
             for filled, values in zip(coefficients, away, strict=True):
                 filled[~near] = values
-        self._course.changes.fill(within, coefficients)
+        self._continuation.changes.fill(within, coefficients)
         coefficients[0] = poses
         return coefficients
 
     def sign(self, angle: Array) -> Array:
         """What `branch_of` is on the smooth course at angles (T,) [rad] that were reached."""
-        return np.asarray(self.branch * self._course.changes.sign(self._within(angle)[0]))
+        return np.asarray(self.branch * self._continuation.changes.sign(self._within(angle)[0]))
 
     @property
     def change_angles(self) -> Array:
         """Crank angles [rad] of the change points of the turn, or of the span, or of what was reached so far."""
         low, high = (-math.inf, math.inf) if self.table is None else self.table.angles[[0, -1]]
-        angles = self._course.changes.angles
+        angles = self._continuation.changes.angles
         return angles[(angles >= low) & (angles <= high)]
 
     def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
         """Which angles (T,) [rad] are less than a distance [rad] from a change point."""
-        return self._course.changes.near(self._within(angle)[0], distance)
+        return self._continuation.changes.near(self._within(angle)[0], distance)
 
     def _within(self, angle: Array) -> tuple[Array, Array]:
         """Angles (T,) within the turn that repeats, where one does, and the whole turns (T,) left out."""
@@ -139,7 +139,7 @@ class BranchWalk:
         check_meshes(self.equations.mechanism, table.poses)
         gain = self._gain(table) if span is None else None
         if gain is not None:
-            self._course.changes.repeat(2.0 * math.pi, gain)
+            self._continuation.changes.repeat(2.0 * math.pi, gain)
         return replace(table, gain=gain)
 
     def _reaching(self, angle: Array) -> PoseTable | None:
@@ -160,21 +160,21 @@ class BranchWalk:
         places = [*reversed(back[1:]), *forth]
         stacked = np.concatenate([place.poses for place in places])
         angles = np.array([place.angle for place in places])
-        return self._refined(PoseTable(angles, stacked, self._course.slope(stacked, angles), None))
+        return self._refined(PoseTable(angles, stacked, self._continuation.slope(stacked, angles), None))
 
-    def _passed(self, goal: float) -> list[Place]:
+    def _passed(self, goal: float) -> list[BranchPoint]:
         """Places from the start to an angle, in steps of no more than one of the turn's.
 
         Raises:
             InvalidInput: the linkage goes no further than to the angle that is then in `_ends`.
         """
-        passed = [self._course.place(0.0, self.start)]
+        passed = [self._continuation.place(0.0, self.start)]
         goals = np.linspace(0.0, goal, math.ceil(abs(goal) / (2.0 * math.pi) * STEPS_PER_TURN) + 1)[1:]
         length = 2
         while len(goals := goals[np.abs(goals) > abs(passed[-1].angle)]):
-            found = stride(self._course, passed, goals[:length])
+            found = self._continuation.steps_at_once(passed, goals[:length])
             try:
-                for place in found or self._course.steps(passed[-1], float(goals[0]), goal):
+                for place in found or self._continuation.steps(passed[-1], float(goals[0]), goal):
                     passed.append(place)
             except InvalidInput:
                 self._ends[goal > 0.0] = passed[-1].angle
@@ -187,20 +187,22 @@ class BranchWalk:
         for _ in range(REFINEMENTS):
             middle = 0.5 * (table.angles[:-1] + table.angles[1:])
             guess = table.interpolate(middle)
-            poses = self._course.solved(guess, middle)
+            poses = self._continuation.solved(guess, middle)
             miss = self.equations.distance(poses, guess)
             for k in np.flatnonzero(miss > STRAYED):
                 poses[k] = self._walk(float(table.angles[k]), table.poses[k : k + 1], float(middle[k]))[0]
             coarse = miss > TABLE_MISS
             if not coarse.any():
                 break
-            table = table.with_rows(middle[coarse], poses[coarse], self._course.slope(poses[coarse], middle[coarse]))
+            table = table.with_rows(
+                middle[coarse], poses[coarse], self._continuation.slope(poses[coarse], middle[coarse])
+            )
         return table
 
     def _walk(self, angle: float, poses: Array, goal: float) -> Array:
         """Poses (1, 3 n) at a goal angle, reached from those at another without leaving the branch."""
-        here = self._course.place(angle, poses)
-        return [here, *self._course.steps(here, goal)][-1].poses
+        here = self._continuation.place(angle, poses)
+        return [here, *self._continuation.steps(here, goal)][-1].poses
 
     def reach(self, goal: float) -> float:
         """The crank angle [rad] where the way from the start to a goal ends; the goal, if nothing ends it before."""

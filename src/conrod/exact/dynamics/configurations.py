@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.dynamics.constraint import JointCurve, turned_alike
-from conrod.exact.dynamics.path import BESIDE, LONGEST_STEP, CurveWalk, Place, closes, too_close
+from conrod.exact.curve_walk import BESIDE, LONGEST_STEP, CurvePoint, CurveWalk, closes, too_close
 from conrod.exact.dynamics.pieces import DEGREE, TAIL, Samples, sampled
+from conrod.exact.joint_curve import JointCurve, turned_alike
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 
@@ -76,7 +76,7 @@ class Configurations:
 class _Pieces:
     """Pieces one after the other, each as long as its series converges."""
 
-    def __init__(self, walk: CurveWalk, start: Place) -> None:
+    def __init__(self, walk: CurveWalk, start: CurvePoint) -> None:
         self._walk, self._curve, self._start = walk, walk.curve, start
         self._places = [start]  # known, not yet in a piece but for the first
         self._along, self._length = 0.0, SPREAD * self._curve.unit
@@ -143,7 +143,7 @@ class _Pieces:
                 return len(self._places)
             self._add(next(self._steps))
 
-    def _add(self, place: Place) -> None:
+    def _add(self, place: CurvePoint) -> None:
         if closes(self._curve, self._start, self._places[-1], place):
             gain = place.point - self._start.point
             whole = gain - turned_alike(self._curve.mechanism, gain)

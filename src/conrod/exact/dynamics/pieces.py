@@ -8,8 +8,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from conrod.exact.dynamics.constraint import Frame, JointCurve
-from conrod.exact.dynamics.path import Place
+from conrod.exact.curve_walk import CurvePoint
+from conrod.exact.joint_curve import Frame, JointCurve
 from conrod.exact.motion import Array
 
 DEGREE = 24
@@ -49,7 +49,7 @@ class Samples:
         return np.asarray(np.tensordot(TO_COEFFICIENTS, values, axes=1))
 
 
-def sampled(curve: JointCurve, places: list[Place], start: float) -> Samples | None:
+def sampled(curve: JointCurve, places: list[CurvePoint], start: float) -> Samples | None:
     """A piece through neighbouring places, from the first to the last; None where these are too few, or too many."""
     curve = curve.on(places[0].arcs)
     first, last = places[0], places[-1]
@@ -148,7 +148,7 @@ def _inverted(integral: Array, rates: Array, span: float, lengths: Array) -> Arr
 class _Guess:
     """Points between places by Hermite interpolation, told by their distance along a chord."""
 
-    def __init__(self, places: list[Place], direction: Array) -> None:
+    def __init__(self, places: list[CurvePoint], direction: Array) -> None:
         self._points = np.concatenate([p.point for p in places])
         slopes = np.concatenate([p.tangent for p in places])
         along = np.sum(slopes * direction, axis=1)[:, None]

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.dynamics.constraint import JointCurve, turned_alike
+from conrod.exact.joint_curve import JointCurve, turned_alike
 from conrod.exact.motion import Array
 
 FIRST_STEP, LEAST_STEP, LONGEST_STEP = 0.01, 1e-9, 0.05  # of arc length, in its unit
@@ -30,7 +30,7 @@ CROSSING = 1e-4
 
 
 @dataclass(frozen=True)
-class Place:
+class CurvePoint:
     """A point of the curve, its unit tangent and its curvature, each (1, 3 n), and about how far along it lies.
 
     Attributes:
@@ -52,7 +52,7 @@ class CurveWalk:
     def __init__(self, curve: JointCurve) -> None:
         self.curve = curve
 
-    def first(self, direction: Array) -> Place:
+    def first(self, direction: Array) -> CurvePoint:
         """The place of the start poses, with the tangent in the sense of a direction (1, 3 n).
 
         Raises:
@@ -66,7 +66,7 @@ class CurveWalk:
             )
         return self.leaving(place)
 
-    def _place(self, along: float, point: Array, direction: Array, arcs: dict[str, int]) -> Place | None:
+    def _place(self, along: float, point: Array, direction: Array, arcs: dict[str, int]) -> CurvePoint | None:
         """The place of a point; None where branches cross, or so near to that that its tangent is not told."""
         with np.errstate(all="ignore"):
             try:
@@ -75,9 +75,9 @@ class CurveWalk:
                 return None
         if not np.isfinite(frame.tangent).all() or not frame.nearness[0] >= CROSSING:
             return None
-        return Place(along, point, frame.tangent, frame.curvature, float(frame.nearness[0]), arcs)
+        return CurvePoint(along, point, frame.tangent, frame.curvature, float(frame.nearness[0]), arcs)
 
-    def leaving(self, place: Place) -> Place:
+    def leaving(self, place: CurvePoint) -> CurvePoint:
         """The place on the arcs of cams that lie ahead of it."""
         arcs = self.curve.arcs(place.point + BESIDE * place.tangent)
         if arcs == place.arcs:
@@ -85,7 +85,7 @@ class CurveWalk:
         left = self._place(place.along, place.point, place.tangent, arcs)
         return place if left is None else left
 
-    def steps(self, here: Place, longest: float = LONGEST_STEP) -> Iterator[Place]:
+    def steps(self, here: CurvePoint, longest: float = LONGEST_STEP) -> Iterator[CurvePoint]:
         """Places after one, without end; where a roller comes upon another arc of its cam there is always one.
 
         Args:
@@ -109,7 +109,7 @@ class CurveWalk:
                 if step < LEAST_STEP:
                     raise InvalidInput(too_close(self.curve.mechanism.name))
 
-    def _try(self, here: Place, step: float) -> tuple[Place | None, float]:
+    def _try(self, here: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
         reached, miss = self._at(here, step)
         if reached is None or self.curve.arcs(reached.point) == here.arcs:
             return reached, miss
@@ -126,7 +126,7 @@ class CurveWalk:
                 high = middle
         return self._at(here, high)
 
-    def _at(self, here: Place, step: float) -> tuple[Place | None, float]:
+    def _at(self, here: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
         guess = here.point + step * here.tangent + 0.5 * step**2 * here.curvature
         point = self.curve.on(here.arcs).corrected(guess, here.tangent)
         if point is None:
@@ -148,7 +148,7 @@ def too_close(name: str) -> str:
     )
 
 
-def closes(curve: JointCurve, start: Place, before: Place, after: Place) -> bool:
+def closes(curve: JointCurve, start: CurvePoint, before: CurvePoint, after: CurvePoint) -> bool:
     """Whether the curve passes its start, whole turns aside, between two places."""
     near = [turned_alike(curve.mechanism, place.point - start.point) for place in (before, after)]
     ahead = [float(np.sum(n * start.tangent)) for n in near]
