@@ -17,7 +17,7 @@ from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.mjcf.harden.start import STATE, start_of
 from conrod.mjcf.harden.study import harden_file
 from conrod.mjcf.harden.swing import Pace
-from conrod.mjcf.lint.finding import Request as LintRequest
+from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
 from conrod.own.models.loading import keyframe_to_start_from
 from tests.support.legged import LEGGED, legged

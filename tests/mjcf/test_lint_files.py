@@ -19,8 +19,9 @@ from conrod.cli.lint import _outputs
 from conrod.errors import InvalidInput
 from conrod.mjcf.lint.document import Document, differing
 from conrod.mjcf.lint.edits import Exclude
-from conrod.mjcf.lint.finding import Report, Request
-from conrod.mjcf.lint.linting import lint, prepared
+from conrod.mjcf.lint.findings import Report, Request
+from conrod.mjcf.lint.linting import lint
+from conrod.mjcf.lint.preparing import prepared
 from conrod.own.models.model_files import files_of_model
 from conrod.own.models.request import Place
 from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
@@ -126,7 +127,7 @@ def test_a_fixed_model_finds_its_assets_from_wherever_it_is(place: str, gripper:
     before = {path: path.read_bytes() for path in gripper.parent.rglob("*.*")}
     report = lint(gripper, Request(seconds=0.02, fix_folder=str(folder)), ticking())
     assert report.fixed is not None
-    assert [edit.told for edit in report.fixed.edits] == ['<option><flag autoreset="disable"/></option>']
+    assert [edit.words for edit in report.fixed.edits] == ['<option><flag autoreset="disable"/></option>']
     assert report.fixed.change == 0.0
     (folder / "fixed.xml").write_text(report.fixed.text)
     fixed, model = (mujoco.MjModel.from_xml_path(str(path)) for path in (folder / "fixed.xml", gripper))
@@ -300,7 +301,7 @@ def test_a_model_that_runs_at_no_step_is_a_finding(tmp_path: Path) -> None:
     report = at(tmp_path, text(SAW))
     assert report.findings[0].rule == "step-too-long"
     assert "at no step" in report.findings[0].what
-    json.dumps(report.as_dict(), allow_nan=False)
+    json.dumps(report.document(), allow_nan=False)
 
 
 # -- the command -----------------------------------------------------------------------------------------------------
@@ -376,7 +377,7 @@ def test_what_a_model_is_made_of_is_not_written_over(option: str, part: str, gri
 
 
 def test_rules_are_documented() -> None:
-    from conrod.mjcf.lint.linting import RULES
+    from conrod.mjcf.lint.rules import RULES
 
     text = (Path(__file__).parents[2] / "docs" / "lint.md").read_text()
     names = [rule.name for rule in RULES]

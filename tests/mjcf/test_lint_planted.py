@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from conrod.mjcf.lint.finding import Harm, Report, Request
-from conrod.mjcf.lint.linting import RULES, lint
+from conrod.mjcf.lint.findings import Harm, Report, Request
+from conrod.mjcf.lint.linting import lint
+from conrod.mjcf.lint.rules import RULES
 from tests.support.planted_models import (
     MJCF,
     PLANTED,

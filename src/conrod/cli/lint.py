@@ -17,11 +17,11 @@ from conrod.cli import options
 from conrod.cli import options as exit_status
 from conrod.cli.console import console
 from conrod.errors import InvalidInput
-from conrod.mjcf.lint.finding import Finding, Fixed, Harm, Report, Value
+from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Value
 from conrod.studies.frame.paired_timing import PairedCost
 
 if TYPE_CHECKING:
-    from conrod.mjcf.lint.finding import Report, Request
+    from conrod.mjcf.lint.findings import Report, Request
     from conrod.scenes import Scene
     from conrod.studies.frame.files import Batch
 
@@ -47,11 +47,14 @@ def print_report(report: Report, out_file: Path | None) -> None:
 
 def _print_finding(out: Console, finding: Finding) -> None:
     out.print(f"\n[{COLOURS[finding.harm]}]{finding.rule}[/] ({finding.harm.meaning})", soft_wrap=True)
-    lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(value)}" for name, value in finding.evidence)]
+    lines = [
+        finding.what,
+        "evidence: " + "; ".join(f"{name} {_value(value)}" for name, value in finding.evidence.items()),
+    ]
     if finding.cost is not None:
         lines.append(f"cost: {_cost(finding.cost)}")
     lines += [f"why: {finding.why}", f"fix: {finding.fix}"]
-    lines += [f"     {edit.told}" for edit in finding.edits]
+    lines += [f"     {edit.words}" for edit in finding.edits]
     if finding.edits:
         lines.append("safe: --fix makes it" if finding.safe else "not made by --fix: say yourself which was meant")
     for line in lines:
@@ -171,7 +174,7 @@ def _request(
 ) -> Request:
     from conrod.cli.model_request import places_of
     from conrod.mechanism.units import check_number
-    from conrod.mjcf.lint.finding import Request
+    from conrod.mjcf.lint.findings import Request
 
     if seconds is not None:
         check_number("--seconds", seconds, 1e-9, 1e9, "s")
@@ -192,7 +195,7 @@ def _batches(report: Report, document: Path | None, out: Path | None) -> list[Ba
 
     batches = []
     if document is not None:
-        batches.append(single(document, json.dumps(report.as_dict(), indent=1, allow_nan=False) + "\n"))
+        batches.append(single(document, json.dumps(report.document(), indent=1, allow_nan=False) + "\n"))
     if out is not None and report.fixed is not None and report.fixed.text:
         batches.append(single(out, report.fixed.text))
     return batches

@@ -5,19 +5,44 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import mujoco
 import numpy as np
 
 from conrod.mjcf.lint.document import Document
-from conrod.mjcf.lint.edits import Edit, SetOption, is_option, set_option
-from conrod.mjcf.lint.motion import Observed, Run, Start, largest_change, run
-from conrod.mjcf.lint.poses import Poses
+from conrod.mjcf.lint.edits import Edit, Remove, SetOption, set_option
+from conrod.mjcf.lint.runs import Observed, Poses, Run, Start, largest_change, run
+from conrod.own.models.loading import name_or_number
 from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
 UNCHANGED = 1e-9
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Edits that were tried.
+
+    Attributes:
+        edits: none where the file has no place for them.
+        change: largest change of the observed positions that they make, over the travel; None where there are none.
+        cost: of a step without them over one with them.
+    """
+
+    edits: tuple[Edit, ...] = ()
+    change: float | None = None
+    cost: PairedCost | None = None
+
+    @property
+    def told_change(self) -> float | str:
+        """The change as evidence."""
+        return "not run" if self.change is None else self.change
+
+    def changes_at_most(self, share: float) -> bool:
+        """True where they were tried and change the motion by no more."""
+        return self.change is not None and self.change <= share
 
 
 class Bench:
@@ -74,14 +99,13 @@ class Bench:
         """
         key = tuple(edits)
         if key not in self._models:
-            every = (*self.drive, *key)
-            hard = tuple(edit for edit in every if not is_option(edit))
+            options = [edit for edit in (*self.drive, *key) if isinstance(edit, SetOption) and edit.of_compiled]
+            hard = tuple(edit for edit in (*self.drive, *key) if edit not in options)
             if hard not in self._compiled:
                 self._compiled[hard] = self.document.compiled(hard) if hard else self.document.model
             model = copy.copy(self._compiled[hard])
-            for edit in every:
-                if isinstance(edit, SetOption) and is_option(edit):
-                    set_option(model, edit)
+            for edit in options:
+                set_option(model, edit)
             self._models[key] = model
         return self._models[key]
 
@@ -145,9 +169,28 @@ class Bench:
         """The largest change of the observed positions that edits make, over the travel."""
         return relative(largest_change(self.run, self.run_of(edits)) / self.scale)
 
+    def trial(self, edits: Sequence[Edit]) -> Trial:
+        """Change and cost of edits, where the file has a place for all of them."""
+        if not self.document.can_make(edits):
+            return Trial()
+        return Trial(tuple(edits), self.change(edits), self.cost(edits))
+
     def cost(self, edits: Sequence[Edit]) -> PairedCost:
         """Of a step of the model over one with edits."""
         return paired_cost(self._stepper(self.model), self._stepper(self.copy(edits)), clock=self._clock)
+
+    def cost_of(self, kind: str, indices: Sequence[int]) -> PairedCost | None:
+        """Cost of elements together; None where they cannot be left out without making another machine."""
+        edits = tuple(Remove(kind, index, name_or_number(self.model, kind, index)) for index in indices)
+        if self.run.broke or not self.document.can_make(edits):
+            return None
+        try:
+            without = self.copy(edits)
+        except ValueError:
+            return None
+        if not np.array_equal(without.body_inertia, self.model.body_inertia) or self.change(edits) > 0.0:
+            return None
+        return self.cost(edits)
 
     def _stepper(self, model: mujoco.MjModel) -> Callable[[], Callable[[int], None]]:
         def make() -> Callable[[int], None]:

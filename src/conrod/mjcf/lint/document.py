@@ -27,7 +27,7 @@ Element = ElementTree.Element
 INCLUDES_DEEP = 32  # MuJoCo refuses a file that includes itself, so this is never reached by one that loads
 # Elements that stand for others which MuJoCo makes.
 MACROS = ("composite", "flexcomp", "attach")
-GIVEN = "conrod-lint-"  # begins the names that elements without one have while they are told apart
+GIVEN = "conrod-lint-"  # begins the names that elements without one have while they are numbered
 
 
 class Document:
@@ -54,7 +54,7 @@ class Document:
         except ValueError as error:
             difference = " ".join(str(error).split())
         else:
-            difference = differing(self.model, self._told_apart)
+            difference = differing(self.model, self._numbered)
         if difference:
             raise InvalidInput(f"{path}: with its includes put in place it is another model ({difference})")
 
@@ -91,7 +91,7 @@ class Document:
     def _find_places(self) -> dict[tuple[str, int], int]:
         """Where in the tree the elements of the compiled model are, by kind and index.
 
-        Elements without a name get one for the while: compiled, it tells which is which.
+        Elements without a name get one for the while, which numbers them in the compiled model.
         """
         root = copy.deepcopy(self._root)
         by_name: dict[tuple[str, str], int] = {}
@@ -100,7 +100,7 @@ class Document:
             if element.get("name") is None:
                 element.set("name", f"{GIVEN}{order[element]}-")
             by_name[kind, element.attrib["name"]] = order[element]
-        model = self._told_apart = self._compiled(root, self.folder)
+        model = self._numbered = self._compiled(root, self.folder)
         counts = {"body": model.nbody, "joint": model.njnt, "geom": model.ngeom, "equality": model.neq}
         counts |= {"sensor": model.nsensor, "key": model.nkey}
         places = {}
@@ -117,6 +117,19 @@ class Document:
     def can_edit(self, kind: str, index: int) -> bool:
         """Whether an element stands in the file as such, rather than being made by the compiler."""
         return (kind, index) in self._places
+
+    def can_make(self, edits: Sequence[Edit]) -> bool:
+        """Whether all elements of edits stand in the file."""
+        places: list[tuple[str, int]] = []
+        for edit in edits:
+            match edit:
+                case SetAttribute() | Remove():
+                    places.append((edit.kind, edit.index))
+                case Exclude():
+                    places += [("body", index) for index in edit.indices if index]
+                case SetOption():
+                    pass
+        return all(place in self._places for place in places)
 
     # -- editing -----------------------------------------------------------------------------------------------------
 

@@ -1,7 +1,4 @@
-"""Edits of a model file: what a fix consists of, and what two models of a paired run differ by. Imports no engine.
-
-Edits of <option> made on a compiled model: a mesh need not be compiled again for another step.
-"""
+"""Edits of a model file: what a fix consists of, and what two models of a paired run differ by."""
 
 from __future__ import annotations
 
@@ -28,7 +25,7 @@ class SetAttribute:
     value: str
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """In words."""
         return f'{_spoken(self.kind, self.name)}: {self.attribute}="{self.value}"'
 
@@ -42,7 +39,7 @@ class Remove:
     name: str
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """In words."""
         return f"{_spoken(self.kind, self.name)}: removed"
 
@@ -60,7 +57,12 @@ class SetOption:
     value: str
 
     @property
-    def told(self) -> str:
+    def of_compiled(self) -> bool:
+        """True where the edit can be made on a compiled model."""
+        return self.path[0] == "option"
+
+    @property
+    def words(self) -> str:
         """In words."""
         inner = f'<{self.path[-1]} {self.attribute}="{self.value}"/>'
         return f"<{self.path[0]}>{inner}</{self.path[0]}>" if len(self.path) > 1 else inner
@@ -79,7 +81,7 @@ class Exclude:
     names: tuple[str, str]
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """In words."""
         return f'<contact><exclude body1="{self.names[0]}" body2="{self.names[1]}"/></contact>'
 
@@ -95,13 +97,8 @@ Edit = SetAttribute | Remove | SetOption | Exclude
 SOLVERS = {"PGS": mujoco.mjtSolver.mjSOL_PGS, "CG": mujoco.mjtSolver.mjSOL_CG, "Newton": mujoco.mjtSolver.mjSOL_NEWTON}
 
 
-def is_option(edit: Edit) -> bool:
-    """Whether an edit can be made on a compiled model."""
-    return isinstance(edit, SetOption) and edit.path[0] == "option"
-
-
 def set_option(model: mujoco.MjModel, edit: SetOption) -> None:
-    """Make the edit, in place.
+    """Edit <option> of a compiled model in place: a mesh need not be compiled again for another step.
 
     Raises:
         ValueError: it is none of those that rules make.
@@ -119,4 +116,4 @@ def set_option(model: mujoco.MjModel, edit: SetOption) -> None:
         case ("option", "flag"), "autoreset" if edit.value == "disable":
             options.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         case _:
-            raise ValueError(f"no edit of a compiled model: {edit.told}")
+            raise ValueError(f"no edit of a compiled model: {edit.words}")

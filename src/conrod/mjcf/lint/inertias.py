@@ -1,7 +1,4 @@
-"""Gravity across the plane in which everything moves.
-
-Masses and inertias that the compiler has made others than those that are written.
-"""
+"""Rules on masses and gravity: gravity across the plane of motion, and inertias that the compiler has changed."""
 
 from __future__ import annotations
 
@@ -13,8 +10,7 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.mjcf.lint.bench import Bench
 from conrod.mjcf.lint.edits import Edit, SetOption
-from conrod.mjcf.lint.finding import Finding, Harm, Note, Value
-from conrod.mjcf.lint.rule import Rule
+from conrod.mjcf.lint.findings import Finding, Harm, Note, Value
 from conrod.own.models.loading import listed, name_or_number
 
 # Motion out of a plane below this share of that in it is what soft closures sag by.
@@ -25,8 +21,8 @@ ACROSS = 1e-5
 SAME_MOTION_WITHOUT_GRAVITY = 1e-6  # of the travel: what the closures sag by must not be taken for motion
 
 
-def judge_gravity(bench: Bench) -> Iterator[Finding | Note]:
-    """The part of gravity along the normal of the plane: does the motion know of it?"""
+def gravity_across(bench: Bench) -> Iterator[Finding | Note]:
+    """The part of gravity along the normal of the plane, and whether the motion depends on it."""
     model = bench.model
     if int(model.opt.disableflags) & mujoco.mjtDisableBit.mjDSBL_GRAVITY:
         return
@@ -36,7 +32,7 @@ def judge_gravity(bench: Bench) -> Iterator[Finding | Note]:
         return
     across = float(abs(gravity @ normal))
     if bench.run.touched:
-        yield Note(GRAVITY.name, f"gravity has {across:.4g} m/s² across the plane of motion, where contacts carry it")
+        yield Note(f"gravity has {across:.4g} m/s² across the plane of motion, where contacts carry it")
         return
     rest = gravity - (gravity @ normal) * normal
     rest[np.abs(rest) < ACROSS * np.linalg.norm(gravity)] = 0.0
@@ -44,18 +40,15 @@ def judge_gravity(bench: Bench) -> Iterator[Finding | Note]:
     change = bench.change(edits)
     moving = model.body_weldid > 0
     yield Finding(
-        rule=GRAVITY.name,
         subjects=(),
         what=f"gravity has {across:.4g} m/s² across the plane in which everything moves",
         harm=Harm.WRONG if change > SAME_MOTION_WITHOUT_GRAVITY else Harm.LATENT,
-        evidence=(
-            ("normal of the plane", " ".join(f"{value:.6g}" for value in np.where(np.abs(normal) < 1e-9, 0.0, normal))),
-            ("share of gravity", across / float(np.linalg.norm(gravity))),
-            ("weight that joints carry across [N]", across * float(model.body_mass[moving].sum())),
-            ("change of motion without", change),
-        ),
-        why="it does no work on the motion: joints and closures carry it, reactions contain it, soft closures sag by "
-        "it; a machine that stands upright has its gravity in the plane",
+        evidence={
+            "normal of the plane": " ".join(f"{value:.6g}" for value in np.where(np.abs(normal) < 1e-9, 0.0, normal)),
+            "share of gravity": across / float(np.linalg.norm(gravity)),
+            "weight that joints carry across [N]": across * float(model.body_mass[moving].sum()),
+            "change of motion without": change,
+        },
         fix="turn the machine, or the gravity, into the plane; or leave that part of it out",
         edits=edits,
         safe=change <= SAME_MOTION_WITHOUT_GRAVITY,
@@ -64,7 +57,7 @@ def judge_gravity(bench: Bench) -> Iterator[Finding | Note]:
 
 
 def plane_normal(bench: Bench) -> Array | None:
-    """Normal of the plane that all bodies stay parallel to in the run; None where there is none, or it is not told."""
+    """Normal of the plane that all bodies stay parallel to in the run; None where there is none, or nothing turns."""
     turning, moving = _velocities(bench)
     _, spins, axes = np.linalg.svd(turning, full_matrices=False)
     if not spins[0] > 0.0 or spins[1] > PLANAR * spins[0]:
@@ -86,9 +79,6 @@ def _velocities(bench: Bench) -> tuple[Array, Array]:
     return np.array(turning), np.array(moving)
 
 
-GRAVITY = Rule("gravity-across", judge_gravity)
-
-
 SAME_MOTION = 1e-6  # of the travel: the motion of a driven machine knows of masses only by what is soft in it
 # Everything by which the compiler changes what is written, turned off.
 AS_WRITTEN = (
@@ -101,13 +91,13 @@ AS_WRITTEN = (
 SAME = 1e-9  # the sums are the same, their order may not be
 
 
-def judge_inertias(bench: Bench) -> Iterator[Finding]:
+def changed_inertias(bench: Bench) -> Iterator[Finding]:
     """The model compiled a second time, with what is written taken at its word."""
     model = bench.model
     try:
         written = bench.copy(AS_WRITTEN)
     except ValueError as error:
-        yield _finding(bench, (), (("compiled as written", " ".join(str(error).split())),), None)
+        yield _finding((), {"compiled as written": " ".join(str(error).split())}, None)
         return
     masses = ~np.isclose(model.body_mass, written.body_mass, rtol=SAME, atol=0.0)
     # Principal moments come in an order of their own.
@@ -118,28 +108,26 @@ def judge_inertias(bench: Bench) -> Iterator[Finding]:
         return
     names = tuple(name_or_number(model, "body", int(body)) for body in changed)
     worst = int(max(changed, key=lambda body: _ratio(model.body_mass[body], written.body_mass[body])))
-    evidence: tuple[tuple[str, Value], ...] = (
-        ("bodies changed", len(changed)),
-        ("most changed", name_or_number(model, "body", worst)),
-        ("its mass as written [kg]", float(written.body_mass[worst])),
-        ("its mass as compiled [kg]", float(model.body_mass[worst])),
-        ("its moments as written [kg m²]", _moments(written.body_inertia[worst])),
-        ("its moments as compiled [kg m²]", _moments(model.body_inertia[worst])),
-    )
-    yield _finding(bench, names, evidence, bench.change(AS_WRITTEN) if not bench.run.broke else None)
+    evidence: dict[str, Value] = {
+        "bodies changed": len(changed),
+        "most changed": name_or_number(model, "body", worst),
+        "its mass as written [kg]": float(written.body_mass[worst]),
+        "its mass as compiled [kg]": float(model.body_mass[worst]),
+        "its moments as written [kg m²]": _moments(written.body_inertia[worst]),
+        "its moments as compiled [kg m²]": _moments(model.body_inertia[worst]),
+    }
+    yield _finding(names, evidence, bench.change(AS_WRITTEN) if not bench.run.broke else None)
 
 
-def _finding(
-    bench: Bench, names: tuple[str, ...], evidence: tuple[tuple[str, Value], ...], change: float | None
-) -> Finding:
-    told = f"masses or inertias of {listed(names)} are not those that are written"
+def _finding(names: tuple[str, ...], evidence: dict[str, Value], change: float | None) -> Finding:
+    what = "the compiler makes masses or inertias up, without which the model does not compile"
+    if names:
+        what = f"masses or inertias of {listed(names)} are not those that are written"
     return Finding(
-        rule=INERTIAS.name,
         subjects=names,
-        what=told if names else "the compiler makes masses or inertias up, without which the model does not compile",
+        what=what,
         harm=Harm.LATENT if change is not None and change <= SAME_MOTION else Harm.WRONG,
-        evidence=(*evidence, *(() if change is None else (("change of motion as written", change),))),
-        why="drive torques, reactions and free motion are those of another machine",
+        evidence=evidence if change is None else {**evidence, "change of motion as written": change},
         fix="write every mass and inertia as it is, and take balanceinertia, boundmass, boundinertia, settotalmass and "
         "inertiafromgeom out of <compiler>",
         edits=AS_WRITTEN if names else (),
@@ -154,6 +142,3 @@ def _ratio(one: float, other: float) -> float:
 
 def _moments(values: Array) -> str:
     return " ".join(f"{value:.6g}" for value in np.sort(values))
-
-
-INERTIAS = Rule("changed-inertia", judge_inertias, needs_motion=False)

@@ -1,4 +1,4 @@
-"""Closures that give way."""
+"""The rule on closures that give way."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 
 from conrod.engines.mujoco.settings import STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF
 from conrod.exact.motion import Array
+from conrod.mjcf.equalities import closure_name, ties_bodies
 from conrod.mjcf.lint.bench import Bench
 from conrod.mjcf.lint.edits import Edit, SetAttribute
-from conrod.mjcf.lint.finding import Finding, Harm, Value
-from conrod.mjcf.lint.poses import closing, closure_name
-from conrod.mjcf.lint.rule import Rule
+from conrod.mjcf.lint.findings import Finding, Harm, Value
 
 # Of the machine's size. A bearing's play is a ten-thousandth of a small machine (30 micrometres in 0.3 m): closures
 # that give way by more are worse than a real joint.
@@ -26,7 +25,7 @@ STIFF_STEPS = {int(mujoco.mjtIntegrator.mjINT_RK4): 8.0}
 LEAST_STEPS = 2.0  # MuJoCo admits no less
 
 
-def judge(bench: Bench) -> Iterator[Finding]:
+def soft_closures(bench: Bench) -> Iterator[Finding]:
     """Connects and welds that open in the run, and would not if they were stiff."""
     model = bench.model
     before = _worst(bench, ())
@@ -35,9 +34,9 @@ def judge(bench: Bench) -> Iterator[Finding]:
     # With few steps a turn a stiff closure opens as well, by what the step leaves: looked at again with finer ones.
     while looks[-1].undecided and len(looks) <= REFINEMENTS:
         looks.append(_Look(bench.with_step(0.5 * looks[-1].step), looks[-1].undecided))
-    told = [(look, look.soft) for look in looks if look.soft]
-    if told:
-        yield _finding(bench, before, *told[0])
+    found = [(look, look.soft) for look in looks if look.soft]
+    if found:
+        yield _finding(bench, before, *found[0])
 
 
 class _Look:
@@ -62,28 +61,25 @@ def _finding(bench: Bench, before: Array, look: _Look, loose: list[int]) -> Find
     change = bench.change(edits)
     worst = max(loose, key=lambda index: before[index])
     stock = sum(_is_stock(model, index) for index in loose)
-    finer: tuple[tuple[str, Value], ...] = ()
+    finer: dict[str, Value] = {}
     if look.step < float(model.opt.timestep):
-        finer = (
-            ("with a step of [s]", look.step),
-            ("opening then [m]", float(look.before[worst])),
-            ("opening then when stiff [m]", float(look.after[worst])),
-        )
+        finer = {
+            "with a step of [s]": look.step,
+            "opening then [m]": float(look.before[worst]),
+            "opening then when stiff [m]": float(look.after[worst]),
+        }
     return Finding(
-        rule=RULE.name,
         subjects=tuple(closure_name(model, index) for index in loose),
         what=f"closures give way: {closure_name(model, worst)} opens by {1e3 * before[worst]:.3g} mm",
         harm=Harm.WRONG,
-        evidence=(
-            ("opening [m]", float(before[worst])),
-            ("opening over size", float(before[worst] / bench.size)),
-            ("opening when stiff [m]", float(_worst(bench, edits)[worst])),
-            *finer,
-            ("closures with the stock solref and solimp", f"{stock} of {len(loose)}"),
-            ("change of motion when stiff", change),
-        ),
-        why="the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step "
-        "helps",
+        evidence={
+            "opening [m]": float(before[worst]),
+            "opening over size": float(before[worst] / bench.size),
+            "opening when stiff [m]": float(_worst(bench, edits)[worst]),
+            **finer,
+            "closures with the stock solref and solimp": f"{stock} of {len(loose)}",
+            "change of motion when stiff": change,
+        },
         fix="stiffer closures, as here, unless they are meant to give way; `conrod harden` takes out what no file can",
         edits=edits,
         change=change,
@@ -109,10 +105,7 @@ def _worst(bench: Bench, edits: tuple[Edit, ...]) -> Array:
 
 def _is_stock(model: mujoco.MjModel, index: int) -> bool:
     return bool(
-        closing(model, index)
+        ties_bodies(model, index)
         and np.array_equal(model.eq_solref[index], STOCK_SOLREF)
         and np.array_equal(model.eq_solimp[index], STOCK_SOLIMP)
     )
-
-
-RULE = Rule("soft-closure", judge)

@@ -1,7 +1,4 @@
-"""A step that is longer than the longest at which the model runs.
-
-A solver that stops before the constraints act: above all one whose tolerance an armature has made void.
-"""
+"""Rules on stepping: a step that is too long, and a solver that stops before the constraints act."""
 
 from __future__ import annotations
 
@@ -12,10 +9,8 @@ import numpy as np
 
 from conrod.mjcf.lint.bench import Bench
 from conrod.mjcf.lint.edits import Edit, SetOption
-from conrod.mjcf.lint.finding import Finding, Harm, Note
-from conrod.mjcf.lint.motion import State
-from conrod.mjcf.lint.poses import load
-from conrod.mjcf.lint.rule import Rule
+from conrod.mjcf.lint.findings import Finding, Harm, Note
+from conrod.mjcf.lint.runs import State
 
 HALVINGS = 6
 DOUBLINGS = 5
@@ -25,45 +20,42 @@ OUT_OF_HAND = 10.0
 OPEN = 0.1  # of the machine's size
 
 
-def judge_stability(bench: Bench) -> Iterator[Finding | Note]:
+def unstable_step(bench: Bench) -> Iterator[Finding | Note]:
     """Runs over the same time with half the step, and half of that, until two of them agree on where things are."""
     longest = longest_stable(bench)
     step = float(bench.model.opt.timestep)
     if longest is None:
         yield Finding(
-            rule=STABILITY.name,
             subjects=(),
             what="the model does not run, at no step that was tried",
             harm=Harm.WRONG,
-            evidence=(
-                ("step [s]", step),
-                ("finest step tried [s]", step / 2**HALVINGS),
-                ("steps before it breaks", bench.run.steps),
-                ("warnings", ", ".join(bench.run.warnings) or "none"),
-            ),
+            evidence={
+                "step [s]": step,
+                "finest step tried [s]": step / 2**HALVINGS,
+                "steps before it breaks": bench.run.steps,
+                "warnings": ", ".join(bench.run.warnings) or "none",
+            },
             why="whatever is read from it is not the machine's motion",
             fix="look at the start pose, overlapping geoms, gains, and masses next to zero",
         )
     elif longest < step:
         yield _finding(bench, longest)
     else:
-        yield Note(STABILITY.name, _margin(bench))
+        yield Note(_margin(bench))
 
 
 def _finding(bench: Bench, longest: float) -> Finding:
     step = float(bench.model.opt.timestep)
     return Finding(
-        rule=STABILITY.name,
         subjects=(),
         what=f"the step of {step:.4g} s is longer than the longest at which the model runs, {longest:.4g} s",
         harm=Harm.WRONG,
-        evidence=(
-            ("step [s]", step),
-            ("longest stable step [s]", longest),
-            ("steps made of those asked for", f"{bench.run.steps} of {bench.steps}"),
-            ("warnings", ", ".join(bench.run.warnings) or "none"),
-        ),
-        why="the motion is the integrator's, not the machine's",
+        evidence={
+            "step [s]": step,
+            "longest stable step [s]": longest,
+            "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
+            "warnings": ", ".join(bench.run.warnings) or "none",
+        },
         fix=f'timestep="{longest:.4g}" or less: half of it leaves a margin',
         edits=(SetOption(("option",), "timestep", f"{0.5 * longest:.4g}"),),
     )
@@ -101,9 +93,6 @@ def _margin(bench: Bench) -> str:
     return f"the step of {step:.4g} s is stable, and so are longer ones up to {step * 2**DOUBLINGS:.4g} s at least"
 
 
-STABILITY = Rule("step-too-long", judge_stability, needs_motion=False)
-
-
 # Of what the constraints have to do, in acceleration. Newton at MuJoCo's own tolerance of 1e-8 leaves 1e-6 or less.
 LEFT = 1e-3
 # A solver that fails at one pose has met a hard one; at one in twenty it is set wrongly.
@@ -114,7 +103,7 @@ ITERATIONS = 100  # MuJoCo's default; Newton takes two or three
 LOOKS = 40
 
 
-def judge_unsolved(bench: Bench) -> Iterator[Finding]:
+def unsolved(bench: Bench) -> Iterator[Finding]:
     """Poses at which the solver leaves a share of its work, compared with Newton's method to the end."""
     model = bench.model
     edits: tuple[Edit, ...] = ()
@@ -139,27 +128,26 @@ def judge_unsolved(bench: Bench) -> Iterator[Finding]:
     heaviest = float(written.dof_armature.max(initial=0.0))
     at_once = passes == 0
     yield Finding(
-        rule=UNSOLVED.name,
         subjects=(),
         what="the solver stops before its first iteration: the constraints get the forces of an earlier step, or none"
         if at_once
         else "the solver stops before it is done",
         harm=Harm.WRONG,
-        evidence=(
-            ("tolerance", float(written.opt.tolerance)),
-            ("poses looked at", len(looks)),
-            ("poses with work left", int((left > LEFT).sum())),
-            ("iterations there, median", passes),
-            ("largest share of the work left", float(left.max())),
-            ("largest armature", heaviest),
-            ("mean inertia that the tolerance is scaled by", float(written.stat.meaninertia)),
-            ("change of motion when solved", change),
-        ),
+        evidence={
+            "tolerance": float(written.opt.tolerance),
+            "poses looked at": len(looks),
+            "poses with work left": int((left > LEFT).sum()),
+            "iterations there, median": passes,
+            "largest share of the work left": float(left.max()),
+            "largest armature": heaviest,
+            "mean inertia that the tolerance is scaled by": float(written.stat.meaninertia),
+            "change of motion when solved": change,
+        },
         why="MuJoCo scales its tolerance by the mean inertia: a large armature makes it so coarse that nothing is "
         "solved, without a warning"
         if at_once
         else "constraints get only a part of their forces, without a warning",
-        fix=" ".join(edit.told for edit in edits),
+        fix=" ".join(edit.words for edit in edits),
         edits=edits,
         # The model as it is written, solved: nothing of the machine changes.
         safe=True,
@@ -173,7 +161,7 @@ def _left(bench: Bench, solved: mujoco.MjModel, state: State) -> tuple[float, in
     answers = []
     for model in (bench.model, solved):
         data = bench.start.data(model)
-        load(data, state)
+        state.put(data)
         mujoco.mj_forward(model, data)
         answers.append(data)
     own, exact = answers
@@ -185,6 +173,3 @@ def _left(bench: Bench, solved: mujoco.MjModel, state: State) -> tuple[float, in
     largest = float(np.abs(work).max())
     share = float(np.abs(rest).max()) / largest if largest > 0.0 else 0.0
     return share, int(own.solver_niter[: max(own.nisland, 1)].max())
-
-
-UNSOLVED = Rule("solver-stops-early", judge_unsolved)

@@ -1,51 +1,45 @@
-"""A model that starts again by itself when its numbers go wrong.
-
-A start that no closed loop can be in: a pose that leaves one open, speeds that tear one.
-"""
+"""Rules on the start: one that no closed loop can be in, and a model that starts again by itself."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
-from conrod.exact.motion import Array
+from conrod.mjcf.equalities import closure_name, lengths, openings, rows_at
 from conrod.mjcf.lint.bench import Bench, relative
 from conrod.mjcf.lint.edits import SetOption
-from conrod.mjcf.lint.finding import Finding, Harm
-from conrod.mjcf.lint.motion import Run, Start, largest_change, run
-from conrod.mjcf.lint.poses import closing, closure_name, equality_rows, openings, violation
-from conrod.mjcf.lint.rule import Rule
+from conrod.mjcf.lint.findings import Finding, Harm
+from conrod.mjcf.lint.runs import Start, largest_change, run
 from conrod.mjcf.lint.solver import stable
 from conrod.own.models.loading import listed
 
+NO_RESET = (SetOption(("option", "flag"), "autoreset", "disable"),)
 TOO_FAST = 1e11  # mjMAXVAL is 1e10: what is beyond it counts as divergence
 
 
-def judge(bench: Bench) -> Iterator[Finding]:
+def silent_reset(bench: Bench) -> Iterator[Finding]:
     """A speed that no machine has is put into a copy: it must be there, or an error, after the next step."""
     if not resets(bench):
         return
     model = bench.model
     twice = stable(bench.with_step(2.0 * float(model.opt.timestep)), bench)
     yield Finding(
-        rule=RULE.name,
         subjects=(),
         what="when its numbers go wrong the model starts again by itself, and the run goes on",
         harm=Harm.WRONG if bench.run.broke else Harm.LATENT,
-        evidence=(
-            ("speed put in", TOO_FAST),
-            ("time after the next step [s]", float(model.opt.timestep)),
-            ("runs at twice its step", "yes" if twice else "no"),
-        ),
-        why="a run that diverged is finite, smooth and wrong: the machine is back in its first pose, and but for one "
-        "warning nothing says so",
+        evidence={
+            "speed put in": TOO_FAST,
+            "time after the next step [s]": float(model.opt.timestep),
+            "runs at twice its step": "yes" if twice else "no",
+        },
         fix="autoreset off, and look at the warnings or at the numbers",
-        edits=(SetOption(("option", "flag"), "autoreset", "disable"),),
+        edits=NO_RESET,
         safe=True,
-        change=bench.change((SetOption(("option", "flag"), "autoreset", "disable"),)) if not bench.run.broke else None,
+        change=bench.change(NO_RESET) if not bench.run.broke else None,
     )
 
 
@@ -63,9 +57,6 @@ def resets(bench: Bench) -> bool:
     return bool(data.time < before and np.isfinite(data.qpos).all())
 
 
-RULE = Rule("silent-reset", judge, needs_motion=False)
-
-
 # Of the machine's size; numbers that were written with six digits leave a loop open by 1e-6 of it.
 AJAR = 1e-5
 TORN = 1e-4  # of the fastest point: the same for speeds, which are differences of larger numbers
@@ -73,9 +64,12 @@ PASSES = 50
 CLOSED = 1e-13  # of the machine's size
 
 
-def judge_pose(bench: Bench) -> Iterator[Finding]:
+def open_pose(bench: Bench) -> Iterator[Finding]:
     """Closures that are open before the first step."""
-    model, opened = bench.model, opening_at_start(bench)
+    model = bench.model
+    data = bench.start.data(model)
+    mujoco.mj_forward(model, data)
+    opened = openings(model, data)
     ajar = [index for index in range(model.neq) if opened[index] > AJAR * bench.size]
     if not ajar:
         return
@@ -84,29 +78,28 @@ def judge_pose(bench: Bench) -> Iterator[Finding]:
     change = None if closed is None else _change(bench, closed)
     moved = "no closed pose near" if closed is None else " ".join(f"{value:.15g}" for value in closed.qpos)
     yield Finding(
-        rule=POSE.name,
         subjects=names,
         what=f"the start pose leaves loops open: {listed(names)} by up to {1e3 * opened.max():.3g} mm",
         harm=Harm.WRONG,
-        evidence=(
-            ("opening [m]", float(opened.max())),
-            ("opening over size", float(opened.max() / bench.size)),
-            ("start", "qpos0" if bench.keyframe is None else f"keyframe {bench.keyframe}"),
-            ("change of motion when closed", "not run" if change is None else change),
-        ),
-        why="the closures pull it shut in the first steps: a blow that no machine gets, and speeds that stay",
+        evidence={
+            "opening [m]": float(opened.max()),
+            "opening over size": float(opened.max() / bench.size),
+            "start": "qpos0" if bench.keyframe is None else f"keyframe {bench.keyframe}",
+            "change of motion when closed": "not run" if change is None else change,
+        },
         fix=f'qpos="{moved}"' if closed is not None else "lengths or places of the closures: no pose closes them",
         change=change,
     )
 
 
-def judge_speeds(bench: Bench) -> Iterator[Finding]:
+def torn_speeds(bench: Bench) -> Iterator[Finding]:
     """Closures whose ends part in the first instant."""
     model = bench.model
     data = bench.start.data(model)
     mujoco.mj_forward(model, data)
     fastest = _fastest(model, data)
-    parting = _parting(model, data)
+    rows = rows_at(model, data)
+    parting = lengths(model, rows.ids, rows.rates)
     torn = [index for index in range(model.neq) if parting[index] > TORN * fastest]
     if not torn or fastest == 0.0:
         return
@@ -114,26 +107,17 @@ def judge_speeds(bench: Bench) -> Iterator[Finding]:
     joined = consistent_speeds(bench)
     change = _change(bench, joined)
     yield Finding(
-        rule=SPEEDS.name,
         subjects=names,
         what=f"the start speeds tear loops: the ends of {listed(names)} part at up to {parting.max():.3g} m/s",
         harm=Harm.WRONG,
-        evidence=(
-            ("speed of parting [m/s]", float(parting.max())),
-            ("speed of the fastest body [m/s]", fastest),
-            ("change of motion when they fit", change),
-        ),
-        why="the closures stop it with a blow in the first steps, and energy that the machine was given is gone",
+        evidence={
+            "speed of parting [m/s]": float(parting.max()),
+            "speed of the fastest body [m/s]": fastest,
+            "change of motion when they fit": change,
+        },
         fix=f'qvel="{" ".join(f"{value:.15g}" for value in joined.qvel)}"',
         change=change,
     )
-
-
-def opening_at_start(bench: Bench) -> Array:
-    """(neq,) [m], as `openings`."""
-    data = bench.start.data(bench.model)
-    mujoco.mj_forward(bench.model, data)
-    return openings(bench.model, data)
 
 
 def closed_pose(bench: Bench) -> Start | None:
@@ -141,13 +125,12 @@ def closed_pose(bench: Bench) -> Start | None:
     model, data = bench.model, bench.start.data(bench.model)
     for _ in range(PASSES):
         mujoco.mj_forward(model, data)
-        rows = equality_rows(model, data)
+        rows = rows_at(model, data)
         if not (np.isfinite(data.qpos).all() and np.isfinite(rows.jacobian).all()):
             return None
-        gaps = np.array(data.efc_pos[: data.nefc][data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY])
-        if np.abs(gaps).max(initial=0.0) <= CLOSED * bench.size:
-            return _with(bench.start, qpos=data.qpos.copy())
-        mujoco.mj_integratePos(model, data.qpos, -np.linalg.pinv(rows.jacobian, rcond=1e-9) @ gaps, 1.0)
+        if np.abs(rows.gaps).max(initial=0.0) <= CLOSED * bench.size:
+            return replace(bench.start, qpos=data.qpos.copy())
+        mujoco.mj_integratePos(model, data.qpos, -np.linalg.pinv(rows.jacobian, rcond=1e-9) @ rows.gaps, 1.0)
     return None
 
 
@@ -163,24 +146,13 @@ def consistent_speeds(bench: Bench) -> Start:
         mujoco.mj_mulM(model, data, mass[k], direction)
     root = np.linalg.cholesky(mass)
     # By coordinates in which the energy is half the square of the speeds.
-    jacobian = np.linalg.solve(root, equality_rows(model, data).jacobian.T).T
+    jacobian = np.linalg.solve(root, rows_at(model, data).jacobian.T).T
     change = np.linalg.pinv(jacobian, rcond=1e-9) @ (jacobian @ (root.T @ data.qvel))
-    return _with(bench.start, qvel=np.asarray(data.qvel - np.linalg.solve(root.T, change)))
-
-
-def _with(start: Start, qpos: Array | None = None, qvel: Array | None = None) -> Start:
-    return Start(
-        start.qpos if qpos is None else qpos,
-        start.qvel if qvel is None else qvel,
-        start.act,
-        start.ctrl,
-        start.mocap_pos,
-        start.mocap_quat,
-    )
+    return replace(bench.start, qvel=np.asarray(data.qvel - np.linalg.solve(root.T, change)))
 
 
 def _change(bench: Bench, start: Start) -> float:
-    other: Run = run(bench.model, start, bench.steps, bench.observed)
+    other = run(bench.model, start, bench.steps, bench.observed)
     return relative(largest_change(bench.run, other) / bench.scale)
 
 
@@ -191,17 +163,3 @@ def _fastest(model: mujoco.MjModel, data: mujoco.MjData) -> float:
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, int(body), velocity, 0)
         speeds.append(float(np.linalg.norm(velocity[3:])))
     return max(speeds)
-
-
-def _parting(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    found = np.zeros(model.neq)
-    equality = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-    for index in range(model.neq):
-        if closing(model, index) and len(violation(data, index)):
-            mine = equality & (data.efc_id[: data.nefc] == index)
-            found[index] = np.linalg.norm(data.efc_vel[: data.nefc][mine][:3])
-    return found
-
-
-POSE = Rule("open-start", judge_pose, needs_motion=False)
-SPEEDS = Rule("torn-start", judge_speeds, needs_motion=False)

@@ -1,4 +1,4 @@
-"""Geoms that can collide but never should: those of links that a joint holds together, and those that never meet."""
+"""Rules on geoms: links that collide where a joint holds them together, geoms that never meet, or cannot."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from conrod.mjcf.equalities import bodies_of, closure_name, ties_bodies
 from conrod.mjcf.lint.bench import UNCHANGED, Bench
-from conrod.mjcf.lint.edits import Edit, Exclude, SetAttribute
-from conrod.mjcf.lint.finding import Finding, Harm, Note
-from conrod.mjcf.lint.poses import closing, closure_name, equality_bodies
-from conrod.mjcf.lint.rule import Rule
+from conrod.mjcf.lint.edits import Exclude, SetAttribute
+from conrod.mjcf.lint.findings import Finding, Harm, Note
 from conrod.own.models.loading import listed, name_or_number
 
 # Links that a pin holds together and that touch in nearly every step overlap whatever the pin does: a mechanical stop,
@@ -21,7 +20,7 @@ ALWAYS = 0.9
 TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 
 
-def judge_joined(bench: Bench) -> Iterator[Finding]:
+def joined_links(bench: Bench) -> Iterator[Finding]:
     """Pairs of links that overlap where they are joined, and collide there."""
     model, run = bench.model, bench.run
     wanted = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
@@ -40,28 +39,23 @@ def judge_joined(bench: Bench) -> Iterator[Finding]:
 def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> Finding:
     model = bench.model
     names = (name_or_number(model, "body", bodies[0]), name_or_number(model, "body", bodies[1]))
-    edits: tuple[Edit, ...] = ()
-    if all(body == 0 or bench.document.can_edit("body", body) for body in bodies):
-        edits = (Exclude(bodies, names),)
-    change = bench.change(edits) if edits else None
-    wrong = change is not None and change > UNCHANGED
+    trial = bench.trial([Exclude(bodies, names)])
+    wrong = trial.change is not None and trial.change > UNCHANGED
     return Finding(
-        rule=JOINED.name,
         subjects=names,
         what=f"{names[0]} and {names[1]} collide where {joint} joins them",
         harm=Harm.WRONG if wrong else Harm.WASTE,
-        evidence=(
-            ("steps in contact", count),
-            ("steps", bench.run.steps),
-            ("change of motion without", change if change is not None else "not run"),
-        ),
-        why="the contact pushes against the joint that holds the links together: friction, loads and rows of its own",
+        evidence={
+            "steps in contact": count,
+            "steps": bench.run.steps,
+            "change of motion without": trial.told_change,
+        },
         fix="exclude the pair",
-        edits=edits,
+        edits=trial.edits,
         # Where the motion changes, somebody has to say which of the two was meant.
-        safe=bool(edits) and not wrong,
-        change=change,
-        cost=bench.cost(edits) if edits else None,
+        safe=bool(trial.edits) and not wrong,
+        change=trial.change,
+        cost=trial.cost,
     )
 
 
@@ -75,8 +69,8 @@ def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
             if joints and all(int(model.jnt_type[joint]) in TURNING for joint in joints):
                 return f"joint {name_or_number(model, 'joint', joints[0])}"
     for index in range(model.neq):
-        if closing(model, index) and model.eq_active0[index]:
-            pair = {int(model.body_weldid[body]) for body in equality_bodies(model, index)}
+        if ties_bodies(model, index) and model.eq_active0[index]:
+            pair = {int(model.body_weldid[body]) for body in bodies_of(model, index)}
             if pair == {int(model.body_weldid[one]), int(model.body_weldid[other])}:
                 return closure_name(model, index)
     return ""
@@ -85,7 +79,7 @@ def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
 # -- those that never meet -------------------------------------------------------------------------------------------
 
 
-def judge_apart(bench: Bench) -> Iterator[Finding | Note]:
+def idle_geoms(bench: Bench) -> Iterator[Finding | Note]:
     """Geoms that may collide and do not, in a run that comes through all poses of the machine."""
     model, run = bench.model, bench.run
     met = {geom for pair in run.touched for geom in pair}
@@ -96,37 +90,44 @@ def judge_apart(bench: Bench) -> Iterator[Finding | Note]:
     turned = whole_turn(bench)
     if not turned:
         yield Note(
-            APART.name,
             f"{len(idle)} geoms may collide and did not in {run.steps} steps: {listed(names)}. "
-            "The run does not come through all poses, so whether they ever should is not told",
+            "The run does not come through all poses, so whether they ever should is unknown",
         )
         return
-    edits: tuple[Edit, ...] = ()
-    if all(bench.document.can_edit("geom", geom) for geom in idle):
-        edits = tuple(
+    trial = bench.trial(
+        [
             SetAttribute("geom", geom, name, attribute, "0")
             for geom, name in zip(idle, names, strict=True)
             for attribute in ("contype", "conaffinity")
-        )
-    change = bench.change(edits) if edits else None
+        ]
+    )
     yield Finding(
-        rule=APART.name,
         subjects=names,
         what=f"{len(idle)} geoms may collide and never do: {listed(names)}",
         harm=Harm.WASTE,
-        evidence=(
-            ("contacts", 0),
-            ("steps", run.steps),
-            ("degrees of freedom", bench.poses.freedom),
-            ("turns", round(turned, 3)),
-        ),
-        why="every step looks for contacts between them, in a machine that has come round and has found none",
+        evidence={
+            "contacts": 0,
+            "steps": run.steps,
+            "degrees of freedom": bench.poses.freedom,
+            "turns": round(turned, 3),
+        },
         fix='contype="0" conaffinity="0"',
-        edits=edits,
-        safe=change is not None and change <= UNCHANGED,
-        change=change,
-        cost=bench.cost(edits) if edits else None,
+        edits=trial.edits,
+        safe=trial.changes_at_most(UNCHANGED),
+        change=trial.change,
+        cost=trial.cost,
     )
+
+
+def visual_geoms(bench: Bench) -> Iterator[Note]:
+    """Geoms that no other can collide with, and their cost."""
+    model = bench.model
+    named = set(model.pair_geom1.tolist()) | set(model.pair_geom2.tolist())
+    if int(model.opt.disableflags) & mujoco.mjtDisableBit.mjDSBL_CONTACT:
+        named = set()
+    seen = sorted(set(range(model.ngeom)) - may_collide(model) - named)
+    if seen:
+        yield Note(f"{len(seen)} of {model.ngeom} geoms cannot collide with anything", bench.cost_of("geom", seen))
 
 
 def whole_turn(bench: Bench) -> float:
@@ -166,7 +167,3 @@ def may_collide(model: mujoco.MjModel) -> set[int]:
     pairs = (masks != 0) & apart
     named = set(model.pair_geom1.tolist()) | set(model.pair_geom2.tolist())
     return set(np.flatnonzero(pairs.any(axis=1)).tolist()) - named
-
-
-JOINED = Rule("joined-links-collide", judge_joined, needs_motion=False)
-APART = Rule("never-touch", judge_apart)

@@ -1,16 +1,14 @@
-"""What a look at a model is asked to do. Imports no engine.
-
-What a look at a model came to. Imports no engine.
-"""
+"""A look at a model as plain values: what it is asked, and what it found. Imports no engine."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from enum import IntEnum
+from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 from conrod.mjcf.lint.edits import Edit
 from conrod.own.models.request import Place
+from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedCost
 
 DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one
@@ -27,7 +25,7 @@ class Request:
         crank: hinge that is driven; needs a speed.
         speed: of the crank [rad/s]; None for a free run.
         points: what is observed; every body where there is none.
-        ignored: names of rules that are not asked.
+        ignored: names of rules that are left out.
         fix_folder: where a fixed model will be; None where none is asked for.
     """
 
@@ -43,43 +41,48 @@ class Request:
 Value = float | int | str
 
 
-class Harm(IntEnum):
+class Harm(Enum):
     """What a finding does, the worst first."""
 
-    WRONG = 0
-    LATENT = 1
-    WASTE = 2
+    WRONG = "wrong"
+    LATENT = "latent"
+    WASTE = "waste"
 
     @property
     def meaning(self) -> str:
         """In words."""
-        return ("it makes this motion wrong", "it will bite", "it costs and gives nothing")[self]
+        match self:
+            case Harm.WRONG:
+                return "makes this motion wrong"
+            case Harm.LATENT:
+                return "will cause trouble"
+            case Harm.WASTE:
+                return "costs, and gives nothing"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Finding:
-    """Something that the motion does not need, or that bites.
+    """Something that the motion does not need, or that causes trouble.
 
     Attributes:
-        rule: name of the rule that found it.
+        rule: name of the rule that found it; it and `why` are the rule's where the finding has none of its own.
         subjects: what it is about, by name, or by number where it has none.
         what: in a sentence.
-        harm: of what kind.
         evidence: what it rests on; the same in every run on one machine.
-        why: it bites.
+        why: it is harmful.
         fix: in words.
         edits: the same for the model file; empty where words must do.
-        safe: whether the edits leave the machine and its observed motion what they are meant to be; see `safe_because`.
+        safe: whether the edits keep the machine and its observed motion.
         change: largest change of the observed positions without it, over the travel; None where nothing was run.
         cost: of a step with it over one without it, measured; None where it has none.
     """
 
-    rule: str
-    subjects: tuple[str, ...]
+    rule: str = ""
+    subjects: tuple[str, ...] = ()
     what: str
     harm: Harm
-    evidence: tuple[tuple[str, Value], ...]
-    why: str
+    evidence: dict[str, Value]
+    why: str = ""
     fix: str
     edits: tuple[Edit, ...] = ()
     safe: bool = False
@@ -91,9 +94,9 @@ class Finding:
 class Note:
     """Something that is good to know, and no finding."""
 
-    rule: str
     what: str
     cost: PairedCost | None = None
+    rule: str = ""
 
 
 @dataclass(frozen=True)
@@ -102,15 +105,14 @@ class Fixed:
 
     Attributes:
         text: of the file; empty where there was nothing to do safely.
-        edits: that it has.
         change: largest change of the observed positions, over the travel.
         cost: of a step of the original over one of it.
     """
 
-    text: str
-    edits: tuple[Edit, ...]
-    change: float
-    cost: PairedCost | None
+    text: str = ""
+    edits: tuple[Edit, ...] = ()
+    change: float = 0.0
+    cost: PairedCost | None = None
 
 
 @dataclass(frozen=True)
@@ -130,27 +132,12 @@ class Report:
     notes: tuple[Note, ...]
     fixed: Fixed | None = None
 
-    def as_dict(self) -> dict[str, Any]:
-        """All but the text of the fixed model as plain values."""
-        fixed = None if self.fixed is None else asdict(self.fixed) | {"edits": _told(self.fixed.edits)}
-        if fixed is not None:
-            del fixed["text"]
-        return {
-            "model": self.model,
-            "run": self.run,
-            "findings": [
-                asdict(finding)
-                | {
-                    "harm": finding.harm.name.lower(),
-                    "evidence": dict(finding.evidence),
-                    "edits": _told(finding.edits),
-                }
-                for finding in self.findings
-            ],
-            "notes": [asdict(note) for note in self.notes],
-            "fixed": fixed,
-        }
-
-
-def _told(edits: tuple[Edit, ...]) -> list[str]:
-    return [edit.told for edit in edits]
+    def document(self) -> dict[str, Any]:
+        """All but the text of the fixed model as plain values, edits in words."""
+        values: dict[str, Any] = plain(self)
+        for written, finding in zip(values["findings"], self.findings, strict=True):
+            written["edits"] = [edit.words for edit in finding.edits]
+        if self.fixed is not None:
+            values["fixed"]["edits"] = [edit.words for edit in self.fixed.edits]
+            del values["fixed"]["text"]
+        return values

@@ -1,17 +1,25 @@
-"""Runs of compiled models that are compared with each other: from one start, by the same steps, the same points."""
+"""Runs of compiled models that are compared with each other, and the constraints along them.
+
+All are from one start, by the same steps, and observe the same points.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
 from conrod.exact.motion import Array
+from conrod.mjcf.equalities import BROKEN, Rows, openings, rows_at
 
 SAMPLES = 400
-BROKEN = ("BADQPOS", "BADQVEL", "BADQACC")
+LOOKS = 40
+# Of a model of many coordinates fewer, or their ranks would take longer than its run.
+FEWEST, COORDINATES = 3, 100
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,10 @@ class State:
     qvel: Array
     act: Array
     guess: Array  # that the solver begins with
+
+    def put(self, data: mujoco.MjData) -> None:
+        """This sample into data."""
+        data.qpos[:], data.qvel[:], data.act[:], data.qacc_warmstart[:] = self.qpos, self.qvel, self.act, self.guess
 
 
 @dataclass(frozen=True)
@@ -163,3 +175,41 @@ def largest_change(one: Run, other: Run) -> float:
     if len(one.points) != len(other.points):
         return float("inf")
     return float(np.linalg.norm(one.points - other.points, axis=2).max()) if one.points.size else 0.0
+
+
+class Poses:
+    """Constraints at poses of a run that was made."""
+
+    def __init__(self, model: mujoco.MjModel, start: Start, run: Run) -> None:
+        self.model, self._start, self._run = model, start, run
+
+    def each(self, every: int = 0) -> Iterator[mujoco.MjData]:
+        """Data of poses along the run, with all that `mj_forward` makes; one object, used again and again.
+
+        Args:
+            every: take every so manieth sample, 0 for some `LOOKS` poses.
+        """
+        data = self._start.data(self.model)
+        looks = min(LOOKS, max(FEWEST, LOOKS * COORDINATES**2 // self.model.nv**2))
+        states = self._run.states
+        for state in states[:: every or max(1, len(states) // looks)]:
+            state.put(data)
+            mujoco.mj_forward(self.model, data)
+            yield data
+
+    @cached_property
+    def rows(self) -> list[Rows]:
+        """Equality constraints at each look."""
+        return [rows_at(self.model, data) for data in self.each()]
+
+    @cached_property
+    def openings(self) -> Array:
+        """Opening (samples, neq) [m] of each connect or weld; 0 for other equalities and those that are off."""
+        found = [openings(self.model, data) for data in self.each(1)]
+        return np.array(found).reshape(len(found), self.model.neq)
+
+    @cached_property
+    def freedom(self) -> int:
+        """Degrees of freedom that the closures leave, at the pose where they leave the fewest."""
+        coordinates = int(self.model.nv)
+        return min((coordinates - rows.rank for rows in self.rows), default=coordinates)

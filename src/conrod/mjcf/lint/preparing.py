@@ -1,20 +1,24 @@
-"""A crank that is driven: the speeds that fit, and a flywheel that keeps them."""
+"""A model as it is run: its start, what is observed of it, and a crank that is driven."""
 
 from __future__ import annotations
 
 import copy
+import math
 
 import mujoco
 import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.mjcf.equalities import rows_at
+from conrod.mjcf.lint.bench import Bench
 from conrod.mjcf.lint.document import Document
 from conrod.mjcf.lint.edits import Edit, SetAttribute, SetOption
-from conrod.mjcf.lint.motion import Observed, Start, run
-from conrod.mjcf.lint.poses import equality_rows
-from conrod.own.models.loading import listed, names_of
-from conrod.own.models.points import Crank, crank_of, find_crank
+from conrod.mjcf.lint.findings import DEFAULT_STEPS, MOST_STEPS, Request
+from conrod.mjcf.lint.runs import Observed, Start, run
+from conrod.own.models.loading import keyframe_to_start_from, listed, name_or_number, names_of, told_start
+from conrod.own.models.points import KINDS, Crank, crank_of, find_crank, find_point
+from conrod.studies.frame.paired_timing import Clock
 
 # Flywheel of a crank, over the inertia that the machine shows to it: what the machine exchanges with it in a turn then
 # changes the speed by a per cent.
@@ -22,6 +26,45 @@ FLYWHEEL = 100.0
 # A speed that is off by more, because of dampers, friction or a servo on the crank, asks for a heavier flywheel: by
 # what is missing and a little more, at most so often.
 KEPT, SPARE, ATTEMPTS = 0.01, 1.25, 4
+
+
+def prepared(document: Document, request: Request, clock: Clock) -> Bench:
+    """The model on the bench, as it was asked for."""
+    model = document.model
+    if not model.nv:
+        raise InvalidInput("nothing in the model can move")
+    data = mujoco.MjData(model)
+    keyframe = keyframe_to_start_from(model, request.keyframe)
+    if keyframe is not None:
+        mujoco.mj_resetDataKeyframe(model, data, keyframe)
+    step = float(model.opt.timestep)
+    steps = DEFAULT_STEPS if request.seconds is None else max(2, math.ceil(request.seconds / step))
+    if steps > MOST_STEPS:
+        raise InvalidInput(f"{request.seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
+    drive: tuple[Edit, ...] = ()
+    if request.speed is not None:
+        drive = driven(document, data, driven_crank(model, request.crank), request.speed, steps)
+    elif request.crank is not None:
+        raise InvalidInput(f"--crank {request.crank}: say with --scene how fast it turns")
+    points = [find_point(model, place) for place in request.points]
+    observed = Observed(*(tuple(point.index for point in points if point.kind == kind) for kind in KINDS))
+    return Bench(document, Start.of(data), steps, observed, keyframe=keyframe, drive=drive, clock=clock)
+
+
+def described(bench: Bench, request: Request) -> str:
+    """The run in a sentence."""
+    model = bench.model
+    start = told_start(model, bench.keyframe)
+    run = f"run of {bench.steps} steps of {float(model.opt.timestep):g} s from {start}"
+    if request.speed is None:
+        return f"a free {run}"
+    crank = driven_crank(model, request.crank)
+    off = speed_off(np.array([state.qvel[crank.rate] for state in bench.run.states]), request.speed)
+    name = name_or_number(model, "joint", crank.joint)
+    return f"a driven {run}; {name} turns at {request.speed:.4g} rad/s, kept to {100.0 * off:.2g} %"
+
+
+# -- a crank that is driven -------------------------------------------------------------------------------------------
 
 
 def driven_crank(model: mujoco.MjModel, name: str | None) -> Crank:
@@ -79,7 +122,7 @@ def fitting_speeds(model: mujoco.MjModel, data: mujoco.MjData, crank: Crank, spe
     """Joint rates (nv,) that part no closure at a rate of the crank, the least of them where it leaves some free."""
     data.qvel[:] = 0.0
     mujoco.mj_forward(model, data)
-    jacobian = equality_rows(model, data).jacobian
+    jacobian = rows_at(model, data).jacobian
     others = np.delete(np.arange(model.nv), crank.rate)
     speeds = np.zeros(model.nv)
     speeds[crank.rate] = speed

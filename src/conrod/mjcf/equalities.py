@@ -1,0 +1,112 @@
+"""Equality constraints of a compiled MuJoCo model: what they tie together, their rows, and how far they are open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.engines.mobility import jacobian_rank
+from conrod.engines.mujoco.mobility import equality_jacobian
+from conrod.exact.motion import Array
+from conrod.own.models.loading import name_or_number
+
+KINDS = {
+    mujoco.mjtEq.mjEQ_CONNECT: "connect",
+    mujoco.mjtEq.mjEQ_WELD: "weld",
+    mujoco.mjtEq.mjEQ_JOINT: "joint",
+    mujoco.mjtEq.mjEQ_TENDON: "tendon",
+}
+# A row whose entries are all below this share of the largest entry of all rows says nothing: rounding is 1e-16 of it.
+EMPTY = 1e-12
+# Warnings after which the numbers of a run mean nothing.
+BROKEN = ("BADQPOS", "BADQVEL", "BADQACC")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of the active equality constraints at one pose.
+
+    Attributes:
+        ids: (r,) the equality that each row belongs to.
+        jacobian: (r, nv).
+        gaps: (r,) how far each is violated [m or rad].
+        rates: (r,) of the gaps.
+    """
+
+    ids: NDArray[np.int_]
+    jacobian: Array
+    gaps: Array
+    rates: Array
+
+    @cached_property
+    def effective(self) -> NDArray[np.bool_]:
+        """(r,) rows that hold anything."""
+        sizes = np.abs(self.jacobian).max(axis=1, initial=0.0)
+        return np.asarray(sizes > EMPTY * sizes.max(initial=0.0))
+
+    @cached_property
+    def rank(self) -> int:
+        """Of all rows."""
+        return jacobian_rank(self.jacobian)
+
+
+def rows_at(model: mujoco.MjModel, data: mujoco.MjData) -> Rows:
+    """Equality constraints in data that `mj_forward` has made."""
+    chosen = equality_rows(data)
+    jacobian = equality_jacobian(model, data) if len(chosen) else np.empty((0, model.nv))
+    return Rows(owners(data), jacobian, data.efc_pos[chosen], data.efc_vel[chosen])
+
+
+def equality_rows(data: mujoco.MjData) -> NDArray[np.int_]:
+    """Indices (r,) of the constraint rows that equalities have."""
+    return np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+
+
+def owners(data: mujoco.MjData) -> NDArray[np.int_]:
+    """Equality (r,) that each of these rows belongs to."""
+    return np.asarray(data.efc_id[equality_rows(data)], dtype=int)
+
+
+def openings(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Opening (neq,) [m] of each connect or weld, 0 for others and those that are off."""
+    return lengths(model, owners(data), data.efc_pos[equality_rows(data)])
+
+
+def lengths(model: mujoco.MjModel, ids: NDArray[np.int_], values: Array) -> Array:
+    """Length (neq,) of the translational part, the first three, of each connect's or weld's values (r,)."""
+    found = np.zeros(model.neq)
+    for index in range(model.neq):
+        if ties_bodies(model, index):
+            found[index] = np.linalg.norm(values[ids == index][:3])
+    return found
+
+
+def kind_of(model: mujoco.MjModel, index: int) -> str:
+    """Kind of an equality; empty for that of a flex."""
+    return KINDS.get(mujoco.mjtEq(model.eq_type[index]), "")
+
+
+def ties_bodies(model: mujoco.MjModel, index: int) -> bool:
+    """Return True for a connect or a weld."""
+    return kind_of(model, index) in ("connect", "weld")
+
+
+def bodies_of(model: mujoco.MjModel, index: int) -> tuple[int, int]:
+    """The bodies that a connect or weld ties together."""
+    ends = (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
+    if model.eq_objtype[index] == mujoco.mjtObj.mjOBJ_SITE:
+        return int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]])
+    return ends
+
+
+def closure_name(model: mujoco.MjModel, index: int) -> str:
+    """Name of an equality, or its number and what it ties together."""
+    name = name_or_number(model, "equality", index)
+    if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, index) or not ties_bodies(model, index):
+        return name
+    one, other = (name_or_number(model, "body", body) for body in bodies_of(model, index))
+    return f"{name} ({one} to {other})"
