@@ -94,7 +94,7 @@ def test_a_planted_error_is_found_with_its_size(name: str, size: float, tmp_path
     study = judged(table, scene, tmp_path, tolerance={"total": 0.99 * size})
     assert study.passed is False
     assert study.largest("total") == pytest.approx(size, rel=1e-6)
-    assert int(np.argmax(study.errors[point]["total"].error)) == 77
+    assert int(np.argmax(study.errors[point]["total"].largest)) == 77
     assert judged(table, scene, tmp_path, tolerance={"total": 1.01 * size}).passed is True
 
 

@@ -41,7 +41,7 @@ def print_table_study(study: TableStudy) -> None:
     if study.largest("total") is not None:
         _line(out, figure_line(study))
     if study.crank is not None:
-        sizes = (study.largest("phase"), abs(float(study.crank.phase[-1])))
+        sizes = (study.crank.phase_max, study.crank.phase_final)
         largest, final = map(numbers.measured, sizes)
         _line(out, f"crank angle against the nominal one: off by {largest} rad at most, {final} rad at the end")
     if study.unused:

@@ -44,7 +44,7 @@ def table_document(study: TableStudy) -> dict[str, Any]:
         "lengths": dict(study.scene.lengths),
         "figure": study.largest("total"),
         "errors": {
-            point: {name: asdict(series.size) for name, series in errors.items()}
+            point: {name: asdict(curve.size) for name, curve in errors.items()}
             for point, errors in study.errors.items()
         },
         "components": dict(study.components),
@@ -70,8 +70,8 @@ def _crank(study: TableStudy) -> dict[str, Any] | None:
     if study.crank is None:
         return None
     return {
-        "phase_max": study.largest("phase"),
-        "phase_final": float(study.crank.phase[-1]),
+        "phase_max": study.crank.phase_max,
+        "phase_final": study.crank.phase_final,
         "drive_speed": study.crank.speed,
         "drive_acceleration": study.crank.acceleration,
     }

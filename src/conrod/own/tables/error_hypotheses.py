@@ -16,7 +16,7 @@ from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.fit import Fit
 from conrod.own.tables.fitting import fitted
 from conrod.own.tables.judging import ERRORS, Exact, largest, table_errors
-from conrod.own.tables.samples import QUANTITIES, Observed
+from conrod.own.tables.samples import Observed
 from conrod.scenes import Scene
 
 GRAVITY, GRAVITY_WIDTH = 9.81, 0.02  # [m/s^2], relative
@@ -47,6 +47,8 @@ SPEEDS = {
 SAME_STAMP = 0.02
 # Fewer numbers for each unknown are fitted by almost anything.
 NUMBERS_EACH = 3
+RATE = {"velocity": "acceleration", "acceleration": "jerk"}
+FINE = 1e-13  # relative, of a shift and of what it leaves
 HALF_TURN = 0.5  # of a period: beyond it another instant of another turn is nearer
 
 
@@ -253,14 +255,26 @@ def stamp_of(name: str, observed: Observed, scene: Scene, alignment: Alignment) 
     Returns:
         None where no shift within half a turn makes the difference smaller.
     """
+    samples = {point: own[name] for point, own in observed.points.items() if name in own}
 
-    def residuals(turns: Array) -> Array:
-        exact = Exact(shifted(observed, float(turns[0]) * scene.period, scene), scene, alignment)
-        points = [point for point, quantities in observed.points.items() if name in quantities]
-        parts = [exact.difference(name, point).ravel() / scene.lengths[point] for point in points]
-        return np.concatenate(parts) / abs(scene.speed) ** QUANTITIES.index(name)
+    def motion(by: Array) -> Exact:
+        return Exact(shifted(observed, float(by[0]) * scene.period, scene), scene, alignment)
+
+    def residuals(by: Array) -> Array:
+        try:
+            exact = motion(by)
+            return np.concatenate([exact.difference(name, p).ravel() / scene.lengths[p] for p in samples])
+        except InvalidInput:  # the linkage does not come to where the crank would then be
+            return np.full(sum(own.values.size for own in samples.values()), np.nan)
+
+    def slopes(by: Array) -> Array:
+        exact = motion(by).motion(name)
+        rates = {p: getattr(exact.point(p), RATE[name]) for p in samples}
+        seen = [alignment.seen(rates[p], own, placed=False).ravel() / scene.lengths[p] for p, own in samples.items()]
+        return -scene.period * np.concatenate(seen)[:, None]
 
     start = np.zeros(1)
-    found = least_squares(residuals, start, jac="3-point", bounds=(-HALF_TURN, HALF_TURN))
+    before = 0.5 * float(np.sum(residuals(start) ** 2))
+    found = least_squares(residuals, start, jac=slopes, bounds=(-HALF_TURN, HALF_TURN), xtol=FINE, ftol=FINE, gtol=FINE)
     within = abs(found.x[0]) < 0.99 * HALF_TURN
-    return float(found.x[0]) * scene.period if within and found.cost < 0.5 * np.sum(residuals(start) ** 2) else None
+    return float(found.x[0]) * scene.period if within and found.cost < before else None

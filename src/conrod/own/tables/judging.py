@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
 from conrod.exact.motion import Array, Motion
+from conrod.own.error_curve import ErrorCurve, error_curve
 from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.samples import QUANTITIES, Observed
-from conrod.runs.comparison import ErrorSeries
 from conrod.scenes import Scene
 
 ERRORS = ("total", "position", "velocity", "acceleration")
+# By point, then by name in `ERRORS` as far as the table has columns for them; over revolutions since the first row.
+Errors: TypeAlias = Mapping[str, Mapping[str, ErrorCurve]]
 
 
 @dataclass(frozen=True)
@@ -22,12 +25,13 @@ class Crank:
     """What a table says of its crank.
 
     Attributes:
-        phase: its angle minus the nominal one (T,) [rad].
+        phase_max, phase_final: of its angle minus the nominal one, in size [rad].
         speed: largest |rate / nominal rate - 1|, None where the table has no rate.
         acceleration: largest |angular acceleration| / omega^2, None where it has none.
     """
 
-    phase: Array
+    phase_max: float
+    phase_final: float
     speed: float | None
     acceleration: float | None
 
@@ -73,7 +77,7 @@ def quantity_of(name: str) -> str:
     return "position" if name == "total" else name
 
 
-def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> dict[str, dict[str, ErrorSeries]]:
+def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> Errors:
     """Normalised errors by point, and by name in `ERRORS` as far as the table has columns for them.
 
     `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the table's
@@ -86,12 +90,14 @@ def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> dict
     }
 
 
-def _error(exact: Exact, name: str, point: str) -> ErrorSeries:
+def _error(exact: Exact, name: str, point: str) -> ErrorCurve:
     norm = exact.scene.lengths[point] * abs(exact.scene.speed) ** QUANTITIES.index(quantity_of(name))
-    return ErrorSeries(exact.motion(name).angle, np.linalg.norm(exact.difference(name, point), axis=1) / norm)
+    times = exact.observed.times
+    revolutions = (times - times[0]) / exact.scene.period
+    return error_curve(revolutions, np.linalg.norm(exact.difference(name, point), axis=1) / norm)
 
 
-def largest(errors: Mapping[str, Mapping[str, ErrorSeries]], name: str, measure: str = "max") -> float | None:
+def largest(errors: Errors, name: str, measure: str = "max") -> float | None:
     """The largest error of a name over all points; None where no point has it. `measure`: max, rms or final."""
     sizes = [getattr(series[name].size, measure) for series in errors.values() if name in series]
     return max(sizes) if sizes else None
@@ -108,7 +114,8 @@ def crank_of(observed: Observed, scene: Scene, alignment: Alignment) -> Crank | 
     speed = alignment.sense * scene.speed
     rate, acceleration = alignment.rate(observed, scene.speed), alignment.acceleration(observed)
     return Crank(
-        phase,
+        float(np.abs(phase).max()),
+        float(abs(phase[-1])),
         None if observed.rate is None else float(np.abs(rate / speed - 1.0).max()),
         None if observed.acceleration is None else float(np.abs(acceleration).max()) / speed**2,
     )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import permutations
 
 TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
@@ -32,32 +33,38 @@ class Target:
     Attributes:
         name: as in conrod's own tables, `C.x`, `C.vx`, `crank_angle`.
         unit: SI.
-        aliases: other names, words joined by underscores.
         point, quantity, axis: of the observed motion; empty for the clock and the crank.
+        alone: whether there is no other point, so that names without the point say enough.
     """
 
     name: str
     unit: str
-    aliases: tuple[str, ...]
     point: str = ""
     quantity: str = ""
     axis: int = 0
+    alone: bool = False
+
+    @cached_property
+    def aliases(self) -> frozenset[str]:
+        """Other names, words joined by underscores."""
+        if not self.point:
+            return frozenset((self.name, *SINGLE[self.name][1]))
+        axis, words = AXES[self.axis], MOTION[self.quantity][2]
+        named = [*((word, axis) for word in words), *((dots.format(axis),) for dots in DOTS[self.quantity])]
+        every = [parts for name in named for parts in permutations((self.point, *name))]
+        every += named if self.alone else []
+        return frozenset("_".join(filter(None, parts)) for parts in every)
 
 
 def targets(points: Sequence[str]) -> tuple[Target, ...]:
     """All that columns may be in a table of some observed points."""
-    single = [Target(name, unit, (name, *others)) for name, (unit, others) in SINGLE.items()]
-    return (*single, *(target for point in points for target in _of_point(point, alone=len(points) == 1)))
-
-
-def _of_point(point: str, alone: bool) -> Iterator[Target]:
-    for quantity, (letter, unit, words) in MOTION.items():
-        for axis, axis_name in enumerate(AXES):
-            named = [*((word, axis_name) for word in words), *((dots.format(axis_name),) for dots in DOTS[quantity])]
-            aliases = ["_".join(filter(None, parts)) for name in named for parts in permutations((point, *name))]
-            # Names without the point say enough where there is but one.
-            aliases += ["_".join(filter(None, name)) for name in named] if alone else []
-            yield Target(f"{point}.{letter}{axis_name}", unit, tuple(dict.fromkeys(aliases)), point, quantity, axis)
+    of_points = [
+        Target(f"{point}.{letter}{axis_name}", unit, point, quantity, axis, alone=len(points) == 1)
+        for point in points
+        for quantity, (letter, unit, _) in MOTION.items()
+        for axis, axis_name in enumerate(AXES)
+    ]
+    return (*(Target(name, unit) for name, (unit, _) in SINGLE.items()), *of_points)
 
 
 def _words(name: str) -> str:

@@ -9,15 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
 from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.columns import Column
 from conrod.own.tables.error_hypotheses import Cause, likely_causes
 from conrod.own.tables.estimation import Estimation, estimate
-from conrod.own.tables.judging import ERRORS, Crank, crank_of, largest, table_errors
+from conrod.own.tables.judging import ERRORS, Crank, Errors, crank_of, largest, table_errors
 from conrod.own.tables.reading import Reading
 from conrod.own.tables.samples import QUANTITIES, Observed
-from conrod.runs.comparison import ErrorSeries
 from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
@@ -39,9 +37,10 @@ class TableStudy:
         scene_name, scene: what it is judged against.
         columns, unused: which of its columns are what, and headings of the others.
         form: how the file is written, in words.
-        times: of its rows (T,) [s].
+        rows: how many it has.
+        span: first and last time [s].
         step: time from row to row, the median [s].
-        errors: by point, and by name in `ERRORS` as far as the table has columns for them.
+        errors: by point and by name.
         components: of each point, those that the table has ("x", "y" or "xy").
         crank: None where the table does not say where its crank was.
         estimation: None where nothing was to be estimated.
@@ -56,25 +55,16 @@ class TableStudy:
     columns: tuple[Column, ...]
     unused: tuple[str, ...]
     form: str
-    times: Array
+    rows: int
+    span: tuple[float, float]
     step: float
-    errors: Mapping[str, Mapping[str, ErrorSeries]]
+    errors: Errors
     components: Mapping[str, str]
     crank: Crank | None
     estimation: Estimation | None
     tolerance: Mapping[str, float]
     causes: tuple[Cause, ...]
     notes: tuple[str, ...]
-
-    @property
-    def rows(self) -> int:
-        """Number of rows."""
-        return len(self.times)
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time [s]."""
-        return float(self.times[0]), float(self.times[-1])
 
     @property
     def revolutions(self) -> float:
@@ -128,7 +118,8 @@ def study_table(
         columns=reading.columns,
         unused=reading.unused,
         form=reading.form,
-        times=observed.times,
+        rows=len(observed.times),
+        span=(float(observed.times[0]), float(observed.times[-1])),
         step=observed.step,
         errors=errors,
         components={point: _components(reading.columns, point) for point in observed.points},
@@ -156,24 +147,20 @@ def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
         )
 
 
-def _found(name: str, errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None) -> float | None:
+def _found(name: str, errors: Errors, crank: Crank | None) -> float | None:
     if name == "phase":
-        return None if crank is None else float(np.abs(crank.phase).max())
+        return None if crank is None else crank.phase_max
     return largest(errors, "velocity", "rms") if name == RMS else largest(errors, name)
 
 
-def _check_tolerance(
-    allowed: Mapping[str, float], errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None
-) -> None:
+def _check_tolerance(allowed: Mapping[str, float], errors: Errors, crank: Crank | None) -> None:
     for name in allowed:
         if _found(name, errors, crank) is None:
             what = "crank angle" if name == "phase" else "position" if name == "total" else name.removesuffix("_rms")
             raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
 
 
-def _wrong(
-    errors: Mapping[str, Mapping[str, ErrorSeries]], crank: Crank | None, allowed: Mapping[str, float]
-) -> list[str]:
+def _wrong(errors: Errors, crank: Crank | None, allowed: Mapping[str, float]) -> list[str]:
     """Errors that a cause is looked for: none where all are within tolerance, otherwise all that are worth a note."""
     beyond = [name for name, limit in allowed.items() if (_found(name, errors, crank) or 0.0) > limit]
     if allowed and not beyond:

@@ -8,16 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from conrod.exact.motion import Array
+from conrod.own.error_curve import ErrorCurve
 from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
 from conrod.report.charts.styles import COLOURS, OTHER_COLOURS
-from conrod.runs.comparison import ErrorSeries
 
 HUES = (*COLOURS.values(), *OTHER_COLOURS)
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
-# More cannot be told apart in the width of the figure; each span shows its largest error.
-SPANS = 600
 LEAST = 1e-5  # of the largest error of a panel: what is below leaves the panel
 PANEL, MARGINS = 2.7, 1.3  # heights [inch]
 # Two points, each twice, and two tolerances stand side by side.
@@ -32,10 +29,9 @@ def error_figure(study: TableStudy) -> Figure:
     panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     for axes, quantity in zip(panels, shown, strict=True):
         drawn = []
-        for label, hue, line, series in _lines(study, quantity):
-            at, error = _largest_in_spans(study, series)
-            drawn.append(on_log_grid(error))
-            axes.plot(on_grid(at, study.revolutions), drawn[-1], label=label, color=hue, linestyle=line)
+        for label, hue, line, curve in _lines(study, quantity):
+            drawn.append(on_log_grid(curve.largest))
+            axes.plot(on_grid(curve.at, study.revolutions), drawn[-1], label=label, color=hue, linestyle=line)
         # A run that starts without error, or crosses zero, does not squeeze the rest together.
         least = LEAST * max(float(error.max()) for error in drawn)
         whole_decades(axes, [np.maximum(error, least) for error in drawn])
@@ -50,7 +46,7 @@ def error_figure(study: TableStudy) -> Figure:
     return figure
 
 
-def _lines(study: TableStudy, quantity: str) -> Iterator[tuple[str, str, object, ErrorSeries]]:
+def _lines(study: TableStudy, quantity: str) -> Iterator[tuple[str, str, object, ErrorCurve]]:
     """Label, colour, style and error of each line of a panel."""
     for place, (point, errors) in enumerate(study.errors.items()):
         hue = HUES[place % len(HUES)]
@@ -64,14 +60,6 @@ def _lines(study: TableStudy, quantity: str) -> Iterator[tuple[str, str, object,
             yield label, hue, OWN_LINE, errors[quantity]
         if quantity == "position" and "total" in errors:
             yield f"{point}, at the nominal time (total)", hue, TOTAL_LINE, errors["total"]
-
-
-def _largest_in_spans(study: TableStudy, series: ErrorSeries) -> tuple[Array, Array]:
-    """Revolutions since the first row, and the largest error of each span."""
-    count = len(series.error)
-    at = (study.times - study.times[0]) / study.scene.period
-    edges = np.unique(np.linspace(0, count, min(SPANS, count) + 1).astype(int))[:-1]
-    return np.asarray(at[edges]), np.asarray(np.maximum.reduceat(series.error, edges))
 
 
 def _mark_tolerance(axes: Axes, study: TableStudy, quantity: str) -> None:

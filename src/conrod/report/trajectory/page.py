@@ -109,8 +109,8 @@ def _crank(study: TableStudy) -> str:
         return ""
     speed = "" if study.crank.speed is None else f" Its speed is off by {numbers.measured(study.crank.speed)} at most."
     return (
-        f"The crank's angle is off its nominal one by {numbers.measured(study.largest('phase'))} rad at most, "
-        f"{numbers.measured(abs(float(study.crank.phase[-1])))} rad at the end.{speed}"
+        f"The crank's angle is off its nominal one by {numbers.measured(study.crank.phase_max)} rad at most, "
+        f"{numbers.measured(study.crank.phase_final)} rad at the end.{speed}"
     )
 
 
