@@ -23,6 +23,7 @@ Entry = Mapping[str, Any]
 
 ROOT = Path(__file__).parent.parent
 NORMALISED = 1.0
+UNSEEN = 1e-10  # effect of a property that no quantity depends on
 
 
 def written(group: str, file: Path) -> Records:
@@ -96,24 +97,25 @@ def _without(entry: Entry | None, *keys: str) -> dict[str, Any]:
 
 
 def _forces(file: Path) -> Records:
-    document = json.loads(file.read_text(encoding="utf-8"))
-    for entry in document["forces"]:
-        name = f"{entry['scene']}/{entry['engine']}/{entry['preset']}"
-        for key in ("outcome", "steps_per_revolution", "revolutions", "stamps", "tolerance"):
-            yield from _exactly(f"{name}/{key}", entry[key])
-        # pymunk's forces are impulses over a step, and with it their rounding: by the steps larger than a velocity's.
-        unit = NORMALISED * (entry["steps_per_revolution"] if entry["engine"] == "pymunk" else 1)
-        for key in ("errors", "largest", "likeness", "refinement"):
-            yield from _measured(f"{name}/{key}", entry[key], unit)
-        refined = [point["errors"] or {} for point in entry["refinement"] or ()]
-        sizes = {key: _sizes(key, refined) for key in entry["order"] or ()}
-        yield from _orders(name, entry["order"], sizes, unit)
-        yield f"{name}/unsupported", Record(", ".join(sorted(entry["unsupported"] or ())))
-        yield from _verdict(name, entry["passed"])
-    for scene, seen in document["seen"].items():
-        for effect in seen["effects"]:
-            name = f"{scene}/seen/{effect['body']}/{effect['quality']}"
-            yield from _measured(name, _without(effect, "body", "quality"))
+    for part in json.loads(file.read_text(encoding="utf-8"))["parts"].values():
+        for entry, summary in zip(part["findings"]["results"], part["summary"]["results"], strict=True):
+            name = f"{entry['scene']}/{entry['engine']}/{entry['preset']}"
+            for key in ("outcome", "steps_per_revolution", "revolutions", "stamps", "tolerance"):
+                yield from _exactly(f"{name}/{key}", entry[key] or None)
+            # pymunk's forces are impulses over a step, and with it their rounding: by the steps larger than a
+            # velocity's.
+            unit = NORMALISED * (entry["steps_per_revolution"] if entry["engine"] == "pymunk" else 1)
+            for key in ("errors", "likeness", "refinement"):
+                yield from _measured(f"{name}/{key}", entry[key] or None, unit)
+            yield from _measured(f"{name}/largest", summary["largest"], unit)
+            refined = [point["errors"] or {} for point in entry["refinement"]]
+            sizes = {key: _sizes(key, refined) for key in entry["order"] or ()}
+            yield from _orders(name, entry["order"], sizes, unit)
+            yield f"{name}/unsupported", Record(", ".join(sorted(entry["unsupported"] or ())))
+            yield from _verdict(name, entry["passed"])
+        for effect in part["findings"]["effects"]:
+            name = f"{part['findings']['name']}/seen/{effect['body']}/{effect['quality']}"
+            yield from _measured(name, _without(effect, "body", "quality") | {"unseen": effect["effect"] < UNSEEN})
 
 
 def _sizes(key: str, refined: Sequence[Entry]) -> list[float | None]:

@@ -17,8 +17,9 @@ from conrod.engines import engine_named
 from conrod.engines.capabilities import ForceTracks
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.mechanism import Body, Mechanism
-from conrod.report.forces.writer import force_report_batch
+from conrod.report.forces import KIND, force_findings
 from conrod.report.reproduction import Reproduction
+from conrod.report.writer import report_batch
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import catalogue_text
@@ -253,11 +254,14 @@ def test_the_command_prints_writes_and_judges(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "within tolerance" in done.stdout
     assert "no quantity depends on: crank inertia" in done.stdout
-    (entry,) = json.loads(file.read_text(encoding="utf-8"))["forces"]
+    (entry,) = json.loads(file.read_text(encoding="utf-8"))["parts"]["shear-press"]["summary"]["results"]
     assert entry["passed"] is True
     assert set(entry["largest"]) == {"torque", "reactions"}
     files = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
-    assert files == ["figures/shear-press-torque.svg", "forces.json", "forces.md", "shear-press-forces.md"]
+    assert files == [
+        *("data/shear-press-forces.json", "figures/shear-press-torque.svg", "forces.json", "forces.md"),
+        "shear-press-forces.md",
+    ]
     page = (folder / "shear-press-forces.md").read_text(encoding="utf-8")
     for text in ("`slider-pin.y`", "the first at 3 steps", "crank | inertia", "figures/shear-press-torque.svg"):
         assert text in page
@@ -305,7 +309,7 @@ def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "forces.md").write_text("mine")
     done = conrod("validate", "saw-40rpm", "--quantity", "torque", *QUICK, "--out", str(tmp_path))
     assert done.returncode == 2
-    assert "it holds a forces.md that is not a report on forces" in done.stderr
+    assert "it holds a forces.md that is not of this report" in done.stderr
     assert (tmp_path / "forces.md").read_text() == "mine"
 
 
@@ -313,11 +317,13 @@ def test_a_report_is_the_same_again_and_needs_no_run_that_told(tmp_path: Path) -
     scene, seen = scene_of("shear-press"), seen_in("shear-press")
     command = Reproduction("conrod validate {scene} --quantity torque,reactions")
     told = ForceStudy("shear-press", scene, (measured("shear-press", "pymunk", "tuned", FEW),), seen)
-    first, second = (force_report_batch([told], tmp_path, command).files for _ in range(2))
+    first, second = (
+        report_batch(KIND, {"shear-press": force_findings(told)}, tmp_path, command).files for _ in range(2)
+    )
     assert first == second
     broken: Any = Broken("pymunk", "", "", 0.0)
     failed = ForceStudy("shear-press", scene, (validate_forces("shear-press", scene, broken, "tuned", FEW),), seen)
-    files = force_report_batch([failed], tmp_path, command).files
+    files = report_batch(KIND, {"shear-press": force_findings(failed)}, tmp_path, command).files
     assert "opened: it opened" in str(files["shear-press-forces.md"])
     assert not any(name.endswith(".svg") for name in files)
 

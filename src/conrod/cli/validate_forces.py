@@ -11,26 +11,22 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
-import click
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from conrod.cli import options as exit_status
-from conrod.cli.console import console
+from conrod.cli.outputs import outputs
 from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.report.forces.words import blind_words, reasons, unseen_words, verdict
+from conrod.report.force_words import hidden_words, tolerance_reasons, unseen_words
+from conrod.report.forces import KIND, ForceFindings, force_findings, verdicts_table
+from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.execution.validation import run_jobs
 from conrod.studies.forces.exact import GROUPS
-from conrod.studies.forces.results import ForceResult, ForceStudy
+from conrod.studies.forces.results import ForceStudy
 from conrod.studies.forces.seen import seen_of
 from conrod.studies.forces.study import ForcePlan, force_jobs
-
-TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
-COLOURS = {True: "green", False: "red", None: "yellow"}
 
 
 def run_forces(
@@ -53,42 +49,15 @@ def run_forces(
     ]
 
 
-def print_force_verdicts(studies: Sequence[ForceStudy]) -> None:
-    """A line for each result: largest errors, observed orders, verdict; then what no quantity sees of a wrong mass."""
-    groups = [g for g in GROUPS if any(g in result.groups for study in studies for result in study.results)]
-    table = Table(title=TITLE, title_justify="left")
-    for heading in ("scene", "engine", "preset", "steps/rev", *groups, f"order {', '.join(groups)}"):
-        number = heading in ("steps/rev", *groups)
-        table.add_column(heading, justify="right" if number else "left", no_wrap=True)
-    table.add_column("verdict", overflow="fold")
-    for study in studies:
-        for result in study.results:
-            table.add_row(*_row(result, groups))
+def print_force_verdicts(found: Sequence[ForceFindings]) -> None:
+    """A line for each result: largest errors, observed orders, verdict; then what no quantity shows of a wrong mass."""
     out = console()
-    out.print(table)
-    for reason in reasons([r for study in studies for r in study.results]):
-        out.print(escape(f"tolerance: {reason}"))
-    for study in studies:
-        unseen = [*unseen_words(study.seen), *blind_words(study.seen)]
+    print_table(out, verdicts_table(found), folding=("verdict",))
+    print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
+    for one in found:
+        unseen = [*unseen_words(one.effects), *hidden_words(one.hidden)]
         if unseen:
-            out.print(f"{escape(study.name)}: no quantity depends on: {escape('; '.join(unseen))}")
-
-
-def _row(result: ForceResult, groups: Sequence[str]) -> list[str]:
-    errors = [_error(result.judged(group)) for group in groups]
-    orders = "" if result.order is None else ", ".join(_order(result.order.get(group)) for group in groups)
-    words = escape(verdict(result))
-    colour = COLOURS[result.passed] if result.passed is not None or result.outcome != "completed" else ""
-    shown = f"[{colour}]{words}[/]" if colour else words
-    return [result.scene, result.engine, result.preset, str(result.steps_per_revolution), *errors, orders, shown]
-
-
-def _error(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1e}"
-
-
-def _order(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f}"
+            print_lines(out, [f"{one.name}: no quantity depends on: {'; '.join(unseen)}"])
 
 
 DEFAULT_REVOLUTIONS = 2
@@ -112,12 +81,9 @@ def validate_forces(
     """Compare drive torque, reactions and contact forces of engines with the exact ones."""
     from conrod.cli.reproduction import reproduction
     from conrod.cli.runner import available_cores
-    from conrod.report.forces.page import check_force_files, index_of
-    from conrod.report.forces.writer import force_report_batch
     from conrod.studies.execution.local import LocalProcesses
-    from conrod.studies.forces.results import forces_text
     from conrod.studies.forces.study import ForcePlan
-    from conrod.studies.frame.files import file_to_write, folder_to_write, naming, single, write_together
+    from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import (
         make_plan,
         parse_tolerance,
@@ -135,10 +101,7 @@ def validate_forces(
     turns = DEFAULT_REVOLUTIONS if revolutions is None else revolutions
     allowed = None if tolerance is None else parse_tolerance(tolerance, asked)
     plan = ForcePlan(replace(make_plan(chosen, steps_per_rev, turns, None), tolerance=allowed), asked)
-    folder = None if out is None else folder_to_write(out, "--out")
-    file = None if document is None else file_to_write(document, "--json")
-    if folder:
-        check_force_files(folder, chosen, file)
+    files = outputs(KIND, chosen, out, document)
     options = {
         "--quantity": quantity,
         "--engine": engine,
@@ -148,17 +111,12 @@ def validate_forces(
         "--tolerance": tolerance,
     }
     with LocalProcesses(available_cores() if jobs is None else jobs) as executor:
-        studies = run_forces(chosen, engines, presets, plan, executor)
+        found = [force_findings(study) for study in run_forces(chosen, engines, presets, plan, executor)]
     with naming("standard output"):
-        print_force_verdicts(studies)
-    batches = [single(file, forces_text(studies))] if file else []
-    if folder:
-        command = reproduction("validate", scenes, options, assignments, folder)
-        batches.append(force_report_batch(studies, folder, command))
-    write_together(batches)
-    if folder:
-        click.echo(f"report: {folder / index_of([study.name for study in studies])}")
-    if not all(study.passed for study in studies):
+        print_force_verdicts(found)
+    command = reproduction("validate", scenes, options, assignments, files.folder) if files.folder else None
+    files.write({one.name: one for one in found}, command)
+    if not all(one.passed for one in found):
         sys.exit(exit_status.FAILED)
 
 
@@ -168,8 +126,6 @@ def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
     Raises:
         InvalidInput: an unknown one, one named twice, or contact where no scene has any.
     """
-    from conrod.studies.forces.exact import GROUPS
-
     given = [name.strip() for name in text.split(",")]
     for name in given:
         if name not in GROUPS:

@@ -35,6 +35,7 @@ F = TypeVar("F")
 
 # By name, the module whose `KIND` it is: a kind is imported when a folder holds one.
 KINDS: Mapping[str, str] = {
+    "forces": "conrod.report.forces",
     "motion": "conrod.report.free_motion",
 }
 

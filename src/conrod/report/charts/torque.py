@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,15 +12,15 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
 from conrod.report.charts.styles import EXACT, engine_title, preset_style
-from conrod.studies.forces.results import ForceResult, ForceStudy, TorqueCurve
+from conrod.studies.forces.results import ForceResult, TorqueCurve
 
 MARKERS = 12
 LEAST = 1e-12
 
 
-def torque_figure(study: ForceStudy) -> Figure:
-    """Torque of the last turn above, its error over the peak below, a line for each run that tells it."""
-    runs = [(run, run.curve) for run in study.results if run.curve is not None]
+def torque_figure(results: Sequence[ForceResult]) -> Figure:
+    """Torque of the last turn above, its error over the peak below, a line for each run that reports it."""
+    runs = [(run, run.curve) for run in results if run.curve is not None]
     figure = Figure(figsize=(10.5, 7.4))
     above, below = figure.subplots(2, 1)
     _torques(above, runs)

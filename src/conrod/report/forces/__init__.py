@@ -1,1 +1,0 @@
-"""The report on drive torque, joint reactions and contact force."""
