@@ -11,9 +11,8 @@ from audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
 from audits.documents.arc_cam import ArcCam
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import on_grid
-from conrod.report.charts.styles import COLOURS, OTHER_COLOURS
+from conrod.report.charts.styles import HUES
 
-HUES = (*COLOURS.values(), *OTHER_COLOURS)
 UNITS = {"lift": "mm", "velocity": "mm/s", "acceleration": "mm/s²", "jerk": "mm/s³"}
 BASE = 36.0  # [mm], the base of the document's extreme cam
 SAMPLES = 300  # an arc

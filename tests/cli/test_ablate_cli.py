@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from conrod.cli import main
-from conrod.engines.capabilities import Ingredient
+from conrod.engines.ingredients import Ingredient
 from conrod.engines.pymunk.engine import Pymunk
 from conrod.studies.ablate.results import AblationStudy
 

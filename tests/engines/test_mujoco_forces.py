@@ -11,8 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.engines.capabilities import ForceTracks
-from conrod.engines.load_work import applied_forces
+from conrod.engines.forces import ForceTracks, applied_forces
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.forces import force_settings
 from conrod.engines.mujoco.settings import MuJoCoSettings

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from free_chains import chain
 
-from conrod.engines.capabilities import FreeRun
+from conrod.engines.free_run import FreeRun
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.free_run import free_run, free_settings
 from conrod.errors import InvalidInput

@@ -14,7 +14,7 @@ from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
-from conrod.engines.capabilities import Ingredient
+from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount, Row, count_mobility
 from conrod.engines.mujoco import model_edits as dressing
 from conrod.engines.mujoco.model import build
@@ -82,7 +82,7 @@ def changes_the_model(machine: str, name: str) -> bool:
 @cache
 def piece(machine: str, settings: MuJoCoSettings, revolutions: float = 1.0) -> Piece:
     steps = round(settings.steps_per_revolution * revolutions)
-    found: Piece = next(MUJOCO.pieces(MACHINES[machine], settings, revolutions, 0.0, steps))
+    found: Piece = next(MUJOCO.run(MACHINES[machine], settings, revolutions, 0.0, steps))
     return found
 
 
@@ -306,7 +306,7 @@ def test_a_free_body_starts_where_the_exact_motion_has_it(name: str) -> None:
 def test_a_run_of_free_bodies_told_in_pieces_is_the_whole_run() -> None:
     settings = replace(with_one("saw", "free-bodies"), steps_per_revolution=100, timestep=FAST_SAW.period / 100)
     whole = run(FAST_SAW, settings, 1.0, 7.0).bodies
-    parts = [p.trajectory.bodies for p in MUJOCO.pieces(FAST_SAW, settings, 1.0, 7.0, 30)]
+    parts = [p.trajectory.bodies for p in MUJOCO.run(FAST_SAW, settings, 1.0, 7.0, 30)]
     assert np.array_equal(np.concatenate([part.position.poses for part in parts]), whole.position.poses)
 
 

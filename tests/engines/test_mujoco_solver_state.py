@@ -30,7 +30,7 @@ def settings_of(name: str, preset: str, **changes: Any) -> MuJoCoSettings:
 
 
 def pieces(name: str, settings: MuJoCoSettings, steps: int = 50, revolutions: float = 0.5) -> list[Piece]:
-    return list(MUJOCO.pieces(SCENES[name], settings, revolutions, 0.0, steps))
+    return list(MUJOCO.run(SCENES[name], settings, revolutions, 0.0, steps))
 
 
 def worst(name: str, found: list[Piece]) -> float:

@@ -11,6 +11,7 @@ from conrod.engines import engine_named
 from conrod.engines.engine import run_of
 from conrod.engines.mujoco.pass_defect import largest_errors
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.scenes.catalogue import catalogue_scene
@@ -61,7 +62,7 @@ def test_a_pass_stays_within_a_bound_that_tells_something(machine: str) -> None:
     settings = MuJoCoSettings.hardened(scene, 1000)
     law = mujoco.expected_error(scene, settings)
     hardened, stock = (
-        compare(mujoco.run(scene, some, revolutions, start), scene)
+        compare(whole_run(mujoco, scene, some, revolutions, start), scene)
         for some in (settings, MuJoCoSettings.stock(scene, 1000))
     )
     for quantity in ("position", "velocity", "acceleration"):

@@ -13,7 +13,7 @@ import pytest
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energy_drift, exact, pose_error
 
 from conrod.engines import engine_named
-from conrod.engines.capabilities import FreeRun
+from conrod.engines.free_run import FreeRun
 from conrod.engines.pymunk import free_run as own
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.loads import Pushes

@@ -14,7 +14,7 @@ from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW
 
 from conrod import Comparison, InvalidInput, Outcome, PymunkSettings, Trajectory, compare, run
 from conrod.engines import engine_named
-from conrod.engines.capabilities import Ingredient, Quantity
+from conrod.engines.ingredients import Ingredient, Quantity
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.pymunk import mobility
 from conrod.engines.pymunk import model_edits as dressing
@@ -226,7 +226,7 @@ def test_bare_steps_are_those_of_the_recorded_run(names: tuple[str, ...]) -> Non
 
 def test_a_dressed_run_in_pieces_is_the_same_run() -> None:
     settings = replace(minimal(SAW, 100), dressing=("redundant-joints", "substeps-2"))
-    told = list(ENGINE.pieces(SAW, settings, 1.0, 0.3, 30))
+    told = list(ENGINE.run(SAW, settings, 1.0, 0.3, 30))
     values = np.concatenate([piece.trajectory.points["C"].position.values for piece in told])
     assert np.array_equal(values, run(SAW, settings, 1.0, 0.3).points["C"].position.values)
     assert told[-1].solver is not None

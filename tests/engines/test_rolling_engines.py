@@ -24,7 +24,7 @@ from conrod.engines import engine_named
 from conrod.engines.engine import run_of
 from conrod.engines.mesh_rows import mesh_row
 from conrod.engines.pymunk.gears import gears_refusal
-from conrod.engines.running import run
+from conrod.engines.running import run, whole_run
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
 from conrod.exact.joint_equations import joint_residual, pose_jets
@@ -72,7 +72,7 @@ def test_runs_stay_within_what_the_engines_laws_allow(name: str, engine: str) ->
 
 def _run(machine: GenericReference, engine: str, preset: str, steps: int, turns: float = 1.0) -> Trajectory:
     of, (start, revolutions) = engine_named(engine), run_of(machine, steps, turns)
-    trajectory = of.run(machine, of.presets[preset](machine, steps), revolutions, start)
+    trajectory = whole_run(of, machine, of.presets[preset](machine, steps), revolutions, start)
     assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
     return trajectory
 

@@ -14,7 +14,7 @@ from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 
 from conrod import Comparison, MuJoCoSettings, Outcome, PymunkSettings, compare, run
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.engine import Softness
+from conrod.engines.capabilities import Softness
 from conrod.engines.fixed_point import largest_derivatives, self_consistent
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.mujoco import softness as mujoco_softness

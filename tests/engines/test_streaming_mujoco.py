@@ -19,6 +19,7 @@ from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.mujoco import recorder
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.recorder import ended_by_engine
+from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
 
@@ -55,14 +56,14 @@ def turns(name: str) -> float:
 @cache
 def whole(name: str) -> Trajectory:
     scene, settings = RUNS[name]
-    run: Trajectory = MUJOCO.run(scene, settings, turns(name), START)
+    run: Trajectory = whole_run(MUJOCO, scene, settings, turns(name), START)
     return run
 
 
 @cache
 def in_pieces(name: str, steps: int) -> tuple[Piece, ...]:
     scene, settings = RUNS[name]
-    return tuple(MUJOCO.pieces(scene, settings, turns(name), START, steps))
+    return tuple(MUJOCO.run(scene, settings, turns(name), START, steps))
 
 
 def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
@@ -142,7 +143,7 @@ def test_memory_does_not_grow_with_the_revolutions() -> None:
 
     def peak(revolutions: int, steps: int) -> int:
         tracemalloc.start()
-        for _ in MUJOCO.pieces(scene, settings, revolutions, 0.0, steps):
+        for _ in MUJOCO.run(scene, settings, revolutions, 0.0, steps):
             pass
         found = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
@@ -226,9 +227,9 @@ def test_a_run_whose_state_is_not_put_back_is_not_said_to_be(steps: int) -> None
 
 def test_a_reset_in_the_first_step_is_recognised() -> None:
     settings = replace(HARDENED(SAW, STEPS), refsafe=False, solref=(1e-6, 1.0), autoreset=True)
-    run = MUJOCO.run(SAW, settings, 0.2, START)
+    run = whole_run(MUJOCO, SAW, settings, 0.2, START)
     assert (run.outcome, run.reason) == (Outcome.RESET, "the engine reset its state at step 1")
-    assert MUJOCO.run(SAW, replace(settings, autoreset=False), 0.2, START).outcome is not Outcome.RESET
+    assert whole_run(MUJOCO, SAW, replace(settings, autoreset=False), 0.2, START).outcome is not Outcome.RESET
 
 
 def test_a_clock_that_is_many_steps_off_but_goes_on_is_neither_reset_nor_stopped() -> None:

@@ -16,6 +16,7 @@ from conrod import Outcome, PymunkSettings, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.pymunk import dynamics, stepping
+from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import BodyStates, Instants, Piece
 
@@ -39,14 +40,14 @@ RUNS: dict[str, tuple[Any, Any]] = {
 @cache
 def whole(name: str) -> Trajectory:
     scene, settings = RUNS[name]
-    run: Trajectory = PYMUNK.run(scene, settings, REVOLUTIONS, START)
+    run: Trajectory = whole_run(PYMUNK, scene, settings, REVOLUTIONS, START)
     return run
 
 
 @cache
 def in_pieces(name: str, steps: int) -> tuple[Piece, ...]:
     scene, settings = RUNS[name]
-    return tuple(PYMUNK.pieces(scene, settings, REVOLUTIONS, START, steps))
+    return tuple(PYMUNK.run(scene, settings, REVOLUTIONS, START, steps))
 
 
 def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
@@ -98,7 +99,7 @@ def test_a_piece_has_so_many_new_samples_and_the_first_one_the_start() -> None:
 def test_the_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, settings = RUNS[name]
     monkeypatch.setattr(stepping, "memory_is_known", lambda: False)
-    public = dict(recorded(PYMUNK.run(scene, settings, REVOLUTIONS, START)))
+    public = dict(recorded(whole_run(PYMUNK, scene, settings, REVOLUTIONS, START)))
     for key, values in recorded(whole(name)):
         assert public[key].tobytes() == values.tobytes(), key
 
@@ -132,10 +133,10 @@ def test_memory_is_bounded_by_the_piece_and_not_by_the_run() -> None:
     scene, settings = RUNS["saw, stock"]
 
     def streamed(revolutions: float) -> int:
-        return peak_memory(lambda: sum(len(p.clock) for p in PYMUNK.pieces(scene, settings, revolutions, 0.0, 300)))
+        return peak_memory(lambda: sum(len(p.clock) for p in PYMUNK.run(scene, settings, revolutions, 0.0, 300)))
 
-    grown = peak_memory(lambda: PYMUNK.run(scene, settings, 80.0)) - peak_memory(
-        lambda: PYMUNK.run(scene, settings, 20.0)
+    grown = peak_memory(lambda: whole_run(PYMUNK, scene, settings, 80.0)) - peak_memory(
+        lambda: whole_run(PYMUNK, scene, settings, 20.0)
     )
     assert grown > 1_000_000, "a run of one piece grows, or nothing is measured"
     assert streamed(80.0) - streamed(20.0) < 0.05 * grown
@@ -146,7 +147,7 @@ def test_memory_is_bounded_by_the_piece_and_not_by_the_run() -> None:
 
 def largest_left(scene: Any, **changes: Any) -> float:
     settings = replace(PymunkSettings.tuned(scene, 200), **changes)
-    found = [piece.solver for piece in PYMUNK.pieces(scene, settings, 1.0, 0.0, 10)]
+    found = [piece.solver for piece in PYMUNK.run(scene, settings, 1.0, 0.0, 10)]
     assert len(found) == 20
     assert all(state.iterations == settings.iterations for state in found)
     return max(state.residual for state in found) / (abs(scene.speed) * max(scene.lengths.values()))
@@ -189,7 +190,7 @@ def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monk
         return centres, rates
 
     monkeypatch.setattr(dynamics, "advance", broken)
-    piece = next(PYMUNK.pieces(scene, settings, REVOLUTIONS, START, 20))
+    piece = next(PYMUNK.run(scene, settings, REVOLUTIONS, START, 20))
     assert piece.trajectory.outcome is Outcome.DIVERGED
     assert piece.trajectory.reason == f"not finite from {START / scene.speed + 19 * settings.timestep:.6g} s on"
 
@@ -201,8 +202,10 @@ def test_a_rounded_state_has_single_precision_and_costs_accuracy() -> None:
     rounded = dict(recorded(whole("saw, rounded")))
     crank = rounded["position poses"][1:, 2]
     assert np.array_equal(crank, crank.astype(np.float32))
-    assert PYMUNK.run(SAW, RUNS["saw, rounded"][1], REVOLUTIONS, START).outcome is Outcome.COMPLETED
-    exact = dict(recorded(PYMUNK.run(SAW, replace(RUNS["saw, rounded"][1], rounded_state=False), REVOLUTIONS, START)))
+    assert whole_run(PYMUNK, SAW, RUNS["saw, rounded"][1], REVOLUTIONS, START).outcome is Outcome.COMPLETED
+    exact = dict(
+        recorded(whole_run(PYMUNK, SAW, replace(RUNS["saw, rounded"][1], rounded_state=False), REVOLUTIONS, START))
+    )
     off = np.abs(rounded["C position"] - exact["C position"]).max() / SAW.lengths["C"]
     assert 1e-8 < off < 1e-4
     assert not np.array_equal(crank, exact["position poses"][1:, 2])

@@ -23,7 +23,7 @@ START = 0.7
     ids=["press", "saw at 500 rpm", "saw reversed"],
 )
 def test_the_drive_torque_of_the_hardened_preset_is_the_exact_one(scene: Any, bound: float) -> None:
-    pieces = list(MUJOCO.pieces(scene, MuJoCoSettings.hardened(scene, 1000), 1, START, 400))
+    pieces = list(MUJOCO.run(scene, MuJoCoSettings.hardened(scene, 1000), 1, START, 400))
     torque = np.concatenate([piece.drive_torque for piece in pieces])
     angle = np.concatenate([piece.trajectory.bodies.position.instants.angle for piece in pieces])
     exact = reactions(scene.kinematics, angle, scene.speed).drive_torque * scene.kinematics.mechanism.driver.sense
@@ -36,4 +36,4 @@ def test_the_drive_torque_of_the_hardened_preset_is_the_exact_one(scene: Any, bo
 
 def test_without_a_drive_there_is_no_drive_torque() -> None:
     settings = replace(MuJoCoSettings.stock(SAW, 60), armature=0.0)
-    assert [piece.drive_torque for piece in MUJOCO.pieces(SAW, settings, 0.1, START, 4)] == [None] * 2
+    assert [piece.drive_torque for piece in MUJOCO.run(SAW, settings, 0.1, START, 4)] == [None] * 2

@@ -13,6 +13,7 @@ import pytest
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import BODY, model_form
+from conrod.engines.running import whole_run
 from conrod.engines.tree import tree_of
 from conrod.exact.block_structure import triangular_blocks
 from conrod.exact.joint_equations import joint_residual, pose_jets
@@ -100,7 +101,7 @@ def test_both_engines_place_it_to_rounding_and_see_a_wrong_length(largest: Descr
 @pytest.mark.slow
 def test_hardened_mujoco_runs_it_at_its_accuracy(largest: DescribedScene) -> None:
     engine = engine_named("mujoco")
-    trajectory = engine.run(largest, engine.presets["hardened"](largest, 500), 0.25)
+    trajectory = whole_run(engine, largest, engine.presets["hardened"](largest, 500), 0.25)
     assert trajectory.outcome is Outcome.COMPLETED
     assert compare(trajectory, largest).worst("position") < 1e-8
     assert compare(trajectory, faulty(largest)).worst("position") > 1e-5

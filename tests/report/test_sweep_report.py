@@ -434,7 +434,7 @@ def test_a_report_is_rendered_without_an_engine() -> None:
         done = subprocess.run(
             [sys.executable, "-c", f"import {module}; {look}"], capture_output=True, text=True, check=True, timeout=60
         )
-        # The second module is the negative control: it does load an engine's package, and the look sees it.
+        # The second module is the negative control: it does load an engine, and the look sees it.
         assert done.stdout.strip().startswith(found), module
 
 

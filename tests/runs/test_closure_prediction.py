@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
+from conrod.engines.running import whole_run
 from conrod.runs.closure_prediction import predicted_errors
 from conrod.runs.comparison import compare, signed_error
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
@@ -27,7 +28,7 @@ RUNS = [
 def run(scene: Scene, engine: str, preset: str) -> Any:
     steps = 4000 if isinstance(scene, CamFollower) else 500
     made = engine_named(engine)
-    return made.run(scene, made.presets[preset](scene, steps), 1.0)
+    return whole_run(made, scene, made.presets[preset](scene, steps), 1.0)
 
 
 def largest_difference(scene: Scene, trajectory: Any, ruler: Scene) -> dict[str, float]:

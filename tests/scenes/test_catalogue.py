@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from conrod.engines import ENGINES, Engine, engine_named
-from conrod.engines.engine import KinematicResult
+from conrod.engines.capabilities import KinematicResult
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.report.reproduction import Reproduction, told_origin

@@ -12,6 +12,7 @@ from described import CATALOGUE, changed, tables
 
 from conrod.engines import engine_named
 from conrod.engines.mujoco.law import regularisation_errors
+from conrod.engines.running import whole_run
 from conrod.exact.linkage.course import crank_range
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
@@ -202,7 +203,7 @@ def test_mujocos_law_allows_for_the_legs_fast_reactions() -> None:
     """Its foot's reactions peak within a tenth of a radian: what gives way to them moves faster than it opened."""
     of, engine = scene("jansen-leg"), engine_named("mujoco")
     settings = engine.presets["tuned"](of, 1000)
-    found = compare(engine.run(of, settings, 1.0, 0.0), of).worst("velocity")
+    found = compare(whole_run(engine, of, settings, 1.0, 0.0), of).worst("velocity")
     softness = regularisation_errors(of, settings)[0]
     opening = softness / (math.e * abs(of.speed) * settings.solref[0]) + softness
     allowed = engine.expected_error(of, settings).velocity

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from catalogue import CAM, PRESS, SAW, SCENES
 
+from conrod.engines.running import whole_run
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
@@ -368,7 +369,7 @@ def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine
     """The tracks of a redeclared machine are its own: seen in the scene's order they are another machine's."""
     case = case_of(SAW, engine, preset)
     cell = AXES["declaration"].cell(case, AXES["declaration"].values(case)[-1])
-    trajectory = case.made_by.run(cell.machine, cell.settings, 0.05)
+    trajectory = whole_run(case.made_by, cell.machine, cell.settings, 0.05)
     assert trajectory.bodies is not None
     start = trajectory.bodies.position.poses[0].reshape(-1, 3)
     np.testing.assert_allclose(start[::-1].ravel(), SAW.kinematics.start[0], atol=1e-12)

@@ -18,6 +18,7 @@ from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.settings import Spring
 from conrod.engines.rule import LATER_FIELDS
+from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.studies.frame.run import RunCase
 
@@ -133,7 +134,8 @@ def test_what_is_timed_rounds_too() -> None:
     scene, settings = ROUNDED["press, tuned"]
     bare = MUJOCO.stepper(scene, replace(settings, rounded_state=True))
     bare(150)
-    expected = MUJOCO.run(scene, replace(settings, rounded_state=True), 150 / STEPS, 0.0).bodies.position.instants
+    rounded = replace(settings, rounded_state=True)
+    expected = whole_run(MUJOCO, scene, rounded, 150 / STEPS, 0.0).bodies.position.instants
     assert bare.data.qpos[build(scene, settings).crank_dof] == expected.angle[-1]
     unrounded = MUJOCO.stepper(scene, settings)
     unrounded(150)
@@ -143,7 +145,7 @@ def test_what_is_timed_rounds_too() -> None:
 def test_rounding_costs_digits() -> None:
     settings = MuJoCoSettings.hardened(SAW, 1000)
     exact, rounded = (
-        compare(MUJOCO.run(SAW, replace(settings, rounded_state=single), 2.0, 0.0), SAW).worst("position")
+        compare(whole_run(MUJOCO, SAW, replace(settings, rounded_state=single), 2.0, 0.0), SAW).worst("position")
         for single in (False, True)
     )
     assert exact < 1e-10

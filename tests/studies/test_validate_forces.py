@@ -14,7 +14,7 @@ import pytest
 from command_line import conrod
 
 from conrod.engines import engine_named
-from conrod.engines.capabilities import ForceTracks
+from conrod.engines.forces import ForceTracks
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.mechanism import Body, Mechanism
 from conrod.report.forces import KIND, force_findings

@@ -13,7 +13,7 @@ import pytest
 from command_line import conrod
 
 from conrod.engines import engine_named
-from conrod.engines.capabilities import FreeRun
+from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism

@@ -16,6 +16,7 @@ from watched import cell, coarse_cam, extremes, in_pieces_of, moved, planted_in,
 from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import PIECE
+from conrod.engines.running import whole_run
 from conrod.runs.trajectory import Piece, SolverState
 from conrod.scenes import SCENES, CamFollower
 from conrod.studies.frame.measurement import Measurement
@@ -111,7 +112,7 @@ def test_a_run_ends_as_the_whole_of_it_is_judged(
 ) -> None:
     saw: Any = SCENES["saw-500rpm"]
     settings = engine_named(engine).presets[preset](saw, steps)
-    whole = engine_named(engine).run(saw, settings, 2.0).outcome
+    whole = whole_run(engine_named(engine), saw, settings, 2.0).outcome
     assert whole is not Outcome.COMPLETED
     for length in (3, 5, 1000):
         in_pieces_of(monkeypatch, length)

@@ -71,7 +71,7 @@ def test_what_no_engine_tells_is_none() -> None:
 def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = PRESS
     exact = ExactTorque(scene.kinematics, scene.speed, gravity=True, rod="body")
-    pieces = engine_named("pymunk").pieces
+    pieces = engine_named("pymunk").run
 
     def told(*args: Any) -> Iterator[Piece]:
         for piece in pieces(*args):
@@ -81,7 +81,7 @@ def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest
             torque[-1] += off * exact.peak
             yield replace(piece, drive_torque=torque)
 
-    monkeypatch.setattr(engine_named("pymunk"), "pieces", told)
+    monkeypatch.setattr(engine_named("pymunk"), "run", told)
     for off in (0.0, 1e-9, -1e-9):
         error = extremes(watch(cell(PRESS, PymunkSettings.tuned(PRESS, STEPS)))).torque
         assert error == pytest.approx(abs(off), abs=1e-15)

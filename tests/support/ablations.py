@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
-from conrod.engines.capabilities import Ingredient, Quantity
+from conrod.engines.ingredients import Ingredient, Quantity
 from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import (
     AblationStudy,

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from linkages import four_bar, slider_crank
 
-from conrod.engines.capabilities import FreeRun
+from conrod.engines.free_run import FreeRun
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Revolute
 

@@ -44,13 +44,13 @@ def in_pieces_of(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
 
 def planted_in(monkeypatch: pytest.MonkeyPatch, engine: str, number: int, defect: Callable[[Piece], Piece]) -> None:
     """A defect in one piece of every run of an engine."""
-    pieces = engine_named(engine).pieces
+    pieces = engine_named(engine).run
 
     def planted(*args: Any) -> Iterator[Piece]:
         for k, piece in enumerate(pieces(*args)):
             yield defect(piece) if k == number else piece
 
-    monkeypatch.setattr(engine_named(engine), "pieces", planted)
+    monkeypatch.setattr(engine_named(engine), "run", planted)
 
 
 def moved(piece: Piece, distance: float) -> Piece:

@@ -120,6 +120,7 @@ def ablate(
     """
     from conrod.cli.reproduction import reproduction
     from conrod.cli.runner import Options
+    from conrod.engines.capabilities import HasIngredients
     from conrod.mechanism.units import check_count
     from conrod.report.ablate.document import check_ablate_apart, check_ablate_folder
     from conrod.studies.ablate.plan import plan_ablation
@@ -127,7 +128,7 @@ def ablate(
     from conrod.studies.frame.resolve_arguments import check_table, select_engines, select_scenes
     from conrod.studies.frame.run import REVOLUTIONS
 
-    chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
+    chosen, engines = select_scenes(scenes, assignments), select_engines(engine, HasIngredients)
     if steps_per_rev is not None:
         for name in chosen:
             check_table(name, steps_per_rev, round(REVOLUTIONS))

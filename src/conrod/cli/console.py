@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from conrod.engines import ENGINES, Engine
+from conrod.engines import Engine, engine_names
 from conrod.errors import unknown_choice
 from conrod.report.numbers import SHOWN_UNITS
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
@@ -135,7 +135,7 @@ def show_catalogue() -> None:
         heading = catalogue_heading(name)
         loaded.append((name, heading.title, str(heading.links), heading.source))
     _listed(out, "dynamics (under loads, or in free motion)", ("name", "title", "moving links", "source"), loaded)
-    out.print(f"engines: {', '.join(ENGINES)}")
+    out.print(f"engines: {', '.join(engine_names())}")
 
 
 def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -1,132 +1,268 @@
-"""What an engine tells of the forces in a machine whose crank turns at constant speed.
-
-What an engine tells of a motion that nothing prescribes.
-
-What a model may carry, or do without: one thing each, added to settings or taken away from them.
-"""
+"""What an engine may be able to do beside running a machine: small protocols, and the one way to ask for them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import Enum
-from typing import Generic
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
-import numpy as np
-
-from conrod.engines.variations import AnySettings
-from conrod.exact.dynamics.coordinates import coordinate_jet
-from conrod.exact.joint_equations import pose_jets
+from conrod.engines.engine import Engine, Machine
+from conrod.engines.forces import ForceTracks
+from conrod.engines.free_run import FreeRun
+from conrod.engines.ingredients import Ingredient
+from conrod.engines.mobility import MobilityCount
+from conrod.engines.rule import Grid, PresetRule, Rule
+from conrod.engines.variations import Variations
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mechanism.loads import CONSERVATIVE
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.outcome import OPEN_GAP, OUT_OF_REACH, Verdict, joint_gaps
-from conrod.runs.trajectory import Instants, Outcome
 
 
 @dataclass(frozen=True)
-class ForceTracks:
-    """Drive torque and joint reactions of a run, with the instants that they belong to.
+class ExpectedError:
+    """Largest errors that the engine's own laws allow, normalised as errors are; None where there is no law.
 
     Attributes:
-        instants: (T,), of all values.
-        drive_torque: (T,) [N m] on the crank, in the sense of the crank angle; None where it is not told.
-        joints: by joint name, then by component, (T,) each; names, signs and units as in
-            `conrod.exact.dynamics.inverse.JointForces`.
-        unsupported: by quantity ("drive torque", or a joint's name), why it is not told.
-        outcome: of the run; of one that did not come to its end nothing is told.
+        position, velocity, acceleration: bounds on the max norm.
+        velocity_rms: bound on the rms norm, where the max norm has none.
+        law: where the bounds come from, for the report.
     """
 
-    instants: Instants
-    drive_torque: Array | None
-    joints: Mapping[str, Mapping[str, Array]]
-    unsupported: Mapping[str, str]
-    outcome: Outcome = Outcome.COMPLETED
+    position: float | None
+    velocity: float | None
+    acceleration: float | None
+    velocity_rms: float | None = None
+    law: str = ""
 
 
 @dataclass(frozen=True)
-class FreeRun:
-    """A free or torque-driven run, told at every so-many-th step from its start on.
+class Softness:
+    """Largest position error that what closes the joints must cause, by the engine's documented law; normalised.
 
     Attributes:
-        times: (T,) [s], from 0, counted in steps.
-        poses, rates: of all bodies in the order of `Mechanism.bodies` (T, 3 n) [m, m, rad], both at `times`.
-        energy: kinetic, of weight and constant forces, and stored in loads that are potentials, (T,) [J].
-        outcome: how the run ended; reason: its details, empty when completed.
-        cpu_seconds: of stepping alone [s].
+        whole_run: over two turns from a start without error.
+        last_turn: over the second of them, where the start is forgotten.
+        law: in words.
     """
 
-    times: Array
-    poses: Array
-    rates: Array
-    energy: Array
-    outcome: Outcome
+    whole_run: float
+    last_turn: float
+    law: str
+
+
+@dataclass(frozen=True)
+class KinematicResult:
+    """Kinematic mode: the engine's own constraints solved at prescribed crank angles.
+
+    Attributes:
+        poses: of all bodies, stacked as in `Mechanism.bodies`.
+        points: of each observed point position (T, 2) [m] and velocity (T, 2) [m/s], by the engine's account; the
+            velocity is None where the engine has none without stepping in time.
+        shape_error: bound on the position error that the collision shape itself has, None without contact.
+    """
+
+    angle: Array  # (T,) [rad]
+    poses: Array  # (T, 3 n)
+    points: Mapping[str, tuple[Array, Array | None]]
+    shape_error: float | None = None  # [m]
+
+
+@runtime_checkable
+class KinematicMode(Protocol):
+    """The engine's own constraints as a solver at prescribed crank angles."""
+
+    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
+        """The poses at crank angles (T,) [rad]."""
+        ...
+
+
+@runtime_checkable
+class ErrorLaw(Protocol):
+    """Bounds on the errors of a run from the engine's documented laws and the exact motion."""
+
+    def expected_error(self, machine: Machine, settings: Any) -> ExpectedError:
+        """The bounds, before any run."""
+        ...
+
+
+@runtime_checkable
+class SoftnessLaw(Protocol):
+    """Size of the position error that what closes the joints must cause, by the engine's documented law."""
+
+    def predicted_softness(self, machine: Machine, settings: Any) -> Softness | None:
+        """The size; None where no law applies.
+
+        Where it acts by time (MuJoCo's springs) it is what is left at no step; where it acts by the step (pymunk's
+        share of an error that a step mends) it is that of the settings' step, the lag of the scheme included.
+
+        Raises:
+            InvalidInput: the machine cannot be given in the form that the settings ask for; see `refusal`.
+        """
+        ...
+
+
+@runtime_checkable
+class ReportsForces(Protocol):
+    """Drive torque and joint reactions of a run at constant crank speed, by the engine's own account."""
+
+    def forces(self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0) -> ForceTracks:
+        """The forces; what the engine does not report of a machine is `unsupported` in them, with the reason."""
+        ...
+
+
+@runtime_checkable
+class FreeMotion(Protocol):
+    """A motion without drive: free, or under the mechanism's loads."""
+
+    def free_run(
+        self,
+        mechanism: Mechanism,
+        preset: str,
+        timestep: float,
+        steps: int,
+        poses: Array,
+        rates: Array,
+        every: int = 1,
+    ) -> FreeRun:
+        """The motion from exact poses and rates of all bodies, each (3 n,), which the joints allow.
+
+        Args:
+            timestep: of the engine [s].
+            every: steps between two instants that are reported.
+
+        Raises:
+            InvalidInput: there is no such preset, or the engine cannot have the mechanism; says why.
+        """
+        ...
+
+
+@runtime_checkable
+class Timed(Protocol):
+    """Stepping with nothing recorded, for timings."""
+
+    def stepper(self, machine: Machine, settings: Any) -> Callable[[int], None]:
+        """A machine in the exact state of its start, see `run_of`; each call advances it by so many steps.
+
+        An input that makes one pass must not be driven beyond its end: it cannot go on there.
+        """
+        ...
+
+    def reference_loop(self) -> Callable[[int], None]:
+        """A fixed slider-crank of this engine, which timings are ratios to; each call advances it by so many steps."""
+        ...
+
+
+@runtime_checkable
+class Swept(Protocol):
+    """A grid of settings that a sweep varies."""
+
+    def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
+        """Rules for settings of this machine, the presets first."""
+        ...
+
+
+@runtime_checkable
+class Varied(Protocol):
+    """Settings varied on purpose, one thing at a time."""
+
+    @property
+    def variations(self) -> Variations[Any]:
+        """What is varied."""
+        ...
+
+
+@runtime_checkable
+class HasIngredients(Protocol):
+    """A minimal model and the ingredients that it may carry, with the freedoms that a compiled model has."""
+
+    def minimal(self, machine: Machine, steps_per_revolution: int) -> Any:
+        """Settings of the cheapest model that has the observed motion right."""
+        ...
+
+    def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]:
+        """What the minimal model of a machine may carry beside what it needs, and what it consists of."""
+        ...
+
+    def mobility(self, machine: Machine, settings: Any, angle: Array) -> MobilityCount:
+        """Degrees of freedom and constraints of the compiled model, at the exact poses of crank angles (T,) [rad].
+
+        Raises:
+            InvalidInput: the machine cannot be given in the form that the settings ask for; see `refusal`.
+        """
+        ...
+
+
+@runtime_checkable
+class Pasted(Protocol):
+    """Settings as lines of a user's own model or program."""
+
+    def paste(self, machine: Machine, settings: Any) -> str:
+        """The lines."""
+        ...
+
+
+MEANINGS: Mapping[type, str] = {
+    KinematicMode: "kinematic mode",
+    ErrorLaw: "law of its errors",
+    SoftnessLaw: "law of its softness",
+    ReportsForces: "report of forces",
+    FreeMotion: "motion without a drive",
+    Timed: "stepping with nothing recorded, which timings take",
+    Swept: "grid of settings",
+    Varied: "variations of its settings",
+    HasIngredients: "ingredients",
+    Pasted: "settings to paste",
+}
+
+Wanted = TypeVar("Wanted")
+
+
+@dataclass(frozen=True)
+class Lacking:
+    """The reason why an engine cannot take part in a study."""
+
     reason: str
-    cpu_seconds: float
 
 
-def free_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
-    """Kinetic energy and that of weight, constant forces and loads that are potentials (T,) [J], of states (T, 3 n)."""
-    bodies = pose_jets(mechanism, [poses, rates])
-    constant = {force.body: force.force for force in mechanism.forces}
-    total = np.zeros(len(poses))
-    for body in mechanism.bodies:
-        x, y = (jet.coefficients for jet in bodies[body.name].point(body.centre_of_gravity))
-        spin = bodies[body.name].phi.coefficients[1]
-        px, py = constant.get(body.name, (0.0, 0.0))
-        total += 0.5 * (body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * spin**2)
-        total -= (body.mass * mechanism.gravity[0] + px) * x[0] + (body.mass * mechanism.gravity[1] + py) * y[0]
-    for load in mechanism.loads:
-        if isinstance(load.law, CONSERVATIVE):
-            total += load.law.energy(np.asarray(coordinate_jet(load.along, bodies).coefficients[0]))
-    return total
+def capability(engine: Engine[Any], kind: type[Wanted]) -> Wanted | Lacking:
+    """The engine as one that has a capability, or the reason why it is unsupported where that is needed."""
+    if isinstance(engine, kind):
+        return engine
+    return Lacking(f"{engine.name} has no {MEANINGS[kind]}")
 
 
-def free_verdict(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
-    """How a free run ended, told from its motion (T, 3 n) alone; on which branch it is, only the exact one tells."""
-    finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
-    if not finite.all():
-        return Verdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")
-    size = max(max(abs(x), abs(y)) for x, y, _ in mechanism.poses.values()) or 1.0
-    away = np.abs((poses - poses[0]).reshape(len(poses), -1, 3)[:, :, :2]).max(axis=(1, 2)) / size
-    if away.max() > OUT_OF_REACH:
-        first = float(times[int(np.argmax(away > OUT_OF_REACH))])
-        return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {first:.6g} s on")
-    for name, gap in joint_gaps(mechanism, [poses]).items():
-        if np.abs(gap).max() > OPEN_GAP * size:
-            return Verdict(Outcome.OPENED, f"{name}: gap up to {np.abs(gap).max():.3g} m")
-    return Verdict(Outcome.COMPLETED)
+def required(engine: Engine[Any], kind: type[Wanted]) -> Wanted:
+    """The engine as one that has a capability.
 
-
-class Quantity(Enum):
-    """What a study may want besides the observed motion; the members' texts are for people."""
-
-    DRIVE_TORQUE = "drive torque"
-    REACTIONS = "joint reactions"
-    IMPACT = "impact"
-    WEAR = "wear"
-
-
-@dataclass(frozen=True)
-class Ingredient(Generic[AnySettings]):
-    """Something that the minimal model lacks, or that it consists of.
-
-    Attributes:
-        name: short, for the command line and for results: "sensors-8".
-        title: for people: "eight sensors".
-        meaning: what is added to the model, or taken from it, in a sentence.
-        minimal: whether the minimal model has it; it is then only taken away.
-        group: ingredients of one group are amounts or ways of the same thing, of which a model has one; the last of a
-            group is the one that the fully dressed model has. Empty for an ingredient on its own.
-        needed_by: quantities that need it although the motion does not.
-        added, removed: settings with it, and without it.
+    Raises:
+        InvalidInput: it has not.
     """
+    found = capability(engine, kind)
+    if isinstance(found, Lacking):
+        raise InvalidInput(found.reason)
+    return found
 
-    name: str
-    title: str
-    meaning: str
-    added: Callable[[AnySettings], AnySettings]
-    removed: Callable[[AnySettings], AnySettings]
-    minimal: bool = False
-    group: str = ""
-    needed_by: tuple[Quantity, ...] = ()
+
+def variations_of(engine: Engine[Any]) -> Variations[Any]:
+    """How an engine's settings are varied.
+
+    Raises:
+        InvalidInput: they cannot be.
+    """
+    return required(engine, Varied).variations
+
+
+def rules_of(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[Rule, ...]:
+    """The settings that a sweep varies: the engine's grid, or its presets where it has none."""
+    swept = capability(engine, Swept)
+    if isinstance(swept, Lacking):
+        return tuple(PresetRule(name, preset) for name, preset in engine.presets.items())
+    return swept.grid(machine, grid)
+
+
+def expected_error(engine: Engine[Any], machine: Machine, settings: Any) -> ExpectedError:
+    """Bounds on the errors of a run; none, with the reason in place of the law, of an engine that states no law."""
+    law = capability(engine, ErrorLaw)
+    if isinstance(law, Lacking):
+        return ExpectedError(None, None, None, law=law.reason)
+    return law.expected_error(machine, settings)

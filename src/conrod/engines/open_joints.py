@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from conrod.engines.engine import Machine, Softness
+from conrod.engines.capabilities import Softness
+from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import DistanceJoint, ModelForm
 from conrod.exact.jet import Jet, square_root
 from conrod.exact.joint_equations import pose_jets

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+from conrod.engines.presets import Preset
 from conrod.errors import unknown_choice
 from conrod.runs.trajectory import Settings
 
@@ -48,6 +50,29 @@ class Rule(ABC):
     @abstractmethod
     def settings(self, machine: Machine, steps_per_revolution: int) -> Settings:
         """The settings for a machine and a step; their preset is named where they are those of one."""
+
+
+@dataclass(frozen=True)
+class PresetRule(Rule):
+    """A preset as a rule: what is swept of an engine that has no grid of its own."""
+
+    preset: str
+    made_by: Preset[Any] = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        return self.preset
+
+    @property
+    def softness_follows_step(self) -> bool:
+        return True
+
+    def knobs(self) -> dict[str, str]:
+        return {"preset": self.preset}
+
+    def settings(self, machine: Machine, steps_per_revolution: int) -> Settings:
+        settings: Settings = self.made_by(machine, steps_per_revolution)
+        return settings
 
 
 def step_counts(grid: Grid, *, contact: bool) -> tuple[int, ...]:

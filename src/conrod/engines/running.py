@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from conrod.engines import engine_named
+from conrod.engines import Engine, engine_named
 from conrod.engines.engine import Machine, step_length
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.runs.trajectory import Settings, Trajectory
+from conrod.runs.trajectory import Settings, Trajectory, joined
 
 # Settings made for another speed or step would put every sample at a wrong angle.
 SAME_STEP = 1e-9
@@ -31,7 +32,15 @@ def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_an
         InvalidInput: settings that the engine would abort on, that have no meaning, or that are for another speed.
     """
     check_run(machine, settings, revolutions, start_angle)
-    return engine_named(settings.engine).run(machine, settings, float(revolutions), float(start_angle))
+    return whole_run(engine_named(settings.engine), machine, settings, float(revolutions), float(start_angle))
+
+
+def whole_run(
+    engine: Engine[Any], machine: Machine, settings: Settings, revolutions: float, start_angle: float = 0.0
+) -> Trajectory:
+    """A run of an engine as one piece; nothing is checked."""
+    steps = max(round(settings.steps_per_revolution * revolutions), 1)
+    return joined(list(engine.run(machine, settings, revolutions, start_angle, steps))).trajectory
 
 
 def check_run(machine: Machine, settings: Settings, revolutions: float, start_angle: float) -> None:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic
 
-from conrod.runs.trajectory import Settings
+from conrod.engines.presets import AnySettings
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Machine
-
-AnySettings = TypeVar("AnySettings", bound=Settings)
 
 
 class Variations(ABC, Generic[AnySettings]):

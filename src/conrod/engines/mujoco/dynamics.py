@@ -16,17 +16,10 @@ from conrod.runs.outcome import Verdict, judge
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track, Trajectory
 
 
-def run(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float) -> Trajectory:
-    """One run at constant crank speed, sampled at every step."""
-    steps = round(settings.steps_per_revolution * revolutions)
-    (whole,) = pieces(machine, settings, revolutions, start_angle, max(steps, 1))
-    return whole.trajectory
-
-
 def pieces(
     machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float, steps: int
 ) -> Iterator[Piece]:
-    """The same run in pieces of so many steps; the first one has the start beside its steps."""
+    """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
     recorder = Recorder(made, settings, *made.start_state(machine, start_angle), start_angle / machine.speed)
     samples = round(settings.steps_per_revolution * revolutions) + 1

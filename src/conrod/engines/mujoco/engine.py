@@ -7,13 +7,16 @@ from collections.abc import Callable, Iterator
 import mujoco
 
 from conrod.engines.cam_polygon import contact_refusal
-from conrod.engines.capabilities import ForceTracks, FreeRun, Ingredient
-from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.capabilities import ExpectedError, KinematicResult, Softness
+from conrod.engines.engine import PIECE, Engine, Machine
+from conrod.engines.forces import ForceTracks, nothing_told
+from conrod.engines.free_run import FreeRun
+from conrod.engines.ingredients import Ingredient
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mobility import MobilityCount
 from conrod.engines.mujoco import dynamics, kinematic, law, softness
-from conrod.engines.mujoco.forces import forces, nothing_told
+from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run, free_settings
 from conrod.engines.mujoco.grid import rules
 from conrod.engines.mujoco.ingredients import ingredients, minimal
@@ -26,7 +29,7 @@ from conrod.engines.rule import Grid, Rule
 from conrod.engines.tree import tree_of
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.trajectory import Piece, Trajectory
+from conrod.runs.trajectory import Piece
 
 
 class MuJoCo(Engine[MuJoCoSettings]):
@@ -50,11 +53,6 @@ class MuJoCo(Engine[MuJoCoSettings]):
         return reason or tree_refusal(tree_of(machine, model_form(mechanism, settings.rod)))
 
     def run(
-        self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
-    ) -> Trajectory:
-        return dynamics.run(machine, settings, revolutions, start_angle)
-
-    def pieces(
         self,
         machine: Machine,
         settings: MuJoCoSettings,

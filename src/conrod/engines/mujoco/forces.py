@@ -20,9 +20,8 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from conrod.engines.capabilities import ForceTracks
 from conrod.engines.engine import Machine
-from conrod.engines.load_work import applied_forces
+from conrod.engines.forces import EDITED, ForceTracks, applied_forces, nothing_told
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import Build, build, laws_acting
@@ -31,13 +30,12 @@ from conrod.engines.tree import Branch
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Distance
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute, to_world
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Point, Prismatic, Revolute, to_world
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome
 
 Reader = Callable[[Array], Array]  # poses (3 n,) of the state that was solved -> components (2,)
 
-DRIVE = "drive torque"
 EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 # MuJoCo's Newton solver ends where its next correction of the accelerations is shorter than 1e-15 in SI units
 # (mjMINVAL), whatever they are. With a run's flywheel and slow links its second one already is, and of what the first
@@ -49,7 +47,6 @@ LOOKS = 721  # for change points, over a turn
 NO_DRIVE = "without a flywheel there is no drive"
 ROLLING = "MuJoCo couples the joint coordinates of what rolls by a tendon: no force acts where the bodies meet"
 FORM = "the model has a distance joint in place of links, and not their masses"
-DRESSED = "what the model carries beside its joints takes a part of the load"
 
 
 def force_settings(settings: MuJoCoSettings) -> MuJoCoSettings:
@@ -109,14 +106,7 @@ def _refusal(settings: MuJoCoSettings) -> str | None:
         return NO_DRIVE
     if settings.rod != BODY:
         return FORM
-    return DRESSED if settings.dressing else None
-
-
-def nothing_told(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
-    """Of a run that tells no forces."""
-    none = np.zeros(0)
-    untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
-    return ForceTracks(Instants(none, none, none, none), None, {}, untold, outcome)
+    return EDITED if settings.dressing else None
 
 
 @cache

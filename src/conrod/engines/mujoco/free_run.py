@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
-from conrod.engines.capabilities import FreeRun, free_energy, free_verdict
+from conrod.engines.free_run import FreeRun, free_energy, free_verdict
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mujoco.hardening import harden

@@ -8,12 +8,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from conrod.engines.capabilities import Ingredient, Quantity
 from conrod.engines.engine import Machine
+from conrod.engines.ingredients import Ingredient, Quantity, Way, dressed, fields_of, part, undressed, with_fields
 from conrod.engines.mujoco.model_edits import dressing_refusal
 from conrod.engines.mujoco.optional_ingredients import carried
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
-from conrod.engines.settings_transforms import Way, dressed, fields_of, part, undressed, with_fields
 
 TORQUE, REACTIONS = Quantity.DRIVE_TORQUE, Quantity.REACTIONS
 DEFAULT_TOLERANCE = 1e-8

@@ -7,8 +7,9 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from conrod.engines.capabilities import KinematicResult
 from conrod.engines.crank_sweep import StraightAhead, approached
-from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.engine import Machine
 from conrod.engines.fixed_point import close_gap
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build

@@ -20,7 +20,8 @@ import mujoco
 import numpy as np
 
 from conrod.engines.cam_polygon import cam_polygon
-from conrod.engines.engine import ExpectedError, Machine
+from conrod.engines.capabilities import ExpectedError
+from conrod.engines.engine import Machine
 from conrod.engines.fixed_point import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from conrod.engines.capabilities import Ingredient, Quantity
+from conrod.engines.ingredients import Ingredient, Quantity, by_default, extra, of_fields
 from conrod.engines.mujoco.model_edits import LINE_SEARCH, NOSLIP_ITERATIONS, PASSIVE_ARMATURE, PASSIVE_DAMPING
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.settings_transforms import by_default, extra, of_fields
 from conrod.mechanism.mechanism import Mechanism
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR

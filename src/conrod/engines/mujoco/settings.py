@@ -6,13 +6,15 @@ Settings of a MuJoCo run and the presets: one rule in period and step for all ma
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine, step_length
-from conrod.engines.load_work import load_work
+from conrod.engines.forces import load_work
 from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.mujoco.hardening import HARDENING
+from conrod.engines.presets import DASHED, DOTTED, SOLID, STOCK, ForceBars, Preset
 from conrod.engines.rule import plain
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number
@@ -196,8 +198,16 @@ def flywheel(machine: Machine) -> float:
     return 10.0 ** math.ceil(math.log10(1e13 * (kinetic + potential)))
 
 
-PRESETS = {
-    "stock": MuJoCoSettings.stock,
-    "tuned": MuJoCoSettings.tuned,
-    "hardened": MuJoCoSettings.hardened,
+PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {
+    STOCK: Preset(MuJoCoSettings.stock, "MuJoCo as it comes, with the drive added", judged=False, style=DOTTED),
+    "tuned": Preset(
+        MuJoCoSettings.tuned, "the best that MJCF can express", forces=ForceBars({"contact": 0.02}), style=DASHED
+    ),
+    "hardened": Preset(
+        MuJoCoSettings.hardened,
+        "the regularisation of constraints removed after compiling",
+        judged_free=True,
+        forces=ForceBars({"torque": 1e-7, "reactions": 1e-6}, order=4),
+        style=SOLID,
+    ),
 }

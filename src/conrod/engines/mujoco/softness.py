@@ -20,7 +20,8 @@ from typing import assert_never
 
 import numpy as np
 
-from conrod.engines.engine import Machine, Softness
+from conrod.engines.capabilities import Softness
+from conrod.engines.engine import Machine
 from conrod.engines.fixed_point import self_consistent
 from conrod.engines.massless_rod import DistanceJoint
 from conrod.engines.mujoco.model import Build, build

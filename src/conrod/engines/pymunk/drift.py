@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.engines.engine import Machine, Softness
+from conrod.engines.capabilities import Softness
+from conrod.engines.engine import Machine
 from conrod.engines.fixed_point import self_consistent
 from conrod.engines.massless_rod import model_form
 from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints

@@ -42,13 +42,6 @@ class Stretch:
     rates: Array
 
 
-def run(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> Trajectory:
-    """One run at constant crank speed, sampled at every step."""
-    steps = round(settings.steps_per_revolution * revolutions)
-    (whole,) = stretches(machine, started(machine, settings, start_angle), settings, start_angle, steps, max(steps, 1))
-    return trajectory_of(machine, settings, revolutions, whole)
-
-
 def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> Build:
     """The machine's space in the exact state of a crank angle [rad]."""
     made = build(machine, settings)

@@ -7,12 +7,15 @@ from collections.abc import Callable, Iterator
 import pymunk
 
 from conrod.engines.cam_polygon import contact_refusal
-from conrod.engines.capabilities import ForceTracks, FreeRun, Ingredient
-from conrod.engines.engine import PIECE, Engine, ExpectedError, KinematicResult, Machine, Softness
+from conrod.engines.capabilities import ExpectedError, KinematicResult, Softness
+from conrod.engines.engine import PIECE, Engine, Machine
+from conrod.engines.forces import ForceTracks, nothing_told
+from conrod.engines.free_run import FreeRun
+from conrod.engines.ingredients import Ingredient
 from conrod.engines.massless_rod import form_refusal
 from conrod.engines.mobility import MobilityCount
-from conrod.engines.pymunk import drift, dynamics, kinematic, law
-from conrod.engines.pymunk.forces import forces, nothing_told
+from conrod.engines.pymunk import drift, kinematic, law
+from conrod.engines.pymunk.forces import forces
 from conrod.engines.pymunk.free_run import free_run
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.grid import rules
@@ -25,7 +28,7 @@ from conrod.engines.pymunk.variations import PymunkVariations, paste
 from conrod.engines.rule import Grid, Rule
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.trajectory import Piece, Trajectory
+from conrod.runs.trajectory import Piece
 
 
 class Pymunk(Engine[PymunkSettings]):
@@ -46,11 +49,6 @@ class Pymunk(Engine[PymunkSettings]):
         return form_refusal(mechanism, settings.rod) or gears_refusal(mechanism)
 
     def run(
-        self, machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
-    ) -> Trajectory:
-        return dynamics.run(machine, settings, revolutions, start_angle)
-
-    def pieces(
         self,
         machine: Machine,
         settings: PymunkSettings,

@@ -23,8 +23,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.engines.capabilities import ForceTracks
 from conrod.engines.engine import Machine
+from conrod.engines.forces import DRIVE, EDITED, ForceTracks, nothing_told
 from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_states, body_tracks, started
 from conrod.engines.pymunk.loads import advance_loaded
@@ -37,13 +37,11 @@ from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import Instants, Outcome
 
-DRIVE = "drive torque"
 FIRST = 3  # sample of the first acceleration that is told
 TOGETHER = 16  # steps of which forces are told as a mean, with contact
 GEARS = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
 ROUNDED = "a state that is rounded after every step has not come by impulses alone"
 FORM = "a distance joint stands in the engine for links whose masses it does not have"
-DRESSED = "what the model carries beside its joints takes a part of the load"
 
 
 def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> ForceTracks:
@@ -79,19 +77,12 @@ def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
     if settings.rounded_state:
         return {DRIVE: ROUNDED}
     if settings.dressing:
-        return {DRIVE: DRESSED}
+        return {DRIVE: EDITED}
     if settings.rod != BODY:
         return {DRIVE: FORM}
     if mechanism.meshes:
         return {joint.name: GEARS for joint in mechanism.joints}
     return {}
-
-
-def nothing_told(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
-    """No quantity, for one reason."""
-    none = np.zeros(0)
-    untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
-    return ForceTracks(Instants(none, none, none, none), None, {}, untold, outcome)
 
 
 def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]) -> Array:

@@ -19,7 +19,7 @@ import time
 
 import numpy as np
 
-from conrod.engines.capabilities import FreeRun, free_energy, free_verdict
+from conrod.engines.free_run import FreeRun, free_energy, free_verdict
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states
 from conrod.engines.pymunk.gears import gears_refusal

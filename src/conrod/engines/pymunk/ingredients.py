@@ -7,13 +7,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from conrod.engines.capabilities import Ingredient, Quantity
 from conrod.engines.engine import Machine
+from conrod.engines.ingredients import Ingredient, Quantity, dressed, fields_of, part, undressed, with_fields
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, form_refusal
 from conrod.engines.pymunk import settings as names
 from conrod.engines.pymunk.optional_ingredients import STOCK_SLOP, carried
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
-from conrod.engines.settings_transforms import dressed, fields_of, part, undressed, with_fields
 
 TORQUE, REACTIONS, IMPACT = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT
 

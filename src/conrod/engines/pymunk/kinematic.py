@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
+from conrod.engines.capabilities import KinematicResult
 from conrod.engines.crank_sweep import StraightAhead, approached
-from conrod.engines.engine import KinematicResult, Machine
+from conrod.engines.engine import Machine
 from conrod.engines.fixed_point import close_gap
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.dynamics import body_states, observed_points

@@ -18,7 +18,8 @@ import math
 
 import numpy as np
 
-from conrod.engines.engine import ExpectedError, Machine
+from conrod.engines.capabilities import ExpectedError
+from conrod.engines.engine import Machine
 from conrod.engines.fixed_point import UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from conrod.engines.capabilities import Ingredient, Quantity
 from conrod.engines.engine import Machine
+from conrod.engines.ingredients import Ingredient, Quantity, Way, dressed, extra, of_fields, undressed, with_fields
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.pymunk import settings as names
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
-from conrod.engines.settings_transforms import Way, dressed, extra, of_fields, undressed, with_fields
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
 AMOUNTS = (100, 1000)  # of iterations; ten, pymunk's default, is what the minimal model has

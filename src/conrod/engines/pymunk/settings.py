@@ -6,12 +6,13 @@ Settings of a pymunk run and the presets: one rule in period and step for all ma
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.massless_rod import BODY, ROD_FORMS
+from conrod.engines.presets import DASHED, DOTTED, STOCK, ForceBars, Preset
 from conrod.engines.rule import plain
 from conrod.errors import unknown_choice
 from conrod.exact.dynamics.inverse import mass_ratio
@@ -171,4 +172,12 @@ def follower_fall(mechanism: Mechanism) -> float:
     return max(falls)
 
 
-PRESETS = {"stock": PymunkSettings.stock, "tuned": PymunkSettings.tuned}
+PRESETS: Mapping[str, Preset[PymunkSettings]] = {
+    STOCK: Preset(PymunkSettings.stock, "pymunk as it comes", judged=False, style=DOTTED),
+    "tuned": Preset(
+        PymunkSettings.tuned,
+        "full correction at every step, and enough iterations for order 2",
+        forces=ForceBars({"torque": 1e-3, "reactions": 1e-3, "contact": 0.02}, order=2),
+        style=DASHED,
+    ),
+}

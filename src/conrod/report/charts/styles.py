@@ -5,41 +5,19 @@ The figures that a scene's page can show.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
+from conrod.engines.registry import ENGINES, OTHER_COLOURS, line_style, look_of
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.studies.validation.results import Result
 
-# Okabe and Ito's colours, told apart by colour-blind readers.
-COLOURS = {"mujoco": "#0072B2", "pymunk": "#D55E00"}
-OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-ENGINE_TITLES = {"mujoco": "MuJoCo", "pymunk": "pymunk"}
+HUES = (*(one.look.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
 EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
-
-
-@dataclass(frozen=True)
-class PresetStyle:
-    """How a preset is drawn. Coarse ones are large and beneath, so that a curve on another one is still seen."""
-
-    line: Any
-    marker: str
-    size: float  # [pt]
-    filled: bool
-    above: int
-
-
-PRESETS = {
-    "stock": PresetStyle((0, (1, 1.5)), "o", 7.0, False, 3),
-    "tuned": PresetStyle((0, (5, 2)), "s", 4.5, False, 4),
-    "hardened": PresetStyle("-", "^", 3.5, True, 5),
-}
-OTHER_PRESET = PresetStyle("-.", "D", 4.0, False, 4)
 
 
 def engine_title(engine: str) -> str:
     """The engine's name as its makers write it."""
-    return ENGINE_TITLES.get(engine, engine)
+    return look_of(engine).title
 
 
 def label(result: Result) -> str:
@@ -48,8 +26,8 @@ def label(result: Result) -> str:
 
 
 def colour(engine: str) -> str:
-    """The colour of an engine; one that is not ours gets one by its name."""
-    return COLOURS.get(engine) or OTHER_COLOURS[sum(engine.encode()) % len(OTHER_COLOURS)]
+    """The colour of an engine."""
+    return look_of(engine).colour
 
 
 def curve_style(result: Result) -> dict[str, Any]:
@@ -59,7 +37,7 @@ def curve_style(result: Result) -> dict[str, Any]:
 
 def preset_style(engine: str, name: str | None) -> dict[str, Any]:
     """Arguments of `Axes.plot` for the curve of an engine's preset."""
-    preset = PRESETS.get(name or "", OTHER_PRESET)
+    preset = line_style(engine, name)
     hue = colour(engine)
     return {
         "color": hue,

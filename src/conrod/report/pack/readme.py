@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
-from conrod.engines import ENGINES, engine_named
+from conrod.engines import engine_named, engine_names
+from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps
 from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.mechanism import CamContact, Mechanism, Prismatic, Revolute
@@ -88,10 +89,10 @@ def worth_meeting(scene: Scene) -> list[Tolerance]:
     """Tolerances, the loosest first: what is usable, what engines reach by their own laws, and rounding."""
     found = [Tolerance(SAFE_ERROR, None, None, "usable: what conrod calls safe", "by definition")]
     steps = default_steps(scene)
-    for engine in map(engine_named, ENGINES):
+    for engine in map(engine_named, engine_names()):
         for preset, rule in engine.presets.items():
             settings = rule(scene, steps)
-            law = None if engine.refusal(scene, settings) else engine.expected_error(scene, settings)
+            law = None if engine.refusal(scene, settings) else expected_error(engine, scene, settings)
             if law is not None and law.position is not None:
                 meaning = f"as good as {engine.name}, preset {preset}, at {steps} steps a revolution"
                 found.append(Tolerance(law.position, law.velocity, law.acceleration, meaning, law.law))

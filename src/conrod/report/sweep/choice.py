@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from conrod.report.charts.styles import PRESETS
+from conrod.engines.registry import presets_of
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
 
@@ -30,7 +30,7 @@ def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
     curves = []
     for engine in study.engines:
         of_engine = [p for p in study.points if p.engine == engine and p.preset is not None]
-        known = [name for name in PRESETS if any(p.preset == name for p in of_engine)]
+        known = [name for name in presets_of(engine) if any(p.preset == name for p in of_engine)]
         for preset in dict.fromkeys([*known, *(p.preset or "" for p in of_engine)]):
             # Two rules may share a cell: it is one point of the curve.
             cells = {p.key: p for p in of_engine if p.preset == preset}.values()

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from conrod.engines.registry import look_of
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import on_log_grid
 from conrod.report.charts.styles import colour
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
 
-DOTS = {"mujoco": "o", "pymunk": "D"}
 FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
 
 
@@ -36,7 +36,7 @@ def dot_style(engine: str) -> dict[str, Any]:
     """Arguments of `Axes.plot` for runs that are nothing in particular."""
     return {
         "linestyle": "none",
-        "marker": DOTS.get(engine, "s"),
+        "marker": look_of(engine).dot,
         "markersize": 2.6,
         "color": colour(engine),
         "alpha": 0.35,
@@ -48,7 +48,7 @@ def dot_style(engine: str) -> dict[str, Any]:
 def front_style(engine: str) -> dict[str, Any]:
     """Arguments of `Axes.plot` for the front of an engine."""
     hue = colour(engine)
-    marked = {"marker": DOTS.get(engine, "s"), "markersize": 4.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
+    marked = {"marker": look_of(engine).dot, "markersize": 4.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
     return {"color": hue, "linewidth": 2.2, "alpha": 0.9, "zorder": 6, "linestyle": "-", **marked}
 
 

@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from conrod.own.error_curve import ErrorCurve
 from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
-from conrod.report.charts.styles import COLOURS, OTHER_COLOURS
+from conrod.report.charts.styles import HUES
 
-HUES = (*COLOURS.values(), *OTHER_COLOURS)
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 LEAST = 1e-5  # of the largest error of a panel: what is below leaves the panel
 PANEL, MARGINS = 2.7, 1.3  # heights [inch]

@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import Any
 
 from conrod.engines import engine_named
+from conrod.engines.capabilities import HasIngredients, required
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import Scene
 from conrod.studies.ablate.observed import Observed, observe
@@ -84,7 +85,8 @@ def measure_change(cell: ChangeCell) -> Measurement:
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
     turn = scene.kinematics.angles(COUNTED)
-    beside: dict[str, Any] = {"mobility": _plain_result(asdict(engine.mobility(scene, cell.settings, turn)))}
+    count = required(engine, HasIngredients).mobility(scene, cell.settings, turn)
+    beside: dict[str, Any] = {"mobility": _plain_result(asdict(count))}
     settings: Any = cell.settings  # settings of all engines are hashable, which their protocol cannot say
     against: Any = cell.against
     run = _observed(scene, settings, cell.revolutions, cell.start_angle)

@@ -80,7 +80,7 @@ def observe(scene: Scene, settings: Settings, revolutions: float, start_angle: f
     """
     check_run(scene, settings, revolutions, start_angle)
     gathered, verdict = _Gathered(scene), Verdict(Outcome.COMPLETED)
-    for piece in engine_named(settings.engine).pieces(scene, settings, revolutions, start_angle):
+    for piece in engine_named(settings.engine).run(scene, settings, revolutions, start_angle):
         verdict = prevailing(verdict, Verdict(piece.trajectory.outcome, piece.trajectory.reason))
         if verdict.outcome is Outcome.COMPLETED:
             gathered.add(piece)

@@ -12,8 +12,9 @@ from functools import reduce
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Ingredient
+from conrod.engines.capabilities import HasIngredients, required
 from conrod.engines.engine import default_steps
+from conrod.engines.ingredients import Ingredient
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import Scene
 from conrod.studies.ablate.cell import ChangeCell, CostCell
@@ -163,7 +164,11 @@ def plan_ablation(name: str, scene: Scene, engine: Engine[Any], steps: int | Non
 
     Args:
         steps: a revolution; None for the usual number.
+
+    Raises:
+        InvalidInput: the engine has no ingredients.
     """
-    minimal = engine.minimal(scene, steps or default_steps(scene))
-    ingredients = engine.ingredients(scene, minimal)
+    models = required(engine, HasIngredients)
+    minimal = models.minimal(scene, steps or default_steps(scene))
+    ingredients = models.ingredients(scene, minimal)
     return AblationPlan(name, scene, engine, ingredients, single_variants(minimal, ingredients), rounds)

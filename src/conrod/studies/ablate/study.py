@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from conrod.engines.capabilities import Ingredient
+from conrod.engines.ingredients import Ingredient
 from conrod.mechanism.mechanism import Mechanism
 from conrod.studies.ablate.cell import CostCell
 from conrod.studies.ablate.plan import BESIDE_DRESSED, AblationPlan, Measurements, Role, Variant, full_variants

@@ -12,9 +12,11 @@ The exact forces of a scene, and what errors of forces are divided by.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
+from conrod.engines.presets import Preset
 from conrod.exact.dynamics.inverse import InverseDynamics, State, component_names
 from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, quantities
 from conrod.exact.kinematics import Kinematics
@@ -46,17 +48,11 @@ def groups_of(mechanism: Mechanism, asked: tuple[str, ...]) -> tuple[str, ...]:
 
 
 STEPS = 1000
-REQUIRED: Mapping[tuple[str, str], Mapping[str, float]] = {
-    ("mujoco", "hardened"): {"torque": 1e-7, "reactions": 1e-6},
-    ("pymunk", "tuned"): {"torque": 1e-3, "reactions": 1e-3},
-}
-ORDERS = {"mujoco": 4, "pymunk": 2}
-CONTACT, JUDGED_CONTACT = 0.02, "tuned"
 AS_ASKED = "as asked for"
 
 
 def tolerance_of(
-    mechanism: Mechanism, engine: str, preset: str, steps: int, groups: Mapping[str, object], asked: Mapping[str, float]
+    mechanism: Mechanism, preset: Preset[Any], steps: int, groups: Mapping[str, object], asked: Mapping[str, float]
 ) -> tuple[dict[str, float], str]:
     """By group what is allowed, and why; nothing of presets of which nothing is required.
 
@@ -68,16 +64,17 @@ def tolerance_of(
         return {group: value for group, value in asked.items() if group in groups}, AS_ASKED
     if mechanism.cam_contacts:
         # Where the acceleration jumps all forces do: their largest errors are one step of the jump.
-        if preset != JUDGED_CONTACT or "contact" not in groups:
+        bar = preset.forces.allowed.get("contact")
+        if bar is None or "contact" not in groups:
             return {}, ""
-        return {"contact": CONTACT}, "required of the contact force: 2 % rms between the cam's arc joints"
-    bars = REQUIRED.get((engine, preset), {})
-    coarser = max(1.0, STEPS / steps) ** ORDERS.get(engine, 0)
+        return {"contact": bar}, "required of the contact force: 2 % rms between the cam's arc joints"
+    bars, order = preset.forces.allowed, preset.forces.order
+    coarser = max(1.0, STEPS / steps) ** order
     allowed = {group: bar * coarser for group, bar in bars.items() if group in groups}
     told = ", ".join(f"{group} {bars[group]:g}" for group in allowed)
     reason = f"required at {STEPS} steps a revolution: {told}, of the exact peak" if allowed else ""
     return allowed, reason + (
-        f"; at {steps} times {coarser:.3g}, by order {ORDERS[engine]}" if coarser > 1.0 and allowed else ""
+        f"; at {steps} times {coarser:.3g}, by order {order}" if coarser > 1.0 and allowed else ""
     )
 
 

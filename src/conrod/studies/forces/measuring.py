@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.capabilities import ForceTracks
+from conrod.engines.forces import ForceTracks
 from conrod.exact.dynamics.inverse import State
 from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
 from conrod.exact.motion import Array

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.capabilities import ForceTracks
+from conrod.engines.capabilities import Lacking, ReportsForces, capability
 from conrod.engines.engine import run_of
+from conrod.engines.forces import ForceTracks, nothing_told
 from conrod.runs.convergence import observed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -49,7 +50,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     if refusal:
         return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal)
     start, revolutions = run_of(scene, steps, plan.run.revolutions)
-    tracks = engine.forces(scene, settings, revolutions, start)
+    tracks = _forces(engine, scene, settings, revolutions, start)
     result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_told(result, tracks))
     if result.outcome != Outcome.COMPLETED.slug:
         failed = result.outcome != Outcome.UNSUPPORTED.slug and bool(result.tolerance)
@@ -79,12 +80,20 @@ def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: For
     """A result without what is measured."""
     mechanism, steps = scene.kinematics.mechanism, plan.run.steps(scene)
     groups = {group: quantities_of(mechanism, group) for group in groups_of(mechanism, plan.quantities)}
-    tolerance, reason = tolerance_of(mechanism, engine.name, preset, steps, groups, plan.run.tolerance or {})
+    tolerance, reason = tolerance_of(mechanism, engine.presets[preset], steps, groups, plan.run.tolerance or {})
     return ForceResult(
         scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
         settings=None, steps_per_revolution=steps, revolutions=plan.run.revolutions, groups=groups,
         outcome=Outcome.COMPLETED.slug, reason="", tolerance=tolerance, reason_of_tolerance=reason,
     )  # fmt: skip
+
+
+def _forces(engine: Engine[Any], scene: Scene, settings: Any, revolutions: float, start: float) -> ForceTracks:
+    """The forces of a run; an engine that reports none says so."""
+    reports = capability(engine, ReportsForces)
+    if isinstance(reports, Lacking):
+        return nothing_told(scene.kinematics.mechanism, reports.reason)
+    return reports.forces(scene, settings, revolutions, start)
 
 
 def judged_sizes(errors: Mapping[str, ForceErrors]) -> dict[str, float]:
@@ -126,7 +135,7 @@ def _refine(
         if n == finest.steps_per_revolution and (start, revolutions) == whole:
             points.append(finest)
             continue
-        tracks = engine.forces(scene, engine.presets[result.preset](scene, n), revolutions, start)
+        tracks = _forces(engine, scene, engine.presets[result.preset](scene, n), revolutions, start)
         told = tracks.outcome is Outcome.COMPLETED and len(tracks.instants.times) > 0
         stamps = stamps_of(scene, tracks, n, start) if told else None
         errors = judged_sizes(Measured(scene, tracks, peaks, stamps).errors(names)) if stamps else {}

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine
+from conrod.engines.capabilities import Timed, required
 from conrod.engines.engine import Machine, run_of
 from conrod.runs.trajectory import Settings
 
@@ -199,7 +200,7 @@ def _turns(engine: Engine[Any], machine: Machine, each: tuple[Settings, Settings
     # The shortest stretch of a turn that is whole steps of both.
     parts = math.gcd(*turns)
     unit = (turns[0] // parts, turns[1] // parts)
-    one, other = (engine.stepper(machine, settings) for settings in each)
+    one, other = (required(engine, Timed).stepper(machine, settings) for settings in each)
     units = _warmed_up((one, other), unit, clock)
     blocks = (partial(spent_by, one, units * unit[0], clock), partial(spent_by, other, units * unit[1], clock))
     return _Pair(blocks, (units / parts, units / parts))
@@ -216,7 +217,7 @@ def _passes(engine: Engine[Any], machine: Machine, each: tuple[Settings, Setting
         settings = each[which]
         steps = max(1, round(turns[which] * settings.steps_per_revolution))
         # Made before the clock is looked at, and in one place of the memory or another: nothing favours either.
-        made = [engine.stepper(machine, settings) for _ in range(passes)]
+        made = [required(engine, Timed).stepper(machine, settings) for _ in range(passes)]
         return sum(spent_by(stepper, steps, clock) for stepper in made)
 
     # To make a machine takes longer than its pass: the processor is awake after one.

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.engines import ENGINES, Engine, engine_named
+from conrod.engines import Engine, engine_named, engine_names
+from conrod.engines.capabilities import Lacking, capability, required
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 from conrod.scenes import SCENES, Scene
@@ -106,9 +107,18 @@ def _with_values(scene: Scene, values: Mapping[str, str]) -> Scene:
     return scene.with_parameters(**chosen) if chosen else scene
 
 
-def select_engines(name: str | None) -> list[Engine[Any]]:
-    """The engine of a name, or all."""
-    return [engine_named(n) for n in (ENGINES if name is None else [name])]
+def select_engines(name: str | None, *needed: type[Any]) -> list[Engine[Any]]:
+    """The engine of a name, or all that have the capabilities needed.
+
+    Raises:
+        InvalidInput: there is no such engine, or it lacks a capability.
+    """
+    if name is not None:
+        for kind in needed:
+            required(engine_named(name), kind)
+        return [engine_named(name)]
+    engines = [engine_named(n) for n in engine_names()]
+    return [e for e in engines if not any(isinstance(capability(e, kind), Lacking) for kind in needed)]
 
 
 def select_presets(engines: Sequence[Engine[Any]], preset: str | None) -> dict[str, tuple[str, ...]]:

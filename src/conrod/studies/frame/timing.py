@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from conrod.engines import Engine
+from conrod.engines.capabilities import Lacking, Timed, capability
 from conrod.engines.engine import Machine, run_of
 from conrod.runs.trajectory import Settings
 
@@ -55,10 +56,13 @@ def time_run(
         limit: longest CPU time [s] that this may take.
 
     Returns:
-        The timing; None where the limit does not allow the warm-up and one repeat.
+        The timing; None where the limit does not allow the warm-up and one repeat, or the engine cannot be timed.
     """
     end = clock() + round(1e9 * limit)
-    reference, advance = engine.reference_loop(), engine.stepper(machine, settings)
+    made = capability(engine, Timed)
+    if isinstance(made, Lacking):
+        return None
+    reference, advance = made.reference_loop(), made.stepper(machine, settings)
     turns, turn = machine.kinematics.mechanism.driver.span is None, settings.steps_per_revolution
     length = max(1, round(turn * run_of(machine, turn, 1.0)[1]))  # a revolution, or the pass
     reference(REFERENCE_STEPS)
@@ -71,7 +75,7 @@ def time_run(
     references, spent = list[int](), list[int]()
     for _ in range(repeats):
         # In turns, so that whatever else the machine is doing then slows both alike.
-        timed = [(advance, steps)] if turns else [(engine.stepper(machine, settings), length) for _ in range(runs)]
+        timed = [(advance, steps)] if turns else [(made.stepper(machine, settings), length) for _ in range(runs)]
         one, other = _spent([(reference, REFERENCE_STEPS)], clock, end), _spent(timed, clock, end)
         if one is None or other is None:
             break

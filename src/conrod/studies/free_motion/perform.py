@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.capabilities import FreeRun
+from conrod.engines.capabilities import FreeMotion, Lacking, capability
+from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.convergence import observed_order
@@ -34,7 +35,7 @@ def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str,
     grid = course.grid
     empty = MotionResult(
         name, plan.motion, engine.name, engine.version, preset, grid.step, float(course.motion.times[-1]),
-        Outcome.COMPLETED.slug, "", plan.leaving, plan.judged_by(preset),
+        Outcome.COMPLETED.slug, "", plan.leaving, plan.judged_by(engine.presets[preset]),
     )  # fmt: skip
     try:
         runs = [_run(course, engine, preset, divisor) for divisor in PATH]
@@ -52,7 +53,10 @@ def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str,
 
 def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
     grid, motion = course.grid.finer(divisor), course.motion
-    run = engine.free_run(
+    free = capability(engine, FreeMotion)
+    if isinstance(free, Lacking):
+        raise InvalidInput(free.reason)
+    run = free.free_run(
         course.mechanism, preset, grid.step, grid.steps, motion.poses[0], motion.rates[0], every=grid.every
     )
     return _on_its_branch(course, run) if run.outcome is Outcome.COMPLETED else run
@@ -186,7 +190,7 @@ class MotionJob:
         return MotionResult(
             self.name, self.plan.motion, self.engine, engine.version, self.preset, grid.step,
             float(self.course.motion.times[-1]), outcome.slug, reason, self.plan.leaving,
-            self.plan.judged_by(self.preset),
+            self.plan.judged_by(engine.presets[self.preset]),
         )  # fmt: skip
 
 

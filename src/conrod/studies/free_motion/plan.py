@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from conrod.engines.presets import Preset
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.exact.joint_equations import pose_jets
@@ -24,8 +26,7 @@ STEPS_A_TURN, CONTACT_STEPS_A_TURN = 100, 1000
 FEWEST_INSTANTS, MOST_INSTANTS = 200, 2000
 MOST_STEPS = 200_000
 PATH = (1, 2, 4)  # the step is divided by these
-LENGTH_ERROR = 1e-6  # of the length: what hardened runs are judged by
-JUDGED_PRESETS = ("hardened",)
+LENGTH_ERROR = 1e-6  # of the length: what judged presets are held to
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,11 @@ class MotionPlan:
         """The position error, of the length, whose first instant is told."""
         return (self.tolerance or {}).get("position", LENGTH_ERROR)
 
-    def judged_by(self, preset: str) -> dict[str, float]:
+    def judged_by(self, preset: Preset[Any]) -> dict[str, float]:
         """Tolerances of a preset by quantity, empty where it is only measured."""
         if self.tolerance is not None:
             return dict(self.tolerance)
-        return {"position": LENGTH_ERROR} if preset in JUDGED_PRESETS else {}
+        return {"position": LENGTH_ERROR} if preset.judged_free else {}
 
     def mechanism(self, mechanism: Mechanism, name: str) -> Mechanism:
         """The mechanism with the loads that act: all of them, or all but what drives the crank.

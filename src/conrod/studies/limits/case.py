@@ -8,6 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 from conrod.engines import Engine, engine_named
+from conrod.engines.capabilities import Lacking, Varied, capability, variations_of
+from conrod.engines.variations import Variations
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.run import LEAST_STEPS
@@ -61,6 +63,21 @@ class Case:
     def variant(self, **parameters: float) -> Scene:
         """The scene with other parameter values, SI; raises InvalidInput as its constructor does."""
         return _known(self.scene.with_parameters(**parameters))
+
+    @property
+    def variations(self) -> Variations[Any]:
+        """How the engine's settings are varied.
+
+        Raises:
+            InvalidInput: they cannot be; see `not_varied`.
+        """
+        return variations_of(self.made_by)
+
+    @property
+    def not_varied(self) -> str | None:
+        """None, or why the engine's settings cannot be varied."""
+        found = capability(self.made_by, Varied)
+        return found.reason if isinstance(found, Lacking) else None
 
     @property
     def made_by(self) -> Engine[Any]:

@@ -101,7 +101,7 @@ class _Bench:
         """The run at a speed, with the coarser step (0) or the finer one (1)."""
         case = replace(self.case, steps_per_revolution=self.steps[finer])
         cell = FloatAxis().cell(case, speed)
-        settings = case.made_by.variations.faceted(cell.settings, self.vertices[finer])
+        settings = case.variations.faceted(cell.settings, self.vertices[finer])
         return replace(cell, settings=settings, revolutions=REVOLUTIONS)
 
     def at(self, speed: float) -> CamFollower:

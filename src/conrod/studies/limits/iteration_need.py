@@ -15,8 +15,6 @@ from conrod.studies.limits.results import Walk
 from conrod.studies.limits.walk import most_runs, walk_search
 
 ITERATIONS = (1, 3, 10, 30, 100, 300, 1000)
-# The stock settings are off whatever their iterations leave; hardened ones are these with one change.
-PRESET = "tuned"
 
 
 class MassRatioAtIterations(MassRatio):
@@ -27,7 +25,7 @@ class MassRatioAtIterations(MassRatio):
 
     def cell(self, case: Case, value: float) -> LimitCell:
         cell = super().cell(case, value)
-        return replace(cell, settings=case.made_by.variations.iterated(cell.settings, self.iterations))
+        return replace(cell, settings=case.variations.iterated(cell.settings, self.iterations))
 
 
 @dataclass(frozen=True)

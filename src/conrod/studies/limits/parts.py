@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from conrod.engines.engine import judged_preset
 from conrod.studies.frame.study import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axes.cams import FollowerFloat
@@ -14,7 +15,7 @@ from conrod.studies.limits.axes.machine import MassRatio
 from conrod.studies.limits.case import Case
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search, most_float_runs
-from conrod.studies.limits.iteration_need import ITERATIONS, PRESET, most_need_runs, need_search
+from conrod.studies.limits.iteration_need import ITERATIONS, most_need_runs, need_search
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,10 @@ class Part:
 
 
 def _no_rule_to_replace(case: Case) -> str | None:
-    if case.preset != PRESET:
-        return f"iterations that stay are looked at with the preset {PRESET} alone"
+    # An engine as it comes is off whatever its iterations leave; later presets are the first judged one, changed.
+    preset = judged_preset(case.made_by)
+    if case.preset != preset:
+        return f"iterations that stay are looked at with the preset {preset} alone"
     return AXES[MassRatio.name].refusal(case)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from conrod.engines import ENGINES, engine_named
+from conrod.engines import engine_named, engine_names
 from conrod.errors import InvalidInput
 from conrod.studies.execution.child import address_space
 from conrod.studies.execution.isolation import Ended, isolated, isolated_once
@@ -44,7 +44,7 @@ def check_memory(limit: int | None) -> None:
 
 
 def _at_the_start() -> int:
-    for name in ENGINES:
+    for name in engine_names():
         engine_named(name)
     return address_space()
 

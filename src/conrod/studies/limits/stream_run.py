@@ -44,7 +44,7 @@ def watch(cell: LimitCell) -> Measurement:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
     check_run(cell.machine, cell.settings, cell.revolutions, cell.start_angle)
     length, seen, verdict, last = piece_length(cell), Seen(cell), Verdict(Outcome.COMPLETED), math.inf
-    for piece in engine.pieces(cell.machine, cell.settings, cell.revolutions, cell.start_angle, length):
+    for piece in engine.run(cell.machine, cell.settings, cell.revolutions, cell.start_angle, length):
         seen.add(piece)
         verdict = prevailing(verdict, Verdict(piece.trajectory.outcome, piece.trajectory.reason))
         if verdict.outcome is Outcome.COMPLETED:

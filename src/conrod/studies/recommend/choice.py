@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
+from conrod.engines import Engine
+from conrod.engines.capabilities import Lacking, Pasted, capability
+from conrod.engines.presets import STOCK
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.scenes import Scene
@@ -212,7 +215,7 @@ def _recommendation(
     rejected: tuple[Rejected, ...],
 ) -> Recommendation:
     swept, cell = candidate.swept, candidate.cell
-    stock = [c for rule in rules for c in rule.cells if c.settings.preset == "stock"]
+    stock = [c for rule in rules for c in rule.cells if c.settings.preset == STOCK]
     completed = [c for c in stock if measurements[c.key].errors is not None]
     timings = runs.time([*completed, cell], "stock costs")
     return Recommendation(
@@ -227,8 +230,14 @@ def _recommendation(
         rejected=rejected,
         stock=compared_with_stock(candidate.measurement, timings[cell.key], completed, measurements, timings, allowed),
         groups=groups_of(cell.scene, cell.settings),
-        paste=swept.engine.paste(cell.scene, cell.settings),
+        paste=_paste(swept.engine, cell),
     )
+
+
+def _paste(engine: Engine[Any], cell: RunCase) -> str:
+    """The settings as lines for the user; the reason where the engine gives none."""
+    pasted = capability(engine, Pasted)
+    return f"# {pasted.reason}" if isinstance(pasted, Lacking) else pasted.paste(cell.scene, cell.settings)
 
 
 def _refusal(

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines import engine_named
+from conrod.engines.capabilities import variations_of
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
@@ -134,7 +135,7 @@ def grid_convergence_of(family: Family, measurements: Mapping[str, Measurement])
     Raises:
         KeyError: a cell of the family has not been measured.
     """
-    formal = engine_named(family.engine).variations.formal_order(family.cells[0].settings)
+    formal = variations_of(engine_named(family.engine)).formal_order(family.cells[0].settings)
     kept = varying_components(family.scene)
     runs = [(cell.settings.steps_per_revolution, measurements[cell.key]) for cell in family.cells]
     completed = [run for run in runs if run[1].signed is not None]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from conrod.engines import Engine, engine_named
+from conrod.engines.capabilities import Lacking, SoftnessLaw, Varied, capability, rules_of
 from conrod.engines.rule import Grid, Rule, step_counts
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
@@ -79,12 +80,18 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
     rules = [
         SweptRule(engine, rule, tuple(RunCase(name, scene, rule.settings(scene, n)) for n in steps))
         for engine in engines
-        for rule in engine.grid(scene, grid)
+        for rule in rules_of(engine, scene, grid)
     ]
     presets = _preset_settings(scene, engines)
-    budgets = tuple(budget_plan_of(name, scene, settings) for settings in presets)
-    both_ways = tuple(family_of(name, scene, settings, path, steps) for settings in presets for path in PATHS)
+    varied = [settings for settings in presets if _is_varied(settings.engine)]
+    budgets = tuple(budget_plan_of(name, scene, settings) for settings in varied)
+    both_ways = tuple(family_of(name, scene, settings, path, steps) for settings in varied for path in PATHS)
     return SweepPlan(name, scene, grid, tuple(rules), budgets, presets, both_ways)
+
+
+def _is_varied(engine: str) -> bool:
+    """Whether an engine's settings can be varied one at a time; its runs alone are swept where they cannot."""
+    return not isinstance(capability(engine_named(engine), Varied), Lacking)
 
 
 def _preset_settings(scene: Scene, engines: Sequence[Engine[Any]]) -> tuple[Settings, ...]:
@@ -116,7 +123,9 @@ def sweep_study(
         machine=machine,
         points=_points(plan, measurements, timings),
         orders=tuple(orders_along(family, measurements) for family in families),
-        grid_convergence=tuple(grid_convergence_of(f, measurements) for f in _different(families, measurements)),
+        grid_convergence=tuple(
+            grid_convergence_of(f, measurements) for f in _different(families, measurements) if _is_varied(f.engine)
+        ),
         both_ways=tuple(grid_convergence_of(family, measurements) for family in plan.both_ways),
         budgets=tuple(_budget(budget, measurements) for budget in plan.budgets),
         sensitivities=tuple(
@@ -145,7 +154,8 @@ def _predictions(plan: BudgetPlan, measurements: Mapping[str, Measurement]) -> d
     for role in roles_of_law(plan):
         cell = plan.cells[role]
         if measurements[cell.key].signed is not None:
-            softness = engine_named(cell.settings.engine).predicted_softness(cell.scene, cell.settings)
+            law = capability(engine_named(cell.settings.engine), SoftnessLaw)
+            softness = None if isinstance(law, Lacking) else law.predicted_softness(cell.scene, cell.settings)
             if softness is not None:
                 # A budget is of the last turn.
                 found[role] = (softness.last_turn, softness.law)

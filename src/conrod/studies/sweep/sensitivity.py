@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from conrod.engines import engine_named
+from conrod.engines.capabilities import Lacking, Varied, capability
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
@@ -84,7 +85,7 @@ class Sensitivity:
 
 
 def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, RunCase]:
-    """The runs, by what they change; gravity only where the machine feels it.
+    """The runs, by what they change; gravity only where the machine feels it and the engine can be without.
 
     Raises:
         InvalidInput: the output link's mass is no parameter, or the engine is not in the table.
@@ -94,8 +95,9 @@ def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, 
     for factor in MASS_FACTORS:
         value = varied_mass(scene, parameter, factor)
         cells[mass_label(parameter, factor)] = RunCase(name, scene.with_parameters(**{parameter: value}), settings)
-    if math.hypot(*scene.kinematics.mechanism.gravity) > 0.0:
-        cells[GRAVITY] = RunCase(name, scene, engine_named(settings.engine).variations.gravity_switched(settings))
+    varied = capability(engine_named(settings.engine), Varied)
+    if math.hypot(*scene.kinematics.mechanism.gravity) > 0.0 and not isinstance(varied, Lacking):
+        cells[GRAVITY] = RunCase(name, scene, varied.variations.gravity_switched(settings))
     return cells
 
 

@@ -10,7 +10,7 @@ from conrod.engines import Engine, engine_named
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.validation.kinematic_proof import validate_kinematic
-from conrod.studies.validation.plan import JUDGED_PRESETS, Plan, validate_dynamic
+from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.results import Result, result_of
 
 
@@ -48,7 +48,7 @@ class Job:
     def ended(self, outcome: Outcome, reason: str) -> Result:
         """The result where the process that ran it did not live to give one."""
         engine, steps, turns = engine_named(self.engine), self.steps, self.plan.revolutions
-        judged = self.preset is None or self.preset in JUDGED_PRESETS or bool(self.plan.tolerance)
+        judged = self.preset is None or engine.presets[self.preset].judged or bool(self.plan.tolerance)
         if self.preset is None:
             found = result_of(self.name, self.scene, engine, "kinematic", outcome=outcome, reason=reason, revolutions=1)
         else:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine
+from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking, capability
 from conrod.engines.crank_sweep import MEETING
-from conrod.engines.engine import KinematicResult, default_steps
+from conrod.engines.engine import default_steps, judged_preset
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome
@@ -21,19 +22,20 @@ from conrod.studies.validation.results import Result, Tolerance, result_of, size
 # The model is right when its joints, solved by the engine itself, give the exact pose to rounding (guard 4).
 KINEMATIC_POSITION, KINEMATIC_VELOCITY, KINEMATIC_DIGITS = 1e-12, 1e-9, 0.1
 KINEMATIC_ANGLES = 360
-# The preset whose model kinematic mode solves; what it cannot have, no other can.
-KINEMATIC_PRESET = "tuned"
 
 
 def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Result:
     """Prove the model: the engine's own joints against the exact poses, over one turn, or the driver's span."""
-    refusal = engine.refusal(scene, engine.presets[KINEMATIC_PRESET](scene, default_steps(scene)))
-    if refusal:
+    mode = capability(engine, KinematicMode)
+    # Kinematic mode solves the model of a judged preset; what that cannot have, no other can.
+    refusal = engine.refusal(scene, engine.presets[judged_preset(engine)](scene, default_steps(scene)))
+    if isinstance(mode, Lacking) or refusal:
+        refusal = mode.reason if isinstance(mode, Lacking) else refusal
         outcome = Outcome.UNSUPPORTED
-        return result_of(name, scene, engine, "kinematic", outcome=outcome, reason=refusal, revolutions=1.0)
+        return result_of(name, scene, engine, "kinematic", outcome=outcome, reason=refusal or "", revolutions=1.0)
     angle = scene.kinematics.angles(KINEMATIC_ANGLES)
     angle = angle[~scene.kinematics.near_change(angle, MEETING)]
-    solved = engine.solve_kinematics(scene, angle)
+    solved = mode.solve_kinematics(scene, angle)
     exact = scene.motion(angle, scene.speed)
     errors: dict[str, dict[str, Mapping[str, float] | None]] = {}
     for point, (position, velocity) in solved.points.items():

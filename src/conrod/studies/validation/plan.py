@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine
+from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps, run_of
 from conrod.engines.follower import follower_lift
+from conrod.engines.running import whole_run
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.comparison import Comparison, ErrorSeries, PointErrors, compare, point_errors
 from conrod.runs.convergence import observed_order
@@ -20,8 +22,6 @@ from conrod.scenes import CamFollower, Scene
 from conrod.studies.frame.run import prediction_sizes
 from conrod.studies.validation import printed_table
 from conrod.studies.validation.results import QUANTITIES, Curve, RefinementPoint, Result, Tolerance, result_of, sizes_of
-
-JUDGED_PRESETS = ("tuned", "hardened")
 
 # Refinement path: everything a preset states in steps or periods follows the step; nothing else changes.
 LINKAGE_PATH, CONTACT_PATH = (8, 4, 2, 1), (16, 8, 4, 2)
@@ -78,7 +78,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
             revolutions=plan.revolutions,
         )
     start, revolutions = run_of(scene, steps, plan.revolutions)
-    trajectory = engine.run(scene, settings, revolutions, start)
+    trajectory = whole_run(engine, scene, settings, revolutions, start)
     tolerance = _tolerance(scene, engine, preset, settings, plan)
     result = result_of(
         name,
@@ -102,7 +102,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         return replace(result, passed=False if judged else None)
     result = _compared(result, scene, trajectory, comparison)
     passed = not result.exceeded() if judged else None
-    if preset in JUDGED_PRESETS and printed_table.applies(scene):
+    if engine.presets[preset].judged and printed_table.applies(scene):
         printed = printed_table.compare_with_print(scene, engine, preset)
         met = printed is not None and printed.engine_agrees == printed.exact_agrees
         result = replace(result, printed=printed)
@@ -129,9 +129,9 @@ def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any, pl
     """What a run is judged by: what was asked for, else what the engine's own law allows a judged preset."""
     if plan.tolerance:
         return Tolerance(**plan.tolerance, reason="as asked for")
-    if preset not in JUDGED_PRESETS:
+    if not engine.presets[preset].judged:
         return Tolerance()
-    law = engine.expected_error(scene, settings)
+    law = expected_error(engine, scene, settings)
     if _has_contact(scene):
         return Tolerance(position=law.position, velocity_rms=law.velocity_rms, reason=law.law)
     return Tolerance(law.position, law.velocity, law.acceleration, reason=law.law)
@@ -149,7 +149,7 @@ def _refine(
         if (n, (start, revolutions)) == (finest.steps_per_revolution, stretch):
             points.append(finest)
             continue
-        trajectory = engine.run(scene, engine.presets[preset](scene, n), revolutions, start)
+        trajectory = whole_run(engine, scene, engine.presets[preset](scene, n), revolutions, start)
         completed = trajectory.outcome is Outcome.COMPLETED
         sizes = _worst(point_errors(trajectory, scene) if completed else None)
         points.append(RefinementPoint(n, trajectory.outcome.slug, **sizes))

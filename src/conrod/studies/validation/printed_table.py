@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine
+from conrod.engines.running import whole_run
 from conrod.exact.motion import Array, Motion
 from conrod.runs.trajectory import Outcome, Track
 from conrod.scenes import Scene, ShearPress
@@ -63,7 +64,7 @@ def compare_with_print(scene: Scene, engine: Engine[Any], preset: str) -> Printe
     step = 2.0 * np.pi / STEPS_PER_REVOLUTION
     lead = LEAD_STEPS * step
     revolutions = 1.0 + 2.0 * LEAD_STEPS / STEPS_PER_REVOLUTION
-    trajectory = engine.run(scene, settings, revolutions, start_angle=-lead)
+    trajectory = whole_run(engine, scene, settings, revolutions, start_angle=-lead)
     if trajectory.outcome is not Outcome.COMPLETED:
         return None
     table = _table()

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from conrod.engines import engine_named
+from conrod.engines.capabilities import variations_of
 from conrod.engines.rule import STEPS
 from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
@@ -89,7 +90,7 @@ def refined(scene: Scene, settings: Settings, steps: int, path: Path = "step alo
     Raises:
         InvalidInput: settings of an engine that is not in the table.
     """
-    variations: Variations[Settings] = engine_named(settings.engine).variations
+    variations: Variations[Settings] = variations_of(engine_named(settings.engine))
     return variations.refined(scene, settings, steps, softness_follows=path == "step with softness")
 
 

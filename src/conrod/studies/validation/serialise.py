@@ -8,10 +8,10 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
+from conrod.engines.registry import engine_packages
 from conrod.studies.validation.results import Result, SceneStudy
 
 SCHEMA = 1
-LIBRARIES = ("mujoco", "pymunk", "numpy")
 
 
 def results_document(studies: Sequence[SceneStudy]) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def environment() -> dict[str, str]:
         "python": platform.python_version(),
         "machine": platform.machine(),
         "system": platform.system(),
-        **{name: version(name) for name in LIBRARIES},
+        **{name: version(name) for name in (*engine_packages(), "numpy")},
     }
 
 

@@ -31,7 +31,7 @@ class Steps(Axis):
     allowed: ClassVar[tuple[float, float]] = (2.0, 1e6)
 
     def refusal(self, case: Case) -> str | None:
-        return None
+        return case.not_varied
 
     def spans(self, case: Case) -> tuple[tuple[float, float], ...]:
         return ((self.harmless, max(self.hopeless, float(case.fewest_steps))),)
@@ -55,10 +55,10 @@ class Iterations(Axis):
     allowed: ClassVar[tuple[float, float]] = (1.0, 1e5)
 
     def refusal(self, case: Case) -> str | None:
-        return None
+        return case.not_varied
 
     def cell(self, case: Case, value: float) -> LimitCell:
-        settings = case.made_by.variations.iterated(case.settings(), round(value))
+        settings = case.variations.iterated(case.settings(), round(value))
         return LimitCell(case.name, case.scene, settings)
 
     def text(self, case: Case, value: float) -> str:
@@ -81,7 +81,7 @@ class Stabilisation(Axis):
     allowed: ClassVar[tuple[float, float]] = (0.01, 1e6)
 
     def refusal(self, case: Case) -> str | None:
-        return None
+        return case.not_varied
 
     def spans(self, case: Case) -> tuple[tuple[float, float], ...]:
         slow, fast = float(case.steps), self.hopeless
@@ -90,7 +90,7 @@ class Stabilisation(Axis):
         return tuple((own, end) for end in (slow, fast) if end != own)
 
     def cell(self, case: Case, value: float) -> LimitCell:
-        settings = case.made_by.variations.stabilised(case.scene, case.settings(), value)
+        settings = case.variations.stabilised(case.scene, case.settings(), value)
         return LimitCell(case.name, case.scene, settings)
 
     def text(self, case: Case, value: float) -> str:
@@ -118,7 +118,9 @@ class Regularisation(Axis):
     allowed: ClassVar[tuple[float, float]] = (1e-15, 1.0)
 
     def refusal(self, case: Case) -> str | None:
-        if case.made_by.variations.regularised(case.scene, case.settings(), self.harmless) is None:
+        if case.not_varied:
+            return case.not_varied
+        if case.variations.regularised(case.scene, case.settings(), self.harmless) is None:
             return f"{case.engine} does not regularise its constraints: {self.name} does not apply"
         return None
 
@@ -128,7 +130,7 @@ class Regularisation(Axis):
     def cell(self, case: Case, value: float) -> LimitCell:
         if case.contact:
             check_number(f"{self.name} of a contact", value, CONTACT_LEAST, self.harmless)
-        settings = case.made_by.variations.regularised(case.scene, case.settings(), value)
+        settings = case.variations.regularised(case.scene, case.settings(), value)
         assert settings is not None
         return LimitCell(case.name, case.scene, settings)
 
@@ -145,13 +147,13 @@ class Rounding(Axis):
     scale: ClassVar[Scale] = Scale.LISTED
 
     def refusal(self, case: Case) -> str | None:
-        return None
+        return case.not_varied
 
     def values(self, case: Case) -> tuple[float, ...]:
         return (0.0, 1.0)
 
     def cell(self, case: Case, value: float) -> LimitCell:
-        return LimitCell(case.name, case.scene, case.made_by.variations.rounded(case.settings(), bool(value)))
+        return LimitCell(case.name, case.scene, case.variations.rounded(case.settings(), bool(value)))
 
     def text(self, case: Case, value: float) -> str:
         return "single precision" if value else "double precision"

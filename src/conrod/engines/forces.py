@@ -1,6 +1,9 @@
-"""What acts on the bodies of a machine from outside, but for their weight: constant forces and loads, by their laws."""
+"""Forces in a machine at constant crank speed: what an engine reports, and what acts from outside by its laws."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,8 +12,38 @@ from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.trajectory import Instants, Outcome
 
+DRIVE = "drive torque"
+EDITED = "what the model carries beside its joints takes a part of the load"
 SAMPLES = 720  # of a turn, for the work of loads: an estimate of its size
+
+
+@dataclass(frozen=True)
+class ForceTracks:
+    """Drive torque and joint reactions of a run, with the instants that they belong to.
+
+    Attributes:
+        instants: (T,), of all values.
+        drive_torque: (T,) [N m] on the crank, in the sense of the crank angle; None where it is not told.
+        joints: by joint name, then by component, (T,) each; names, signs and units as in
+            `conrod.exact.dynamics.inverse.JointForces`.
+        unsupported: by quantity ("drive torque", or a joint's name), why it is not told.
+        outcome: of the run; of one that did not come to its end nothing is told.
+    """
+
+    instants: Instants
+    drive_torque: Array | None
+    joints: Mapping[str, Mapping[str, Array]]
+    unsupported: Mapping[str, str]
+    outcome: Outcome = Outcome.COMPLETED
+
+
+def nothing_told(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
+    """The result of a run that reports no force, for one reason."""
+    none = np.zeros(0)
+    untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
+    return ForceTracks(Instants(none, none, none, none), None, {}, untold, outcome)
 
 
 def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:

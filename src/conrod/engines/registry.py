@@ -1,0 +1,142 @@
+"""The engines that conrod knows: those that ship, and those that other packages bring by an entry point.
+
+A package adds an engine with an entry point of the group `conrod.engines`, whose value is an `Engine` object::
+
+    [project.entry-points."conrod.engines"]
+    my-engine = "my_package.engine:ENGINE"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING, Any
+
+from conrod.engines.presets import OTHER_LINE, LineStyle, Preset
+from conrod.errors import InvalidInput, unknown_choice
+
+if TYPE_CHECKING:
+    from conrod.engines.engine import Engine
+
+GROUP = "conrod.engines"
+
+
+@dataclass(frozen=True)
+class Look:
+    """How an engine is shown.
+
+    Attributes:
+        title: its name as its makers write it.
+        colour: of all that is drawn of it.
+        dot: marker of its runs where they are nothing in particular, as matplotlib's.
+    """
+
+    title: str
+    colour: str
+    dot: str = "s"
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """An engine that ships: where it is, and what is known of it without loading it.
+
+    Attributes:
+        engine: "module:name" of the object; importing it loads the engine, which is slow.
+        presets: "module:name" of its presets, which load no engine.
+        package: the distribution that it comes with.
+    """
+
+    engine: str
+    presets: str
+    package: str
+    look: Look
+
+
+# Okabe and Ito's colours, distinguishable by colour-blind readers.
+ENGINES: Mapping[str, Shipped] = {
+    "mujoco": Shipped(
+        "conrod.engines.mujoco.engine:ENGINE",
+        "conrod.engines.mujoco.settings:PRESETS",
+        "mujoco",
+        Look("MuJoCo", "#0072B2", "o"),
+    ),
+    "pymunk": Shipped(
+        "conrod.engines.pymunk.engine:ENGINE",
+        "conrod.engines.pymunk.settings:PRESETS",
+        "pymunk",
+        Look("pymunk", "#D55E00", "D"),
+    ),
+}
+OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+
+
+def engine_names() -> tuple[str, ...]:
+    """Names of all engines, those that ship first."""
+    return (*ENGINES, *_brought())
+
+
+def engine_packages() -> tuple[str, ...]:
+    """Names of the distributions that the engines come with."""
+    brought = [point.dist.name for point in _brought().values() if point.dist is not None]
+    return tuple(dict.fromkeys([*(one.package for one in ENGINES.values()), *brought]))
+
+
+@cache
+def engine_named(name: str) -> Engine[Any]:
+    """The engine of a name.
+
+    Raises:
+        InvalidInput: there is none, with the choices; or it cannot be loaded.
+    """
+    if name in ENGINES:
+        shipped: Engine[Any] = _loaded(ENGINES[name].engine)
+        return shipped
+    if name not in _brought():
+        raise unknown_choice("engine", name, engine_names())
+    point = _brought()[name]
+    try:
+        engine: Engine[Any] = point.load()
+    except Exception as error:
+        raise InvalidInput(f"engine {name!r} cannot be loaded from {point.value}: {error!r}") from error
+    if engine.name != name:
+        raise InvalidInput(f"engine {name!r}: {point.value} calls itself {engine.name!r}")
+    return engine
+
+
+def look_of(name: str) -> Look:
+    """The look of an engine, be it installed or not."""
+    if name in ENGINES:
+        return ENGINES[name].look
+    return Look(name, OTHER_COLOURS[sum(name.encode()) % len(OTHER_COLOURS)])
+
+
+def presets_of(name: str) -> Mapping[str, Preset[Any]]:
+    """Presets of an engine; none of one that is not installed."""
+    if name in ENGINES:
+        presets: Mapping[str, Preset[Any]] = _loaded(ENGINES[name].presets)
+        return presets
+    try:
+        return engine_named(name).presets
+    except InvalidInput:
+        return {}
+
+
+def line_style(engine: str, preset: str | None) -> LineStyle:
+    """The line of a preset's curves; that of others where it is not known."""
+    found = presets_of(engine).get(preset or "")
+    return OTHER_LINE if found is None else found.style
+
+
+@cache
+def _brought() -> dict[str, EntryPoint]:
+    """Entry points by name; an engine that ships is not replaced."""
+    return {point.name: point for point in entry_points(group=GROUP) if point.name not in ENGINES}
+
+
+@cache
+def _loaded(place: str) -> Any:
+    module, name = place.split(":")
+    return getattr(import_module(module), name)
