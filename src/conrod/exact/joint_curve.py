@@ -97,7 +97,7 @@ class JointCurve:
         below = np.broadcast_to(row, points.shape)[:, None, :]
         return np.concatenate([self.jacobian(points), below], axis=1)
 
-    def corrected(self, guess: Array, row: Array) -> Array | None:
+    def corrected(self, guess: Array, row: Array, done: float = NEWTON_DONE) -> Array | None:
         """Points of the curve in planes through guesses (T, 3 n) at right angles to rows; None without convergence."""
         points, rows = guess.copy(), np.broadcast_to(row, guess.shape)
         for _ in range(NEWTON_STEPS):
@@ -110,7 +110,7 @@ class JointCurve:
             points = points - step
             if not np.isfinite(step).all():
                 return None
-            if np.abs(step).max() <= NEWTON_DONE:
+            if np.abs(step).max() <= done:
                 return np.asarray(points)
         return None
 

@@ -20,6 +20,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 
 TURN = 2.0 * math.pi
+DONE = 1e-8  # of Newton iteration: next to a change point rounding leaves more than the walk asks for
 SHORT = 1e-7  # of arc length: how far before a change point the last pose lies
 LONGEST = 200.0  # of arc length, in its unit
 HALVINGS = 60
@@ -98,7 +99,7 @@ class Course:
         nearest = np.abs(self.parameter[:, None] - parameter).argmin(axis=0)
         tangents = self.tangents[nearest] / curve.scale
         guess = self.samples[nearest] / curve.scale + (parameter - self.parameter[nearest])[:, None] * tangents
-        points = curve.corrected(guess, tangents)
+        points = curve.corrected(guess, tangents, DONE)
         if points is None:
             raise InvalidInput(f"{curve.mechanism.name}: its poses cannot be followed")
         return points * curve.scale, curve.frame(points, tangents).tangent * curve.scale
@@ -198,7 +199,8 @@ class _Trace:
         curve = self._curve.on(here.arcs)
 
         def reached(step: float) -> tuple[Array, Array] | None:
-            point = curve.corrected(here.point + step * here.tangent + 0.5 * step**2 * here.curvature, here.tangent)
+            guess = here.point + step * here.tangent + 0.5 * step**2 * here.curvature
+            point = curve.corrected(guess, here.tangent, DONE)
             return None if point is None else (point, curve.frame(point, here.tangent).tangent)
 
         def still(step: float) -> bool:
