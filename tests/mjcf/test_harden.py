@@ -12,14 +12,13 @@ import pytest
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mjcf.harden.closures import Weights, active_closures, loops_of, openings
+from conrod.mjcf.harden.closures import active_closures, loops_of, openings
 from conrod.mjcf.harden.measuring import edited
 from conrod.mjcf.harden.objections import to_know, touching_scaled
-from conrod.mjcf.harden.recipe import RESIDUE, Recipe, recipe_for
+from conrod.mjcf.harden.recipe import RESIDUE, Recipe, Weights, recipe_for
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
-from conrod.mjcf.harden.start import start_of
+from conrod.mjcf.harden.runs import Pace, start_of, swing
 from conrod.mjcf.harden.study import binary, harden_file, pace_of
-from conrod.mjcf.harden.swing import Pace, swing
 from tests.support.exact_loops import ExactLoops
 from tests.support.legged import LEGGED, legged, opening_of
 

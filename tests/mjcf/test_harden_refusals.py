@@ -18,9 +18,8 @@ from conrod.mjcf.harden.measuring import edited
 from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know
 from conrod.mjcf.harden.recipe import recipe_for
 from conrod.mjcf.harden.results import Request
-from conrod.mjcf.harden.start import start_of
+from conrod.mjcf.harden.runs import Pace, start_of
 from conrod.mjcf.harden.study import harden_file
-from conrod.mjcf.harden.swing import Pace
 from tests.support.legged import LEGGED, legged, opening_of
 
 TWO_ARMS = """

@@ -14,9 +14,8 @@ from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures
 from conrod.mjcf.harden.energy import conservative, energy_drift
 from conrod.mjcf.harden.results import HardenedModel, Request
-from conrod.mjcf.harden.start import STATE, start_of
+from conrod.mjcf.harden.runs import STATE, Pace, start_of
 from conrod.mjcf.harden.study import harden_file
-from conrod.mjcf.harden.swing import Pace
 from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
 from conrod.own.models.loading import keyframe_to_start_from

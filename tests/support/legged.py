@@ -9,7 +9,7 @@ import mujoco
 
 from conrod.exact.motion import Array
 from conrod.mjcf.harden.closures import active_closures
-from conrod.mjcf.harden.swing import Pace, swing
+from conrod.mjcf.harden.runs import Pace, swing
 
 LEGGED = Path(__file__).parent / "models" / "legged.xml"
 

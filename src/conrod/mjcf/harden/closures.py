@@ -1,4 +1,4 @@
-"""The closed loops of a compiled model: its equality constraints, how soft they are, and what their weights are."""
+"""Closed loops of a compiled model: the equality constraints that can be hardened, how soft and how open they are."""
 
 from __future__ import annotations
 
@@ -7,19 +7,13 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF
 from conrod.exact.motion import Array
+from conrod.mjcf.equalities import bodies_of, equality_rows, kind_of, owners, ties_bodies
 from conrod.mjcf.harden.results import Loop
 from conrod.own.models.loading import name_or_number
 
-HARDENABLE = {
-    mujoco.mjtEq.mjEQ_CONNECT: "connect",
-    mujoco.mjtEq.mjEQ_WELD: "weld",
-    mujoco.mjtEq.mjEQ_JOINT: "joint",
-    mujoco.mjtEq.mjEQ_TENDON: "tendon",
-}
 # What MuJoCo clips impedances to (mjMINIMP, mjMAXIMP).
 LEAST_IMPEDANCE, MOST_IMPEDANCE = 1e-4, 0.9999
 
@@ -44,66 +38,25 @@ class Closure:
     curved: bool = False
 
 
-@dataclass(frozen=True)
-class Weights:
-    """Inverse weights that are scaled: indices into `body_invweight0`, `dof_invweight0`, `tendon_invweight0`."""
-
-    bodies: tuple[int, ...]
-    dofs: tuple[int, ...]
-    tendons: tuple[int, ...]
-
-    @classmethod
-    def of(cls, closures: Sequence[Closure]) -> Weights:
-        """Those of closures; the world has none to scale."""
-        return cls(
-            tuple(sorted({body for one in closures for body in one.bodies} - {0})),
-            tuple(sorted({dof for one in closures for dof in one.dofs})),
-            tuple(sorted({tendon for one in closures for tendon in one.tendons})),
-        )
-
-    def values(self, model: mujoco.MjModel) -> Array:
-        """What they are in a model, in a row."""
-        parts = (
-            model.body_invweight0[list(self.bodies)],
-            model.dof_invweight0[list(self.dofs)],
-            model.tendon_invweight0[list(self.tendons)],
-        )
-        return np.concatenate([np.ravel(part) for part in parts])
-
-    def scale(self, model: mujoco.MjModel, factor: float) -> None:
-        """Multiply them, in place."""
-        model.body_invweight0[list(self.bodies)] *= factor
-        model.dof_invweight0[list(self.dofs)] *= factor
-        model.tendon_invweight0[list(self.tendons)] *= factor
-
-
 def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
     """The equality constraints that act from the start, of the kinds that can be hardened."""
     if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
         return ()
-    return tuple(closure(model, index) for index in range(model.neq) if model.eq_active0[index] and kind(model, index))
-
-
-def kind(model: mujoco.MjModel, index: int) -> str:
-    """Of an equality; empty for one that cannot be hardened."""
-    return HARDENABLE.get(mujoco.mjtEq(model.eq_type[index]), "")
+    return tuple(
+        closure(model, index) for index in range(model.neq) if model.eq_active0[index] and kind_of(model, index)
+    )
 
 
 def closure(model: mujoco.MjModel, index: int) -> Closure:
     """An equality as a closure."""
-    ends = [int(model.eq_obj1id[index]), int(model.eq_obj2id[index])]
-    name, sort = name_or_number(model, "equality", index), kind(model, index)
-    if sort in ("connect", "weld"):
-        if mujoco.mjtObj(model.eq_objtype[index]) == mujoco.mjtObj.mjOBJ_SITE:
-            ends = [int(model.site_bodyid[site]) for site in ends]
-        return Closure(index, name, sort, bodies=tuple(ends))
-    ends = [end for end in ends if end >= 0]
+    name, kind = name_or_number(model, "equality", index), kind_of(model, index)
+    if ties_bodies(model, index):
+        return Closure(index, name, kind, bodies=bodies_of(model, index))
+    ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
     bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
-    if sort == "joint":
-        return Closure(index, name, sort, dofs=tuple(int(model.jnt_dofadr[joint]) for joint in ends), curved=bent)
-    return Closure(
-        index, name, sort, tendons=tuple(ends), curved=bent or any(not is_fixed(model, tendon) for tendon in ends)
-    )
+    if kind == "joint":
+        return Closure(index, name, kind, dofs=tuple(int(model.jnt_dofadr[joint]) for joint in ends), curved=bent)
+    return Closure(index, name, kind, tendons=ends, curved=bent or any(not is_fixed(model, end) for end in ends))
 
 
 def called(model: mujoco.MjModel, sort: str, index: int) -> str:
@@ -170,22 +123,16 @@ def loops_of(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[Loop, 
 def openings(model: mujoco.MjModel, data: mujoco.MjData, closures: Sequence[Closure]) -> Array:
     """(loops,) how far each is open, in data whose constraints were made; 0 for one that is switched off."""
     found: list[float] = []
-    rows, owners = equality_violations(data)
+    gaps, ids = data.efc_pos[equality_rows(data)], owners(data)
     for one in closures:
-        gap = rows[owners == one.index]
+        gap = gaps[ids == one.index]
         if one.kind == "weld":
-            scale = float(model.eq_data[one.index, 10])  # the turn is told as torquescale x sin(angle / 2)
+            scale = float(model.eq_data[one.index, 10])  # the row of the turn is torquescale x sin(angle / 2)
             half = min(1.0, float(np.linalg.norm(gap[3:])) / scale) if scale > 0.0 else 0.0
             found += [float(np.linalg.norm(gap[:3])), 2.0 * float(np.arcsin(half))]
         else:
             found.append(float(np.linalg.norm(gap)))
     return np.array(found)
-
-
-def equality_violations(data: mujoco.MjData) -> tuple[Array, NDArray[np.int_]]:
-    """(rows,) violation of all active equality constraints, and (rows,) the equality that each belongs to."""
-    rows = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-    return np.array(data.efc_pos[: data.nefc][rows]), np.array(data.efc_id[: data.nefc][rows], dtype=int)
 
 
 def _unit(model: mujoco.MjModel, one: Closure) -> str:

@@ -10,8 +10,8 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.mjcf.harden.start import STATE
-from conrod.mjcf.harden.swing import BROKEN, Pace, paced
+from conrod.mjcf.equalities import BROKEN
+from conrod.mjcf.harden.runs import STATE, Pace, paced
 
 BIT = mujoco.mjtDisableBit
 # Of the largest energy: where what is exchanged is less than this share of it, rounding hides the drift.

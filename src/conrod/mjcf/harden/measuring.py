@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import mujoco
 import numpy as np
@@ -15,8 +16,7 @@ from conrod.mjcf.harden.closures import Closure, loops_of
 from conrod.mjcf.harden.energy import conservative, energy_drift
 from conrod.mjcf.harden.recipe import Recipe
 from conrod.mjcf.harden.results import Loop, Orders, Variant
-from conrod.mjcf.harden.start import CLOSED, STATE
-from conrod.mjcf.harden.swing import Pace, Swing, paced, swing
+from conrod.mjcf.harden.runs import CLOSED, STATE, Pace, Swing, paced, swing
 from conrod.runs.convergence import observed_order
 from conrod.studies.frame.paired_timing import PairedCost, paired_cost
 
@@ -36,18 +36,16 @@ class Measured:
 
     Attributes:
         travel: the longest way of a body in the reference [m].
-        stands: whether that is nothing.
-        known_to: how far the two references are apart [m], or the rounding of a position where that is more; None where
-            one of them broke.
-        without: what was left out where the energy was looked at.
+        reference_known_to: how far the two references are apart [m], or the rounding of a position where that is more;
+            None where one of them broke.
+        energy_without: what was left out where the energy was looked at.
         energy_note: why the energy says nothing.
     """
 
     variants: tuple[Variant, ...]
     travel: float | None
-    stands: bool
-    known_to: float | None
-    without: tuple[str, ...]
+    reference_known_to: float | None
+    energy_without: tuple[str, ...]
     energy_note: str
 
 
@@ -64,19 +62,24 @@ def measure(model: mujoco.MjModel, closures: Sequence[Closure], recipe: Recipe, 
     if not (reference.broke or check.broke):
         known = max(distance(reference, check), float(np.finfo(float).eps) * size)
     travel = None if reference.broke else float(np.linalg.norm(reference.points - reference.points[0], axis=2).max())
-    stands = travel is not None and travel < STANDS * size
+    standing = stands(travel, size)
     bare, without = conservative(model)
-    variants, note = [], "nothing moves" if stands else ""
+    variants, note = [], "nothing moves" if standing else ""
     for name, edit in ((AS_IT_IS, None), (WEIGHTS_ALONE, recipe.weights_alone), (HARDENED, recipe)):
         changed = edited(model, edit)
         runs = [swing(changed, state, pace.finer(times), closures) for times in LEVELS]
         energy = energy_drift(edited(bare, edit), state, pace)
         note = note or energy.note
         variant = _variant(name, model, closures, runs, None if known is None else (reference, known))
-        variants.append(replace(_without_orders(variant) if stands else variant, energy=energy.share))
+        variants.append(replace(_without_orders(variant) if standing else variant, energy=energy.share))
     if note:
         variants = [replace(variant, energy=None) for variant in variants]
-    return Measured(tuple(variants), travel, stands, known, without, note)
+    return Measured(tuple(variants), travel, known, without, note)
+
+
+def stands(travel: float | None, size: float) -> bool:
+    """True for a machine of a size [m] that hardly moves."""
+    return travel is not None and travel < STANDS * size
 
 
 def edited(model: mujoco.MjModel, recipe: Recipe | None) -> mujoco.MjModel:
@@ -133,7 +136,7 @@ def _variant(
     if own.broke:
         return Variant(name, own.steps, own.broke)
     loops = loops_of(model, closures)
-    told = Variant(name, own.steps, None, tuple(float(value) for value in own.openings.max(axis=0)))
+    variant = Variant(name, own.steps, None, tuple(float(value) for value in own.openings.max(axis=0)))
     unit = "m" if any(loop.unit == "m" for loop in loops) else "rad"
     widest = [float(run.openings[:, [loop.unit == unit for loop in loops]].max()) for run in runs]
     whole = not any(run.broke for run in runs)
@@ -142,7 +145,7 @@ def _variant(
         exact, known = reference
         drift = _orders([distance(run, exact) for run in runs], TOLD_APART * known)
     return replace(
-        told,
+        variant,
         opening_over_size=widest[0] / float(model.stat.extent) if unit == "m" else None,
         closing=_orders(widest, CLOSED * (float(model.stat.extent) if unit == "m" else 1.0)) if whole else None,
         drift=drift,
@@ -170,15 +173,6 @@ def largest(loops: Sequence[Loop], variant: Variant, unit: str) -> float:
 def _orders(values: Sequence[float], least: float) -> Orders:
     """Orders of values at the model's step, a half and a quarter of it, those down to `least` alone."""
     order = observed_order(LEVELS, values)
-    told = sum(1 for _ in _while_above(values, least))
-    pairs = tuple(pair if k + 1 < told else None for k, pair in enumerate(order.pairs))
-    return Orders(tuple(values), order.claimed if told == len(values) else None, pairs)
-
-
-def _while_above(values: Sequence[float], least: float) -> list[float]:
-    kept: list[float] = []
-    for value in values:
-        if value <= least:
-            break
-        kept.append(value)
-    return kept
+    resolved = sum(1 for _ in takewhile(lambda value: value > least, values))
+    pairs = tuple(pair if k + 1 < resolved else None for k, pair in enumerate(order.pairs))
+    return Orders(tuple(values), order.claimed if resolved == len(values) else None, pairs)

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from conrod.mjcf.harden.closures import Closure, Weights, called, kind, softer_than_stock
+from conrod.mjcf.equalities import kind_of
+from conrod.mjcf.harden.closures import Closure, called, softer_than_stock
+from conrod.mjcf.harden.recipe import Weights
 from conrod.own.models.loading import listed, name_or_number
 
 # A weight of less than this share of what MuJoCo would give it has been scaled.
@@ -20,7 +22,7 @@ def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
     if model.body_invweight0.dtype != np.float64:
         return "this build of MuJoCo calculates in single precision, where hardening costs more digits than it gives"
     if not closures:
-        off = [name_or_number(model, "equality", i) for i in range(model.neq) if kind(model, i)]
+        off = [name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i)]
         inactive = f"none of its equality constraints is active at the start: {listed(off)}"
         return (
             inactive if off else "it has no closed loop: nothing to harden (joints of its tree are exact as they are)"
@@ -61,8 +63,10 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
 def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
     """What the hardened model does not do."""
     curved = [one.name for one in closures if one.curved]
-    off = [name_or_number(model, "equality", i) for i in range(model.neq) if kind(model, i) and not model.eq_active0[i]]
-    other = [name_or_number(model, "equality", i) for i in range(model.neq) if not kind(model, i)]
+    off = [
+        name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i) and not model.eq_active0[i]
+    ]
+    other = [name_or_number(model, "equality", i) for i in range(model.neq) if not kind_of(model, i)]
     contacts = _with_friction(model, Weights.of(closures))
     found = (
         (

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
-from conrod.mjcf.harden.closures import Closure, Weights, called, impedance
+from conrod.exact.motion import Array
+from conrod.mjcf.harden.closures import Closure, called, impedance
 from conrod.mjcf.harden.results import Request
 from conrod.own.models.loading import listed
 
@@ -20,6 +22,39 @@ RESIDUE = 1e-9
 # Time constant of closures, in steps, from which on slower ones closed no better (docs/hardening.md).
 STEPS = 10.0
 INTEGRATORS = ("RK4", "keep")
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Inverse weights that are scaled: indices into `body_invweight0`, `dof_invweight0`, `tendon_invweight0`."""
+
+    bodies: tuple[int, ...]
+    dofs: tuple[int, ...]
+    tendons: tuple[int, ...]
+
+    @classmethod
+    def of(cls, closures: Sequence[Closure]) -> Weights:
+        """Those of closures; the world has none to scale."""
+        return cls(
+            tuple(sorted({body for one in closures for body in one.bodies} - {0})),
+            tuple(sorted({dof for one in closures for dof in one.dofs})),
+            tuple(sorted({tendon for one in closures for tendon in one.tendons})),
+        )
+
+    def values(self, model: mujoco.MjModel) -> Array:
+        """What they are in a model, in a row."""
+        parts = (
+            model.body_invweight0[list(self.bodies)],
+            model.dof_invweight0[list(self.dofs)],
+            model.tendon_invweight0[list(self.tendons)],
+        )
+        return np.concatenate([np.ravel(part) for part in parts])
+
+    def scale(self, model: mujoco.MjModel, factor: float) -> None:
+        """Multiply them, in place."""
+        model.body_invweight0[list(self.bodies)] *= factor
+        model.dof_invweight0[list(self.dofs)] *= factor
+        model.tendon_invweight0[list(self.tendons)] *= factor
 
 
 @dataclass(frozen=True)

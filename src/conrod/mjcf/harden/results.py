@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedCost
 
 SCHEMA = 1
@@ -159,6 +160,6 @@ class HardenedModel:
 
     def document(self) -> dict[str, Any]:
         """All but the binary model, as values that JSON has."""
-        values = asdict(self)
+        values = plain(replace(self, content=None))
         del values["content"]
         return {"schema": SCHEMA, **values}

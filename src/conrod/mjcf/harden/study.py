@@ -1,23 +1,21 @@
-"""All that is found on one file, in the order in which it is asked."""
+"""Hardening of the model of a file, phase by phase."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.mjcf.harden.closures import Closure, active_closures, loops_of
-from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, Measured, cost, edited, largest, measure
+from conrod.mjcf.harden.closures import active_closures, loops_of
+from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, edited, largest, measure, stands
 from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
 from conrod.mjcf.harden.recipe import Recipe, python_lines, recipe_for, scaled_names
-from conrod.mjcf.harden.results import HardenedModel, Loop, Request, Variant
-from conrod.mjcf.harden.start import Start, start_of
-from conrod.mjcf.harden.swing import Pace
+from conrod.mjcf.harden.results import HardenedModel, Request, Variant
+from conrod.mjcf.harden.runs import Pace, Start, start_of
 from conrod.own.models.loading import check_finite, keyframe_to_start_from, load_model
 
 SAMPLES = 500
@@ -47,28 +45,56 @@ def harden_file(path: Path, request: Request) -> HardenedModel:
 
 
 def _hardened(path: Path, request: Request) -> HardenedModel:
+    model = _checked_model(path)
+    keyframe_to_start_from(model, request.keyframe)
+    pace = pace_of(model, request.seconds)
+    closures = active_closures(model)
+    notes = to_know(model, closures)
+    found = HardenedModel(str(path), mujoco.__version__)
+    if reason := nothing_to_do(model, closures):
+        return replace(found, refusals=(reason,), warnings=notes)
+    soft = soft_on_purpose(model, closures)
+    if soft and not request.force:
+        return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft), warnings=notes)
+    recipe = recipe_for(model, closures, request)
+    start = start_of(model, request.keyframe, closures)
+    measured = measure(model, closures, recipe, start.state, pace)
+    found = replace(
+        found,
+        size=float(model.stat.extent),
+        timestep=pace.timestep,
+        seconds=pace.timestep * pace.samples * pace.stride,
+        start=start.name,
+        start_opening=start.given,
+        start_closed=start.closed,
+        loops=loops_of(model, closures),
+        factor=recipe.factor,
+        scaled=scaled_names(model, recipe.weights),
+        lines=python_lines(model, recipe, path.absolute()),
+        touching_scaled=touching_scaled(model, recipe.weights),
+        **{field.name: getattr(measured, field.name) for field in fields(measured)},
+    )
+    before, after = (next(v for v in found.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
+    harm = _harm(found, before, after, _advice(model, recipe))
+    refused = bool(harm) and not request.force
+    runs = before.broke is None and after.broke is None
+    return replace(
+        found,
+        refusals=(f"{harm}; {FORCE}",) if refused else (),
+        warnings=(*soft, *((harm,) if harm and not refused else ()), *_doubts(found, start, before, after), *notes),
+        cost=cost(model, recipe, start.state, pace) if runs else None,
+        content=None if refused or not request.content else binary(edited(model, recipe)),
+    )
+
+
+def _checked_model(path: Path) -> mujoco.MjModel:
     # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
-    whole = path.absolute()
-    model = load_model(whole)
+    model = load_model(path.absolute())
     try:
         check_finite(model)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from None
-    keyframe_to_start_from(model, request.keyframe)
-    pace = pace_of(model, request.seconds)
-    closures = active_closures(model)
-    found = HardenedModel(str(path), mujoco.__version__)
-    if reason := nothing_to_do(model, closures):
-        return replace(found, refusals=(reason,), warnings=to_know(model, closures))
-    soft = soft_on_purpose(model, closures)
-    if soft and not request.force:
-        return replace(
-            found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft), warnings=to_know(model, closures)
-        )
-    recipe = recipe_for(model, closures, request)
-    start = start_of(model, request.keyframe, closures)
-    measured = measure(model, closures, recipe, start.state, pace)
-    return _told(found, request, model, closures, recipe, start, pace, measured)
+    return model
 
 
 def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
@@ -88,48 +114,6 @@ def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
     return Pace(math.ceil(steps / stride), stride, timestep)
 
 
-def _told(
-    found: HardenedModel,
-    request: Request,
-    model: mujoco.MjModel,
-    closures: Sequence[Closure],
-    recipe: Recipe,
-    start: Start,
-    pace: Pace,
-    measured: Measured,
-) -> HardenedModel:
-    before, after = (next(v for v in measured.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
-    loops, size = loops_of(model, closures), float(model.stat.extent)
-    harm = _harm(loops, size, before, after, _advice(model, recipe))
-    refused = (f"{harm}; {FORCE}",) if harm and not request.force else ()
-    forced = soft_on_purpose(model, closures) + ((harm,) if harm and request.force else ())
-    runs = before.broke is None and after.broke is None
-    content = None if refused or not request.content else binary(edited(model, recipe))
-    return replace(
-        found,
-        refusals=refused,
-        warnings=(*forced, *_doubts(start, before, after, measured), *to_know(model, closures)),
-        size=size,
-        timestep=pace.timestep,
-        seconds=pace.timestep * pace.samples * pace.stride,
-        start=start.name,
-        start_opening=start.given,
-        start_closed=start.closed,
-        loops=loops,
-        factor=recipe.factor,
-        scaled=scaled_names(model, recipe.weights),
-        lines=python_lines(model, recipe, Path(found.path).absolute()),
-        variants=measured.variants,
-        travel=measured.travel,
-        reference_known_to=measured.known_to,
-        energy_without=measured.without,
-        energy_note=measured.energy_note,
-        touching_scaled=touching_scaled(model, recipe.weights),
-        cost=cost(model, recipe, start.state, pace) if runs else None,
-        content=content,
-    )
-
-
 def _advice(model: mujoco.MjModel, recipe: Recipe) -> str:
     """What may help where hardening does harm."""
     runge_kutta = mujoco.mjtIntegrator(model.opt.integrator) == mujoco.mjtIntegrator.mjINT_RK4
@@ -137,7 +121,7 @@ def _advice(model: mujoco.MjModel, recipe: Recipe) -> str:
     return f"{other}another --solref or a smaller step of the model may help"
 
 
-def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant, advice: str) -> str:
+def _harm(found: HardenedModel, before: Variant, after: Variant, advice: str) -> str:
     """Why the hardened model is worse than none; empty where it is not."""
     if before.broke is not None and after.broke is not None:
         return (
@@ -151,14 +135,14 @@ def _harm(loops: Sequence[Loop], size: float, before: Variant, after: Variant, a
             f"the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is "
             f"it does not: {advice}"
         )
-    for unit, least in (("m", ROUNDING * size), ("rad", ROUNDING)):
-        then, now = (largest(loops, variant, unit) for variant in (before, after))
+    for unit, least in (("m", ROUNDING * found.size), ("rad", ROUNDING)):
+        then, now = (largest(found.loops, variant, unit) for variant in (before, after))
         if now > max(WORSE * then, least):
             return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {advice}"
     return ""
 
 
-def _doubts(start: Start, before: Variant, after: Variant, measured: Measured) -> tuple[str, ...]:
+def _doubts(found: HardenedModel, start: Start, before: Variant, after: Variant) -> tuple[str, ...]:
     """What the figures say against themselves, or against the hardened model."""
     doubts = []
     if not start.closed:
@@ -170,14 +154,14 @@ def _doubts(start: Start, before: Variant, after: Variant, measured: Measured) -
         )
     if before.broke is not None and after.broke is None:
         doubts.append(f"as it is, the run breaks off after {before.steps} steps ({before.broke})")
-    if measured.stands:
+    if stands(found.travel, found.size):
         doubts.append(
-            f"nothing moves in these runs (travel {measured.travel:.1e} m): they show how far the loops open at rest, "
+            f"nothing moves in these runs (travel {found.travel:.1e} m): they show how far the loops open at rest, "
             "and nothing else; --keyframe KEY starts others"
         )
-    elif before.drift and after.drift and measured.known_to is not None:
+    elif before.drift and after.drift and found.reference_known_to is not None:
         then, now = before.drift.values[0], after.drift.values[0]
-        if now > BETTER * then and now > measured.known_to:
+        if now > BETTER * then and now > found.reference_known_to:
             doubts.append("the motion is hardly any better than it was: the step is the larger part of the error")
     return tuple(doubts)
 
