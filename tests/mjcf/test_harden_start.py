@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.cli.harden_console import print_hardened
+from conrod.cli.harden import print_hardened
 from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures
 from conrod.mjcf.harden.energy import conservative, energy_drift

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from conrod.cli import options as exit_status
 from conrod.errors import InvalidInput, unknown_choice
-
-if TYPE_CHECKING:
-    from conrod.mjcf.harden.results import HardenedModel
-    from conrod.studies.frame.files import Batch
+from conrod.mjcf.harden.results import HardenedModel, Request
+from conrod.own.models.model_files import as_outputs_must_not_be
+from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
+from conrod.report.terminal import console, print_lines, print_table
+from conrod.studies.frame.files import check_apart, file_to_write, naming, single, write_together
 
 BINARY = ".mjb"
 MODELS = (".xml", ".mjcf", ".urdf", BINARY)
@@ -27,14 +28,16 @@ INTEGRATORS = ("RK4", KEEP)
 @click.argument("model", metavar="MODEL.xml")
 @click.option("-o", "--output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
 @click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
-@click.option("--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="How long the runs are.")
+@click.option("--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs.")
 @click.option(
     "--solref",
     default=AUTO,
     metavar="SECONDS|keep",
     help="Time constant of the closures [the model's own, at least ten steps].",
 )
-@click.option("--integrator", default="RK4", show_default=True, metavar="RK4|keep", help="Of the hardened model.")
+@click.option(
+    "--integrator", default="RK4", show_default=True, metavar="RK4|keep", help="Integrator of the hardened model."
+)
 @click.option("--force", is_flag=True, help="Harden what seems to be soft on purpose, or breaks off when hard.")
 @click.option("--json", "document", metavar="FILE", help="Write the figures as JSON.")
 def harden(
@@ -53,41 +56,35 @@ def harden(
     lines of Python that do it, and writes a binary model. Runs the model as it is, with the weights scaled alone, and
     hardened; nothing drives it, controls are 0. MODEL.xml itself is only read.
 
-    Exit status 0: hardened; 1: it is not, for the reason told (nothing to harden, soft on purpose, it would break);
+    Exit status 0: hardened; 1: it is not, for the reason given (nothing to harden, soft on purpose, it would break);
     2: bad usage.
     """
-    from conrod.studies.frame.files import naming, write_together
-
     path = Path(model)
-    file, results = _checked_outputs(path, output, document)
-    found = _found(path, keyframe, seconds, solref, integrator, force, content=file is not None)
-    with naming("standard output"):
-        from conrod.cli.harden_console import print_hardened
-
-        print_hardened(found, file)
-    write_together(_batches(found, file, results))
-    if found.refusals:
-        sys.exit(exit_status.FAILED)
-
-
-def _found(
-    path: Path, keyframe: str | None, seconds: float, solref: str, integrator: str, force: bool, *, content: bool
-) -> HardenedModel:
-    from conrod.mjcf.harden.results import Request
-
+    files = _outputs(path, output, document)
     if integrator not in INTEGRATORS:
         raise unknown_choice("--integrator", integrator, INTEGRATORS)
     if not (math.isfinite(seconds) and seconds > 0.0):
         raise InvalidInput(f"--seconds {seconds:g}: give a finite number above 0")
-    constant = solref if solref in (AUTO, KEEP) else _seconds(solref)
+    request = Request(keyframe, seconds, _time_constant(solref), integrator, force, content="-o" in files)
 
     from conrod.mjcf.harden.study import harden_file
     from conrod.studies.execution.confined import confined
 
-    return confined(harden_file, path, Request(keyframe, seconds, constant, integrator, force, content))
+    found = confined(harden_file, path, request)
+    with naming("standard output"):
+        print_hardened(found, files.get("-o"))
+    contents: dict[str, str | bytes | None] = {
+        "-o": found.content,
+        "--json": json.dumps(found.document(), indent=1, allow_nan=False) + "\n",
+    }
+    write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
+    if found.refusals:
+        sys.exit(exit_status.FAILED)
 
 
-def _seconds(text: str) -> float:
+def _time_constant(text: str) -> str | float:
+    if text in (AUTO, KEEP):
+        return text
     try:
         value = float(text)
     except ValueError:
@@ -97,30 +94,29 @@ def _seconds(text: str) -> float:
     return value
 
 
-def _checked_outputs(path: Path, output: str | None, document: str | None) -> tuple[Path | None, Path | None]:
-    """The files to write, refused before any work where one would be lost by another."""
-    from conrod.own.models.model_files import as_outputs_must_not_be
-    from conrod.studies.frame.files import check_apart, file_to_write
-
-    file = None if output is None else file_to_write(output, "-o")
-    results = None if document is None else file_to_write(document, "--json")
+def _outputs(path: Path, output: str | None, document: str | None) -> dict[str, Path]:
+    """The files to write by their options, refused before any work where one would be lost by another."""
+    given = {"-o": output, "--json": document}
+    files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
+    file, results = files.get("-o"), files.get("--json")
     if file and file.suffix.lower() != BINARY:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
     if results and results.suffix.lower() in MODELS:
         raise InvalidInput(f"--json {results}: this is the name of a model, e.g. {results.with_suffix('.json')}")
-    written = {name: given for name, given in (("-o", file), ("--json", results)) if given is not None}
-    check_apart(as_outputs_must_not_be(path) | written)
-    return file, results
+    check_apart(as_outputs_must_not_be(path) | files)
+    return files
 
 
-def _batches(found: HardenedModel, file: Path | None, results: Path | None) -> list[Batch]:
-    import json
-
-    from conrod.studies.frame.files import single
-
-    batches = []
-    if file and found.content is not None:
-        batches.append(single(file, found.content))
-    if results:
-        batches.append(single(results, json.dumps(found.document(), indent=1, allow_nan=False) + "\n"))
-    return batches
+def print_hardened(found: HardenedModel, file: Path | None) -> None:
+    """Figures before and after, lines to paste, and notes; or why there are none."""
+    out = console()
+    if found.variants:
+        print_lines(out, [*run_words(found), ""])
+        print_table(out, figures_table(found))
+        print_lines(out, reading_words(found))
+    if found.lines and not found.refusals:
+        print_lines(out, ["", "in Python:", "", found.lines])
+    print_lines(out, (f"not hardened: {refusal}" for refusal in found.refusals))
+    print_lines(out, (f"note: {warning}" for warning in found.warnings))
+    if not found.refusals:
+        print_lines(out, closing_words(file))

@@ -1,90 +1,30 @@
-"""What `conrod lint` prints.
-
-`conrod lint`.
-"""
+"""`conrod lint`."""
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from rich.console import Console
+from rich.text import Text
 
 from conrod.cli import options
-from conrod.cli import options as exit_status
-from conrod.cli.console import console
+from conrod.cli.model_request import places_of
 from conrod.errors import InvalidInput
-from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Value
+from conrod.mechanism.units import check_number
+from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Request, Value
+from conrod.own.models.model_files import as_outputs_must_not_be
+from conrod.report.terminal import console, print_lines
+from conrod.scenes import Scene
+from conrod.studies.frame.files import check_apart, file_to_write, naming, real_path, single, write_together
 from conrod.studies.frame.paired_timing import PairedCost
+from conrod.studies.frame.resolve_arguments import select_scene
 
-if TYPE_CHECKING:
-    from conrod.mjcf.lint.findings import Report, Request
-    from conrod.scenes import Scene
-    from conrod.studies.frame.files import Batch
-
+REVOLUTIONS = 2  # of a crank whose speed a scene gives
 COLOURS = {Harm.WRONG: "red", Harm.LATENT: "yellow", Harm.WASTE: "cyan"}
-
-
-def print_report(report: Report, out_file: Path | None) -> None:
-    """A block for each finding, the most harmful first, then what is good to know."""
-    out = console()
-    out.print(f"{report.model}: {report.run}", markup=False, soft_wrap=True)
-    for finding in report.findings:
-        _print_finding(out, finding)
-    if report.notes:
-        out.print("\nnoted, no findings:")
-    for note in report.notes:
-        cost = "" if note.cost is None else f"; {_cost(note.cost)}"
-        out.print(f"  {note.rule}: {note.what}{cost}", markup=False, soft_wrap=True)
-    number = len(report.findings)
-    out.print(f"\n{number or 'no'} finding{'' if number == 1 else 's'}")
-    if report.fixed is not None:
-        _print_fixed(out, report.fixed, out_file)
-
-
-def _print_finding(out: Console, finding: Finding) -> None:
-    out.print(f"\n[{COLOURS[finding.harm]}]{finding.rule}[/] ({finding.harm.meaning})", soft_wrap=True)
-    lines = [
-        finding.what,
-        "evidence: " + "; ".join(f"{name} {_value(value)}" for name, value in finding.evidence.items()),
-    ]
-    if finding.cost is not None:
-        lines.append(f"cost: {_cost(finding.cost)}")
-    lines += [f"why: {finding.why}", f"fix: {finding.fix}"]
-    lines += [f"     {edit.words}" for edit in finding.edits]
-    if finding.edits:
-        lines.append("safe: --fix makes it" if finding.safe else "not made by --fix: say yourself which was meant")
-    for line in lines:
-        out.print(f"  {line}", markup=False, soft_wrap=True)
-
-
-def _print_fixed(out: Console, fixed: Fixed, file: Path | None) -> None:
-    if not fixed.text:
-        out.print(f"nothing can be fixed safely; {file} is not written", markup=False, soft_wrap=True)
-        return
-    number = len(fixed.edits)
-    moved = "did not change" if fixed.change == 0.0 else f"changed by {_value(fixed.change)} of its travel"
-    cost = "" if fixed.cost is None else f"; the original takes {_cost(fixed.cost)} of it"
-    out.print(
-        f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}{cost}", markup=False, soft_wrap=True
-    )
-
-
-def _cost(cost: PairedCost) -> str:
-    seen = "" if not cost.low <= 1.0 <= cost.high else ", no difference seen"
-    return f"{cost.ratio:.2f} x a step ({cost.low:.2f} to {cost.high:.2f}{seen})"
-
-
-def _value(value: Value) -> str:
-    if isinstance(value, float):
-        return "beyond all bounds" if value >= 1e300 else f"{value:.4g}"
-    return str(value)
-
-
-REVOLUTIONS = 2  # of a crank that a scene tells the speed of
 
 
 @click.command()
@@ -96,7 +36,7 @@ REVOLUTIONS = 2  # of a crank that a scene tells the speed of
     "--point", "points", multiple=True, metavar="NAME=site:SITE", help="Observe this, e.g. C=body:slider [every body]."
 )
 @click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
-@click.option("--seconds", type=float, metavar="T", help="How long to run [2000 steps; 2 turns of the crank].")
+@click.option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps; 2 turns of the crank].")
 @click.option("--ignore", "ignored", multiple=True, metavar="RULE", help="Leave a rule out.")
 @click.option("--json", "document", metavar="FILE", help="Write what was found as JSON.")
 @click.option("--fix", "fixed", metavar="OUT.xml", help="Write the model with the safe fixes made.")
@@ -112,55 +52,41 @@ def lint(
     document: str | None,
     fixed: str | None,
 ) -> None:
-    """What a MuJoCo model carries that its motion does not need, and what will bite.
+    """List what a MuJoCo model has that its motion does not need, and what will cause trouble.
 
-    The model is run, and run again without what is looked at; the file is only read.
+    The model is run, and run again without each suspect; the file is only read.
 
     Exit status 0: no findings; 1: findings; 2: bad usage.
     """
+    path = Path(model)
+    files = _outputs(path, document, fixed)
+    if scene is None and assignments:
+        raise InvalidInput(f"--set {assignments[0]}: it is a parameter of what --scene names")
+    machine = None if scene is None else select_scene(scene, assignments)[1]
+    folder = str(real_path(files["--fix"]).parent) if "--fix" in files else None
+    request = _request(machine, crank, points, keyframe, seconds, ignored, folder)
+
     from conrod.mjcf.lint.linting import lint as look
     from conrod.studies.execution.confined import confined
-    from conrod.studies.frame.files import naming, write_together
 
-    path = Path(model)
-    json_file, out = _outputs(path, document, fixed)
-    machine = _machine(scene, assignments)
-    folder = None if out is None else str(_folder(out))
-    request = _request(machine, crank, points, keyframe, seconds, ignored, folder)
     report = confined(look, path, request)
     with naming("standard output"):
-        print_report(report, out)
-    write_together(_batches(report, json_file, out))
+        print_report(report, files.get("--fix"))
+    texts = {
+        "--json": json.dumps(report.document(), indent=1, allow_nan=False) + "\n",
+        "--fix": report.fixed.text if report.fixed else "",
+    }
+    write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
     if report.findings:
-        sys.exit(exit_status.FAILED)
+        sys.exit(options.FAILED)
 
 
-def _outputs(model: Path, document: str | None, fixed: str | None) -> tuple[Path | None, Path | None]:
-    """Files to write, refused before any work where something would be lost by them."""
-    from conrod.own.models.model_files import as_outputs_must_not_be
-    from conrod.studies.frame.files import check_apart, file_to_write
-
-    json_file = None if document is None else file_to_write(document, "--json")
-    out = None if fixed is None else file_to_write(fixed, "--fix")
-    files = as_outputs_must_not_be(model)
-    check_apart(files | {name: file for name, file in (("--json", json_file), ("--fix", out)) if file is not None})
-    return json_file, out
-
-
-def _folder(file: Path) -> Path:
-    from conrod.studies.frame.files import real_path
-
-    return real_path(file).parent
-
-
-def _machine(name: str | None, assignments: tuple[str, ...]) -> Scene | None:
-    from conrod.studies.frame.resolve_arguments import select_scene
-
-    if name is None:
-        if assignments:
-            raise InvalidInput(f"--set {assignments[0]}: it is a parameter of what --scene names")
-        return None
-    return select_scene(name, assignments)[1]
+def _outputs(model: Path, document: str | None, fixed: str | None) -> dict[str, Path]:
+    """The files to write by their options, refused before any work where something would be lost by them."""
+    given = {"--json": document, "--fix": fixed}
+    files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
+    check_apart(as_outputs_must_not_be(model) | files)
+    return files
 
 
 def _request(
@@ -172,10 +98,6 @@ def _request(
     ignored: tuple[str, ...],
     folder: str | None,
 ) -> Request:
-    from conrod.cli.model_request import places_of
-    from conrod.mechanism.units import check_number
-    from conrod.mjcf.lint.findings import Request
-
     if seconds is not None:
         check_number("--seconds", seconds, 1e-9, 1e9, "s")
     speed = None
@@ -188,14 +110,52 @@ def _request(
     return Request(keyframe, seconds, crank, speed, places_of(points, observed), ignored, folder)
 
 
-def _batches(report: Report, document: Path | None, out: Path | None) -> list[Batch]:
-    import json
+# -- printing --------------------------------------------------------------------------------------------------------
 
-    from conrod.studies.frame.files import single
 
-    batches = []
-    if document is not None:
-        batches.append(single(document, json.dumps(report.document(), indent=1, allow_nan=False) + "\n"))
-    if out is not None and report.fixed is not None and report.fixed.text:
-        batches.append(single(out, report.fixed.text))
-    return batches
+def print_report(report: Report, out_file: Path | None) -> None:
+    """A block for each finding, the most harmful first, then what is good to know."""
+    out = console()
+    print_lines(out, [f"{report.model}: {report.run}"])
+    for finding in report.findings:
+        _print_finding(out, finding)
+    if report.notes:
+        costs = ["" if note.cost is None else f"; {_cost(note.cost)}" for note in report.notes]
+        print_lines(out, ["", "noted, no findings:"])
+        print_lines(out, (f"{n.rule}: {n.what}{cost}" for n, cost in zip(report.notes, costs, strict=True)), indent=2)
+    number = len(report.findings)
+    print_lines(out, ["", f"{number or 'no'} finding{'' if number == 1 else 's'}"])
+    if report.fixed is not None:
+        print_lines(out, [_fixed(report.fixed, out_file)])
+
+
+def _print_finding(out: Console, finding: Finding) -> None:
+    out.print(Text.assemble("\n", (finding.rule, COLOURS[finding.harm]), f" ({finding.harm.meaning})"), soft_wrap=True)
+    lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(v)}" for name, v in finding.evidence.items())]
+    if finding.cost is not None:
+        lines.append(f"cost: {_cost(finding.cost)}")
+    lines += [f"why: {finding.why}", f"fix: {finding.fix}"]
+    lines += [f"     {edit.words}" for edit in finding.edits]
+    if finding.edits:
+        lines.append("safe: --fix makes it" if finding.safe else "not made by --fix: say yourself which was meant")
+    print_lines(out, lines, indent=2)
+
+
+def _fixed(fixed: Fixed, file: Path | None) -> str:
+    if not fixed.text:
+        return f"nothing can be fixed safely; {file} is not written"
+    number = len(fixed.edits)
+    moved = "did not change" if fixed.change == 0.0 else f"changed by {_value(fixed.change)} of its travel"
+    cost = "" if fixed.cost is None else f"; the original takes {_cost(fixed.cost)} of it"
+    return f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}{cost}"
+
+
+def _cost(cost: PairedCost) -> str:
+    seen = "" if not cost.low <= 1.0 <= cost.high else ", no difference seen"
+    return f"{cost.ratio:.2f} x a step ({cost.low:.2f} to {cost.high:.2f}{seen})"
+
+
+def _value(value: Value) -> str:
+    if isinstance(value, float):
+        return "beyond all bounds" if value >= 1e300 else f"{value:.4g}"
+    return str(value)
