@@ -20,8 +20,7 @@ from conrod.errors import InvalidInput
 from conrod.mjcf.lint.document import Document, differing
 from conrod.mjcf.lint.edits import Exclude
 from conrod.mjcf.lint.findings import Report, Request
-from conrod.mjcf.lint.linting import lint
-from conrod.mjcf.lint.preparing import prepared
+from conrod.mjcf.lint.linting import lint, prepared
 from conrod.own.models.model_files import files_of_model
 from conrod.own.models.request import Place
 from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
