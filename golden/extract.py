@@ -153,18 +153,21 @@ def _limits(file: Path) -> Records:
                 yield from _probe(f"{name}/{probe['value']!r}", probe)
             for edge in walk["boundaries"]:
                 place = f"{name}/boundary/{edge['criterion']}"
-                yield from _exactly(place, _without(edge, "criterion", "quiet"))
-                yield f"{place}/undetected", Record(edge["quiet"])
+                yield from _exactly(place, _without(edge, "criterion", "undetected"))
+                yield f"{place}/undetected", Record(edge["undetected"])
         for entry in study["determinism"]:
             name = f"{entry['scene']}/{entry['engine']}/{entry['preset']}"
-            for key in ("outcome", "fingerprints", "identical"):
-                yield from _exactly(f"{name}/{key}", entry[key])
+            prints = entry["fingerprints"]
+            first, *others = prints
+            same = {run: prints[run] == prints[first] for run in others}
+            for key, value in (("outcome", entry["outcome"]), ("fingerprints", prints), ("identical", same)):
+                yield from _exactly(f"{name}/{key}", value)
 
 
 def _probe(name: str, probe: Entry) -> Records:
     yield f"{name}/level", Record(probe["level"])
     yield f"{name}/outcome", Record(probe["outcome"])
-    yield f"{name}/undetected", Record(probe["quiet"])
+    yield f"{name}/undetected", Record(probe["undetected"])
     yield from _measured(f"{name}/errors", probe["errors"])
     yield from _measured(f"{name}/torque", probe["torque"])
 

@@ -12,12 +12,10 @@ import command_line
 import pytest
 
 from conrod.cli.limits import EPILOG, MOST_RUNS
+from conrod.runs.plain import restore
 from conrod.studies.frame.resolve_arguments import select_engines, select_scenes
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.maps import PAIRS
-from conrod.studies.limits.parts import PARTS
-from conrod.studies.limits.plan import Request, check_runs, plan_limits
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.plan import ITEMS, Request, check_runs, plan_limits
+from conrod.studies.limits.results import LimitStudy
 
 # Two dozen runs of a second or two in all.
 QUICK = ("saw-500rpm", "--axis", "steps", "--engine", "pymunk", "--preset", "stock", "--range", "400..2")
@@ -46,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def study_in(folder: Path) -> LimitStudy:
     document: dict[str, Any] = json.loads((folder / "limits.json").read_text())
-    (study,) = (LimitStudy.of(values) for values in document["limits"])
+    (study,) = (restore(LimitStudy, values) for values in document["limits"])
     return study
 
 
@@ -59,9 +57,9 @@ def test_boundaries_are_printed_and_kept_as_json(folder: Path) -> None:
     assert 20 < boundary["wrong"].first_bad < boundary["wrong"].last_good < 100
     assert boundary["wrong"].last_good <= 1.02 * boundary["wrong"].first_bad + 1.0
     assert boundary["wrong"].outcome == "opened"
-    assert boundary["wrong"].quiet
+    assert boundary["wrong"].undetected
     printed = (folder / "first.txt").read_text()
-    for words in ("steps", "opened (quiet)", "within 1 %", "in one piece", "bounded"):
+    for words in ("steps", "opened (undetected)", "within 1 %", "in one piece", "bounded"):
         assert words in printed
 
 
@@ -71,7 +69,7 @@ def test_the_same_command_runs_nothing_again_and_finds_the_same(folder: Path) ->
     assert done.returncode == 0, done.stderr
     assert runs_in(folder / "ledger.sqlite") == before
     again = json.loads((folder / "again.json").read_text())["limits"]
-    assert [LimitStudy.of(values) for values in again] == [first]
+    assert [restore(LimitStudy, values) for values in again] == [first]
 
 
 def test_the_report_says_in_plain_words_where_it_is_wrong_and_quiet(folder: Path) -> None:
@@ -112,7 +110,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_told_in_one_line_and_nothing_is_written(mistake: str, tmp_path: Path) -> None:
+def test_a_mistake_is_known_in_one_line_and_nothing_is_written(mistake: str, tmp_path: Path) -> None:
     arguments, words = MISTAKES[mistake]
     done = conrod(*arguments, "--json", "limits.json", cwd=tmp_path)
     assert done.returncode == 2
@@ -144,7 +142,7 @@ def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> No
 
 def test_help_names_every_axis_and_every_pair() -> None:
     named = {word.strip(",;.") for word in EPILOG.split()}
-    assert {*AXES, *(pair.name for pair in PAIRS), *PARTS} <= named
+    assert set(ITEMS) <= named
 
 
 def test_the_report_names_the_limits_of_a_run_that_it_was_made_with(folder: Path) -> None:

@@ -89,7 +89,7 @@ def red_lines(axes: Axes) -> int:
 
 def test_quiet_stretches_stand_out_and_only_they() -> None:
     walks = steps_walks()
-    quiet = sum(probe.quiet for walk in walks for probe in walk.probes)
+    quiet = sum(probe.undetected for walk in walks for probe in walk.probes)
     assert quiet > 0
     assert red_lines(charted(walks)) == 5  # wrong and opened with MuJoCo; wrong, flipped and opened with pymunk
     assert red_lines(charted(quietened(walks))) == 0
@@ -160,8 +160,8 @@ def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
         assert figure is not None
         axes = figure.axes[0]
     else:
-        part = (axis.hopeless, "safe", "completed", False, 1e-3)
-        axes = charted([walked(axis.name, "mujoco", "stock", axis.harmless, [part], axis.scale)])
+        part = (axis.failing_end, "safe", "completed", False, 1e-3)
+        axes = charted([walked(axis.name, "mujoco", "stock", axis.safe_end, [part], axis.scale)])
     assert axes.get_xlabel() == axis.label
     assert 2 <= len(axes.get_xticks()) <= 16
     low, high = sorted(axes.get_xlim())
@@ -194,7 +194,7 @@ def test_the_drive_torque_has_a_panel_where_it_is_known() -> None:
 
 def test_the_reference_is_drawn_where_it_is_in_doubt() -> None:
     def black(walks: Sequence[Walk]) -> int:
-        return sum(line.get_color() == "black" for line in panels(walks, ruler=True)[0].lines)
+        return sum(line.get_color() == "black" for line in panels(walks, reference_error=True)[0].lines)
 
     assert black(nearness_walks()) == 1
     assert black(steps_walks()) == 0

@@ -21,10 +21,10 @@ from conrod.report.limits.writer import limits_report_again, limits_report_batch
 from conrod.report.reproduction import Reproduction
 from conrod.studies.frame.files import Batch, write_together
 from conrod.studies.limits.grade import Level
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import LimitStudy
 
 COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
-GALLERY = (exhibit("completed"), exhibit("opened", quiet=True, solver="stopped after 0 iterations"))
+GALLERY = (exhibit("completed"), exhibit("opened", undetected=True, solver="stopped after 0 iterations"))
 
 
 @pytest.fixture(scope="module")

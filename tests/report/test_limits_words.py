@@ -96,7 +96,7 @@ def test_quiet_runs_come_first_and_those_in_one_piece_before_all() -> None:
     levels = [one.level for one in ranges]
     assert levels == sorted(levels, key=["wrong", "broken", "unbounded"].index)
     # None is lost, and none is counted twice.
-    assert sum(len(one.probes) for one in ranges) == sum(p.quiet for walk in study.walks for p in walk.probes)
+    assert sum(len(one.probes) for one in ranges) == sum(p.undetected for walk in study.walks for p in walk.probes)
     assert quiet_table(quietened(study.walks)) == quiet_summary(quietened(study.walks)) == ""
 
 
@@ -196,7 +196,7 @@ def test_determinism_says_what_was_different() -> None:
 
 def test_the_gallery_says_what_told_of_an_end_and_which_is_not_shown() -> None:
     warned = exhibit("diverged", warnings={"BADQACC": 1}, finite=False)
-    text = gallery_table([exhibit("opened", quiet=True), warned, exhibit("crashed", finite=None)])
+    text = gallery_table([exhibit("opened", undetected=True), warned, exhibit("crashed", finite=None)])
     assert text.index("`diverged`") < text.index("`opened`") < text.index("`crashed`")
     assert "**nothing: quiet**" in text
     assert "the engine warns: BADQACC; numbers that are not finite" in text

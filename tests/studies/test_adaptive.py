@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -11,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conrod.studies.limits.adaptive import STRIDE, Node, Refined, refine, told
+from conrod.studies.limits.adaptive import STRIDE, Node, known_nodes, nearest_runs, refine
 
 Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1
 QUARTER = 0.25
@@ -36,7 +38,26 @@ def on_grid(kind: Kind, size: int) -> dict[Node, Hashable]:
     return {(i, j): kind(i / (size - 1), j / (size - 1)) for i, j in product(range(size), repeat=2)}
 
 
-def refined(full: dict[Node, Hashable], stride: int = STRIDE, **others: object) -> Refined[Hashable]:
+@dataclass(frozen=True)
+class Refined:
+    """A whole map: the nodes that were run, and of every node the class that it has or inherits."""
+
+    shape: tuple[int, int]
+    found: dict[Node, Hashable]
+
+    def class_of(self, node: Node) -> Hashable:
+        return self.found[self._sources[node]]
+
+    @cached_property
+    def _sources(self) -> dict[Node, Node]:
+        return nearest_runs(self.shape, self.found)
+
+    @property
+    def share(self) -> float:
+        return len(self.found) / (self.shape[0] * self.shape[1])
+
+
+def refined(full: dict[Node, Hashable], stride: int = STRIDE, **others: object) -> Refined:
     """What is found of a map; no node may be asked for twice."""
     shape = max(i for i, _ in full) + 1, max(j for _, j in full) + 1
     search = refine(shape, stride, **others)  # type: ignore[arg-type]  # arguments are a test's own
@@ -47,12 +68,13 @@ def refined(full: dict[Node, Hashable], stride: int = STRIDE, **others: object) 
         try:
             wanted = search.send({node: full[node] for node in wanted})
         except StopIteration as end:
-            found: Refined[Hashable] = end.value
-            assert sorted(asked) == sorted(found.found)
-            return found
+            found: dict[Node, Hashable] = end.value
+            break
+    assert sorted(asked) == sorted(found)
+    return Refined(shape, found)
 
 
-def wrong(found: Refined[Hashable], full: dict[Node, Hashable]) -> list[Node]:
+def wrong(found: Refined, full: dict[Node, Hashable]) -> list[Node]:
     return [node for node, kind in full.items() if found.class_of(node) != kind]
 
 
@@ -109,7 +131,7 @@ def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: i
     strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))
     full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}  # type: ignore[misc]
     found = refined(full)
-    assert told(found.shape, found.found) == set(full)
+    assert known_nodes(found.shape, found.found) == set(full)
     for i, j in full:
         for beside in ((i + 1, j), (i, j + 1)):
             if beside in full and found.class_of((i, j)) != found.class_of(beside):
@@ -155,10 +177,10 @@ def test_classes_that_alternate_from_node_to_node_take_no_more_than_the_allowanc
     assert refined(full).share > 2.0 * QUARTER
 
 
-def test_where_classes_alternate_unrun_nodes_are_not_told() -> None:
+def test_where_classes_alternate_unrun_nodes_are_not_known_nodes() -> None:
     full = chaos(49)
     found = refined(full, group_of=group, allowance=QUARTER)
-    known = told(found.shape, found.found)
+    known = known_nodes(found.shape, found.found)
     assert {node for node, kind in full.items() if group(kind)} <= known
     assert set(found.found) <= known
     assert len(known) < len(full)

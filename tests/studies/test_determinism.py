@@ -12,29 +12,28 @@ import pytest
 from catalogue import SAW
 
 from conrod.engines import ENGINES, engine_named
+from conrod.runs.plain import plain, restore
 from conrod.scenes import SCENES
-from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import (
     RUNS,
     Determinism,
-    RepeatedCell,
+    RepeatedCase,
     Task,
     determinism,
     determinism_search,
     repeated,
 )
-from conrod.studies.limits.stream_run import watch
+from conrod.studies.limits.stream_run import stream_run
 
 PRESETS = [(name, preset) for name in ENGINES for preset in engine_named(name).presets]
-CASE = Case("saw-40rpm", SAW, "pymunk", "tuned", 20)
+CASE = Setup("saw-40rpm", SAW, "pymunk", "tuned", 20)
 
 
-def found(case: Case) -> Determinism:
-    (one,) = pursue([determinism_search(case)], lambda cells: {cell.key: perform(cell) for cell in cells})
+def found(case: Setup) -> Determinism:
+    (one,) = pursue([determinism_search(case)], lambda cells: {cell.key: cell.perform() for cell in cells})
     return one
 
 
@@ -43,37 +42,33 @@ def check_identical(one: Determinism) -> None:
     assert tuple(one.fingerprints) == RUNS
     assert len(one.fingerprints["first"]) == 64
     assert one.identical == dict.fromkeys(RUNS[1:], True)
-    assert one.identical_in_process
-    assert one.identical_after_another
-    assert one.identical_across
 
 
 @pytest.mark.parametrize(("engine", "preset"), PRESETS)
 def test_a_run_made_again_is_the_same_to_the_last_bit(engine: str, preset: str) -> None:
-    check_identical(found(Case("saw-40rpm", SAW, engine, preset, 100)))
+    check_identical(found(Setup("saw-40rpm", SAW, engine, preset, 100)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("engine", "preset"), PRESETS)
 def test_every_preset_on_every_scene_at_its_usual_steps_is_deterministic(scene: str, engine: str, preset: str) -> None:
-    case = Case(scene, SCENES[scene], engine, preset)
+    case = Setup(scene, SCENES[scene], engine, preset)
     if case.refusal() is None:
         check_identical(found(case))
 
 
 def test_a_preset_that_is_not_for_the_machine_has_no_fingerprints() -> None:
-    one = found(Case("cam-follower", SCENES["cam-follower"], "mujoco", "hardened", 100))
+    one = found(Setup("cam-follower", SCENES["cam-follower"], "mujoco", "hardened", 100))
     assert one.outcome == "unsupported"
     assert one.fingerprints == one.identical == {}
-    assert one.identical_in_process is one.identical_after_another is one.identical_across is None
 
 
 # -- negative controls: one bit of the start angle, in some of the runs ----------------------------------------------
 
 
-def off_by_a_bit(cell: LimitCell) -> Measurement:
-    return watch(replace(cell, start_angle=math.nextafter(cell.start_angle, 1.0)))
+def off_by_a_bit(cell: LimitCase) -> Measurement:
+    return stream_run(replace(cell, start_angle=math.nextafter(cell.start_angle, 1.0)))
 
 
 CALLS: list[str] = []
@@ -86,14 +81,14 @@ def _nothing_called() -> Iterator[None]:
     CALLS.clear()
 
 
-def other_the_second_time(cell: LimitCell) -> Measurement:
+def other_the_second_time(cell: LimitCase) -> Measurement:
     CALLS.append(cell.name)
-    return off_by_a_bit(cell) if len(CALLS) == 2 else watch(cell)
+    return off_by_a_bit(cell) if len(CALLS) == 2 else stream_run(cell)
 
 
-def other_after_another_machine(cell: LimitCell) -> Measurement:
+def other_after_another_machine(cell: LimitCase) -> Measurement:
     CALLS.append(cell.name)
-    return off_by_a_bit(cell) if "another" in CALLS else watch(cell)
+    return off_by_a_bit(cell) if "another" in CALLS else stream_run(cell)
 
 
 def in_a_child() -> bool:
@@ -101,8 +96,8 @@ def in_a_child() -> bool:
     return hasattr(sys.modules["__main__"], "Owner")
 
 
-def other_in_another_process(cell: LimitCell) -> Measurement:
-    return off_by_a_bit(cell) if in_a_child() else watch(cell)
+def other_in_another_process(cell: LimitCase) -> Measurement:
+    return off_by_a_bit(cell) if in_a_child() else stream_run(cell)
 
 
 @pytest.mark.parametrize(
@@ -114,19 +109,19 @@ def other_in_another_process(cell: LimitCell) -> Measurement:
     ],
 )
 def test_one_bit_of_difference_is_seen_where_it_is(task: Task, differs: str) -> None:
-    cell = RepeatedCell(CASE.name, CASE.scene, CASE.settings(), 1.0, start_angle=0.3)
+    cell = RepeatedCase(CASE.name, CASE.scene, CASE.settings(), 1.0, start_angle=0.3)
     one = determinism(CASE, repeated(cell, task))
     assert one.identical == {run: run != differs for run in RUNS[1:]}
 
 
-def die_elsewhere(cell: LimitCell) -> Measurement:
+def die_elsewhere(cell: LimitCase) -> Measurement:
     if in_a_child():
         raise SystemExit(3)
-    return watch(cell)
+    return stream_run(cell)
 
 
 def test_a_process_that_dies_is_an_outcome_and_no_fingerprint() -> None:
-    one = determinism(CASE, repeated(RepeatedCell(CASE.name, CASE.scene, CASE.settings(), 1.0), die_elsewhere))
+    one = determinism(CASE, repeated(RepeatedCase(CASE.name, CASE.scene, CASE.settings(), 1.0), die_elsewhere))
     assert (one.outcome, one.reason) == ("crashed", "in another process: ended with status 3")
     assert one.fingerprints == {}
 
@@ -135,9 +130,9 @@ def test_a_process_that_dies_is_an_outcome_and_no_fingerprint() -> None:
 
 
 def test_a_repeated_run_has_a_key_of_its_own_and_is_measured_as_the_run_itself() -> None:
-    cell = RepeatedCell(CASE.name, CASE.scene, CASE.settings(), 1.0)
+    cell = RepeatedCase(CASE.name, CASE.scene, CASE.settings(), 1.0)
     assert cell.key != cell.once.key
-    again, once = perform(cell), perform(cell.once)
+    again, once = cell.perform(), cell.once.perform()
     assert again.extremes is not None
     assert once.extremes is not None
     assert replace(again, extremes=dict(again.extremes) | {"again": ()}) == replace(once, extremes=dict(once.extremes))
@@ -146,4 +141,4 @@ def test_a_repeated_run_has_a_key_of_its_own_and_is_measured_as_the_run_itself()
 def test_what_was_found_survives_a_file() -> None:
     for prints in (dict.fromkeys(RUNS, "ab"), {}):
         one = Determinism("saw", "pymunk", "tuned", "completed", "", prints)
-        assert Determinism.of(json.loads(json.dumps(one.as_dict()))) == one
+        assert restore(Determinism, json.loads(json.dumps(plain(one)))) == one

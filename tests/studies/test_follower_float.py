@@ -13,27 +13,25 @@ import pytest
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.limits.float_figure import float_figure
 from conrod.report.limits.float_table import float_table
+from conrod.runs.plain import plain, restore
 from conrod.scenes import CamFollower, Saw
-from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Results, pursue
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import exact_flight, short_flight
 from conrod.studies.limits.extremes import Extremes, Flight
 from conrod.studies.limits.float_results import WITHIN, FollowerFloat, OnsetProbe
-from conrod.studies.limits.follower_float import LEAST_STEPS, float_search, most_float_runs
-from conrod.studies.limits.gap_record import SPANS, GapCell, thinned
+from conrod.studies.limits.follower_float import LEAST_STEPS, SPANS, GapCase, float_search, most_float_runs, thinned
 
 CAM = CamFollower()
 REBOUND = 0.05  # speed at which the follower of a law leaves the joint, in A x the step's angle
 HARD, SOFT = 1e-9, 4e-4  # penetration [m]
 
-Law = Callable[[LimitCell], float]  # length of the longest flight [rad]
+Law = Callable[[LimitCase], float]  # length of the longest flight [rad]
 
 
-def case(engine: str = "pymunk", preset: str = "tuned") -> Case:
-    return Case("cam-follower", CAM, engine, preset)
+def case(engine: str = "pymunk", preset: str = "tuned") -> Setup:
+    return Setup("cam-follower", CAM, engine, preset)
 
 
 def rebounding(force: float = 1.0, order: float = 1.0) -> Law:
@@ -43,7 +41,7 @@ def rebounding(force: float = 1.0, order: float = 1.0) -> Law:
         force: that really acts, over the one that is meant.
     """
 
-    def length(cell: LimitCell) -> float:
+    def length(cell: LimitCase) -> float:
         assert isinstance(cell.scene, CamFollower)
         scene = cell.scene.with_parameters(preload=force * cell.scene.preload)
         excess, (least, curvature) = 1.0 - scene.preload, short_flight(scene)
@@ -56,7 +54,7 @@ def rebounding(force: float = 1.0, order: float = 1.0) -> Law:
     return length
 
 
-def answered(law: Law, cells: list[LimitCell], penetration: float = HARD) -> Results:
+def answered(law: Law, cells: list[LimitCase], penetration: float = HARD) -> Results:
     """What an engine that follows a law would show."""
     shown = {}
     for cell in cells:
@@ -73,9 +71,9 @@ def answered(law: Law, cells: list[LimitCell], penetration: float = HARD) -> Res
             flights=flights,
             history=(),
             fingerprint="",
-            gaps=gaps if isinstance(cell, GapCell) else (),
+            gaps=gaps if isinstance(cell, GapCase) else (),
         )
-        shown[cell.key] = Measurement("completed", extremes=watched.as_dict())
+        shown[cell.key] = Measurement("completed", extremes=plain(watched))
     return shown
 
 
@@ -101,13 +99,13 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step(good: FollowerF
 
 @pytest.mark.parametrize("first", [0.0, 0.6, 0.8, 1.0, 1.1, 1.3, 1.6, 2.001, 2.9, 3.5])
 def test_no_search_asks_for_more_runs_than_were_announced(first: float) -> None:
-    def law(cell: LimitCell) -> float:
+    def law(cell: LimitCase) -> float:
         assert isinstance(cell.scene, CamFollower)
         return 0.3 if cell.scene.preload < 1.0 / first**2 else 0.0
 
     asked = []
 
-    def run(cells: list[LimitCell]) -> Results:
+    def run(cells: list[LimitCase]) -> Results:
         asked.append(len(cells))
         return answered(law if first else lambda _: 0.3, cells)
 
@@ -147,7 +145,7 @@ def test_flights_at_every_speed_are_no_onset() -> None:
     assert found.probes[0].speed == 0.5
 
 
-def test_a_contact_too_soft_for_the_onset_is_told() -> None:
+def test_a_contact_too_soft_for_the_onset_is_known() -> None:
     found = found_with(lambda cell: max(0.0, cell.scene.speed / 5.0 - 1.1), SOFT)
     assert found.onset == pytest.approx(1.1, abs=0.003)
     assert not found.fit
@@ -173,9 +171,9 @@ def test_half_an_order_is_the_border(lengths: tuple[float, float | None], flies:
 
 
 def test_all_runs_take_twenty_thousand_steps_or_more_and_refine_the_cam_with_them() -> None:
-    seen: list[LimitCell] = []
+    seen: list[LimitCase] = []
 
-    def run(cells: list[LimitCell]) -> Results:
+    def run(cells: list[LimitCase]) -> Results:
         seen.extend(cells)
         return answered(lambda cell: 0.0, cells)
 
@@ -188,14 +186,14 @@ def test_all_runs_take_twenty_thousand_steps_or_more_and_refine_the_cam_with_the
 
 def test_a_scene_without_a_held_follower_is_refused() -> None:
     for scene in (Saw(), CAM.with_parameters(preload=0.0)):
-        (found,) = pursue([float_search(Case("other", scene, "pymunk", "tuned"))], lambda cells: {})
+        (found,) = pursue([float_search(Setup("other", scene, "pymunk", "tuned"))], lambda cells: {})
         assert "follower" in found.refusal
         assert found.onset is None
     assert float_table([found]) == ""
 
 
 def test_results_survive_json(good: FollowerFloat) -> None:
-    assert FollowerFloat.of(json.loads(json.dumps(good.as_dict()))) == good
+    assert restore(FollowerFloat, json.loads(json.dumps(plain(good)))) == good
 
 
 def test_the_figure_is_the_same_twice_and_none_without_a_run(good: FollowerFloat) -> None:
@@ -225,8 +223,8 @@ def test_a_thinned_gap_keeps_its_extremes() -> None:
 def run_at(speed: float, engine: str, revolutions: float, force: float = 1.0) -> Extremes:
     """A run at a speed over the float speed, at 20000 steps a revolution."""
     scene = CAM.with_parameters(speed=speed * 5.0, preload=force / speed**2)
-    cell = LimitCell("cam-follower", scene, case(engine).settings(scene, LEAST_STEPS), revolutions)
-    watched = Extremes.of(perform(cell))
+    cell = LimitCase("cam-follower", scene, case(engine).settings(scene, LEAST_STEPS), revolutions)
+    watched = Extremes.of(cell.perform())
     assert watched is not None
     return watched
 
@@ -251,10 +249,10 @@ def test_engines_hold_the_follower_below_the_float_speed(engine: str) -> None:
 
 def test_a_recorded_run_shows_the_flight_that_it_measured() -> None:
     scene = CAM.with_parameters(speed=7.5, preload=1.0 / 1.5**2)
-    cell = GapCell("cam-follower", scene, case().settings(scene, LEAST_STEPS), 0.7)
-    plain = LimitCell(cell.name, cell.scene, cell.settings, cell.revolutions)
-    assert cell.key != plain.key
-    watched, bare = Extremes.of(perform(cell)), Extremes.of(perform(plain))
+    cell = GapCase("cam-follower", scene, case().settings(scene, LEAST_STEPS), 0.7)
+    bare_case = LimitCase(cell.name, cell.scene, cell.settings, cell.revolutions)
+    assert cell.key != bare_case.key
+    watched, bare = Extremes.of(cell.perform()), Extremes.of(bare_case.perform())
     assert watched is not None
     assert bare is not None
     assert replace(watched, gaps=()) == bare
@@ -265,8 +263,8 @@ def test_a_recorded_run_shows_the_flight_that_it_measured() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("pymunk", "tuned"), ("pymunk", "stock")])
 def test_onset_is_within_two_per_cent_of_theory(engine: str, preset: str) -> None:
-    def run(cells: list[LimitCell]) -> Results:
-        return {cell.key: perform(cell) for cell in cells}
+    def run(cells: list[LimitCase]) -> Results:
+        return {cell.key: cell.perform() for cell in cells}
 
     (found,) = pursue([float_search(case(engine, preset))], run)
     assert found.fit

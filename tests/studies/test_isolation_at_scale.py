@@ -23,8 +23,7 @@ from conrod.studies.execution.worker import perform
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.limits.cell import LimitCell
-from conrod.studies.limits.declaration import Declaration
+from conrod.studies.limits.case import Declaration, LimitCase
 
 JOBS = 2
 # Far more than any of these runs takes on a busy machine, and the time that a hang takes.
@@ -112,17 +111,17 @@ def test_an_engines_abort_in_a_sweep_is_the_outcome_of_its_cell(ledger: Ledger) 
     assert {cell.key: table[cell.key] for cell in others} == {cell.key: measure(cell) for cell in others}
 
 
-def limit_cells() -> dict[str, LimitCell]:
+def limit_cells() -> dict[str, LimitCase]:
     saw = planted.SAW
     mechanism = saw.mechanism()
     turned = Declaration(
         tuple(body.name for body in reversed(mechanism.bodies)), tuple(joint.name for joint in mechanism.joints)
     )
     return {
-        "pymunk": LimitCell("saw", saw, planted.SETTINGS[0]),
-        "mujoco": LimitCell("saw", saw, MuJoCoSettings.tuned(saw, 100)),
-        "declared in another order": LimitCell("saw", saw, MuJoCoSettings.tuned(saw, 100), declaration=turned),
-        "five steps a revolution": LimitCell("saw", saw, MuJoCoSettings.tuned(saw, 5)),
+        "pymunk": LimitCase("saw", saw, planted.SETTINGS[0]),
+        "mujoco": LimitCase("saw", saw, MuJoCoSettings.tuned(saw, 100)),
+        "declared in another order": LimitCase("saw", saw, MuJoCoSettings.tuned(saw, 100), declaration=turned),
+        "five steps a revolution": LimitCase("saw", saw, MuJoCoSettings.tuned(saw, 5)),
     }
 
 

@@ -14,15 +14,12 @@ from conrod.engines.running import whole_run
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
-from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.scene_summary import dead_centres
-from conrod.studies.limits.axes import AXES, LENGTH_AXIS, axis_named
-from conrod.studies.limits.axes.assembly import permutation
-from conrod.studies.limits.axes.machine import STEP, length_power, rescaled
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS, STEP, axis_named
 from conrod.studies.limits.axis import Axis, Scale, spaced
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase, Setup
+from conrod.studies.limits.changed_machines import length_power, permutation, rescaled
 from conrod.studies.limits.grade import Level, grade_of
 
 PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
@@ -30,19 +27,19 @@ CASES = [
     case
     for scene in (PRESS, SAW, CAM)
     for engine, preset in PRESETS
-    if (case := Case(scene.kind, scene, engine, preset)).refusal() is None
+    if (case := Setup(scene.kind, scene, engine, preset)).refusal() is None
 ]
 
 
-def case_of(scene: Scene = SAW, engine: str = "mujoco", preset: str = "hardened") -> Case:
-    return Case(scene.kind, scene, engine, preset)
+def case_of(scene: Scene = SAW, engine: str = "mujoco", preset: str = "hardened") -> Setup:
+    return Setup(scene.kind, scene, engine, preset)
 
 
-def ends(axis: Axis, case: Case) -> set[float]:
+def ends(axis: Axis, case: Setup) -> set[float]:
     return {end for span in axis.spans(case) for end in span}
 
 
-def changed(cell: LimitCell, case: Case) -> set[str]:
+def changed(cell: LimitCase, case: Setup) -> set[str]:
     """Names of the parameters and settings in which a run differs from the preset's."""
     own = case.settings()
     return {n for n, v in cell.scene.parameters.items() if v != case.scene.parameters[n]} | {
@@ -68,7 +65,7 @@ def test_an_unknown_axis_is_refused_with_the_nearest_one() -> None:
 
 
 @pytest.mark.parametrize("name", AXES)
-def test_every_machine_has_an_axis_or_is_told_why_not(name: str) -> None:
+def test_every_machine_has_an_axis_or_is_known_why_not(name: str) -> None:
     axis = AXES[name]
     refusals = {case: axis.refusal(case) for case in CASES}
     assert None in refusals.values()
@@ -93,10 +90,10 @@ def test_both_ends_of_every_axis_can_be_built(name: str) -> None:
     axis = AXES[name]
     for case in (c for c in CASES if axis.refusal(c) is None):
         for value in ends(axis, case):
-            cell = axis.cell(case, value)
+            cell = axis.case(case, value)
             assert cell.settings.engine == case.engine
             assert axis.text(case, value)
-            assert cell.key == axis.cell(case, value).key
+            assert cell.key == axis.case(case, value).key
         assert all(first != last for first, last in axis.spans(case))
 
 
@@ -126,14 +123,14 @@ def test_an_axis_changes_nothing_but_its_own_quantity(name: str) -> None:
     case = replace(usual, steps_per_revolution=usual.steps)
     # Presets follow the machine: the flywheel of the drive its masses and its travel.
     follows = {"armature"} if name in ("mass-ratio", "nearness") else set()
-    seen = set.union(*(changed(axis.cell(case, value), case) for value in ends(axis, case)))
+    seen = set.union(*(changed(axis.case(case, value), case) for value in ends(axis, case)))
     assert ALONE[name] <= seen <= ALONE[name] | follows
 
 
 def test_near_a_change_point_steps_are_finer_unless_their_number_was_asked_for() -> None:
     case = case_of()
-    assert AXES["nearness"].cell(case, 0.5).settings.steps_per_revolution == 5 * case.steps
-    assert AXES["nearness"].cell(replace(case, steps_per_revolution=80), 0.5).settings.steps_per_revolution == 80
+    assert AXES["nearness"].case(case, 0.5).settings.steps_per_revolution == 5 * case.steps
+    assert AXES["nearness"].case(replace(case, steps_per_revolution=80), 0.5).settings.steps_per_revolution == 80
 
 
 # -- each of them ----------------------------------------------------------------------------------------------------
@@ -142,37 +139,37 @@ def test_near_a_change_point_steps_are_finer_unless_their_number_was_asked_for()
 def test_every_speed_that_exists_has_whole_steps_of_one_length() -> None:
     axis, case = AXES["speed"], case_of()
     for value in spaced(Scale.LOG, 1.0, 50000.0, 9):
-        cell = axis.cell(case, value)
+        cell = axis.case(case, value)
         assert cell.settings.timestep == pytest.approx(STEP, rel=1e-12)
         rpm = cell.scene.speed / (2.0 * math.pi) * 60.0
         assert axis.nearest(value) == pytest.approx(rpm, rel=1e-12)
         assert axis.nearest(rpm) == pytest.approx(rpm, rel=1e-12)
-    assert axis.cell(case, 1.0).settings.steps_per_revolution == 100_000
-    assert axis.cell(case, 50000.0).settings.steps_per_revolution == 2
-    backward = Case("saw", Saw(speed=-4.0), "mujoco", "tuned")
-    assert axis.cell(backward, 100.0).scene.speed < 0.0
+    assert axis.case(case, 1.0).settings.steps_per_revolution == 100_000
+    assert axis.case(case, 50000.0).settings.steps_per_revolution == 2
+    backward = Setup("saw", Saw(speed=-4.0), "mujoco", "tuned")
+    assert axis.case(backward, 100.0).scene.speed < 0.0
 
 
 def test_masses_are_unequal_both_ways() -> None:
     axis, case = AXES["mass-ratio"], case_of()
     assert axis.spans(case) == ((1.0, 1e6), (1.0, 1e-6))
     for value in (1e-6, 1.0, 1e6):
-        mechanism = axis.cell(case, value).scene.mechanism()
+        mechanism = axis.case(case, value).scene.mechanism()
         assert mechanism.body("slider").mass / mechanism.body("rod").mass == pytest.approx(value, rel=1e-12)
         assert mechanism.body("rod") == case.scene.mechanism().body("rod")
 
 
 def test_a_preset_that_follows_the_masses_does_so_on_the_axis() -> None:
     axis, case = AXES["mass-ratio"], case_of(SAW, "pymunk", "tuned")
-    few, many, most = (axis.cell(case, value).settings.as_dict()["iterations"] for value in (1.0, 1e3, 1e6))
+    few, many, most = (axis.case(case, value).settings.as_dict()["iterations"] for value in (1.0, 1e3, 1e6))
     assert few < many < most
 
 
 def test_nearness_is_that_of_the_length_to_its_limit() -> None:
     axis = AXES["nearness"]
-    near = axis.cell(case_of(PRESS), 1.0 - 1e-9).scene
+    near = axis.case(case_of(PRESS), 1.0 - 1e-9).scene
     assert 1.0 - near.parameters["crank"] / near.parameters["rod"] == pytest.approx(1e-9, rel=1e-6)
-    near = axis.cell(Case("saw", Saw(offset=-0.01), "mujoco", "tuned"), 0.75).scene
+    near = axis.case(Setup("saw", Saw(offset=-0.01), "mujoco", "tuned"), 0.75).scene
     assert near.parameters["offset"] == pytest.approx(-0.15)
     assert axis.text(case_of(), 1.0 - 1e-9) == "1 - 1e-09"
 
@@ -181,7 +178,7 @@ def test_nearness_is_that_of_the_length_to_its_limit() -> None:
 @pytest.mark.parametrize("distance", [1e-3, 1e-6, 1e-9])
 def test_both_references_hold_next_to_the_change_point(scene: Scene, distance: float) -> None:
     """The walk around the turn stays on its branch; what they differ by is 1e-16 / sqrt(2 distance), and not more."""
-    near = AXES["nearness"].cell(case_of(scene), 1.0 - distance).scene
+    near = AXES["nearness"].case(case_of(scene), 1.0 - distance).scene
     angles = np.sort(np.concatenate([np.linspace(0.0, 2.0 * math.pi, 361), math.pi / 2 + np.array([-1e-6, 1e-6])]))
     closed, generic = near.motion(angles, 1.0), near.kinematics.motion(angles, 1.0)
     for name, length in near.lengths.items():
@@ -202,27 +199,27 @@ def test_only_a_time_constant_below_two_steps_takes_mujocos_guard_off() -> None:
     axis = AXES["stabilisation"]
     for case, field in ((case_of(preset="tuned"), "solref"), (case_of(CAM, preset="tuned"), "contact_solref")):
         for value, guarded in ((100.0, True), (2.0, True), (1.9, False), (0.1, False)):
-            settings = axis.cell(case, value).settings.as_dict()
+            settings = axis.case(case, value).settings.as_dict()
             assert settings[field][0] == pytest.approx(value * settings["timestep"], rel=1e-12)
             assert settings.get("refsafe", True) is guarded
-        assert axis.cell(case, axis.spans(case)[0][0]).key == LimitCell(case.name, case.scene, case.settings()).key
+        assert axis.case(case, axis.spans(case)[0][0]).key == LimitCase(case.name, case.scene, case.settings()).key
 
 
 def test_what_pymunk_leaves_of_an_error_after_a_step_is_that_of_the_time_constant() -> None:
     axis, case = AXES["stabilisation"], case_of(SAW, "pymunk", "stock")
-    settings = axis.cell(case, 20.0).settings
+    settings = axis.case(case, 20.0).settings
     assert settings.as_dict()["error_bias"] ** settings.timestep == pytest.approx(math.exp(-1.0 / 20.0), rel=1e-9)
     # The share left after a second is then e^-7000, which no number is: the engine mends all at once, and it is said.
-    assert axis.cell(case, 0.1).settings.as_dict()["error_bias"] == 0.0
+    assert axis.case(case, 0.1).settings.as_dict()["error_bias"] == 0.0
     assert axis.text(case, 0.1) == "0.1 steps (all at once)"
     assert axis.text(case, 20.0) == "20 steps"
 
 
 def test_regularisation_of_a_contact_ends_where_mujoco_ends_it() -> None:
     axis, cam = AXES["regularisation"], case_of(CAM, preset="tuned")
-    assert axis.cell(cam, 1e-4).settings.as_dict()["contact_solimp"][:2] == [0.9999, 0.9999]
+    assert axis.case(cam, 1e-4).settings.as_dict()["contact_solimp"][:2] == [0.9999, 0.9999]
     with pytest.raises(InvalidInput, match=r"regularisation of a contact = 1e-05 is out of range: 0\.0001 <="):
-        axis.cell(cam, 1e-5)
+        axis.case(cam, 1e-5)
 
 
 def test_another_unit_of_length_is_the_same_machine() -> None:
@@ -248,12 +245,12 @@ def test_the_power_of_metre_in_a_unit(unit: str, power: int) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_runs_start_every_five_degrees_and_at_dead_centres(name: str) -> None:
     scene = SCENES[name]
-    axis, case = AXES["start-pose"], Case(name, scene, "mujoco", "tuned")
+    axis, case = AXES["start-pose"], Setup(name, scene, "mujoco", "tuned")
     starts = axis.values(case)
     assert set(range(0, 360, 5)) <= set(starts)
     for centre in dead_centres(scene):
         nearest = min(starts, key=lambda start: abs(start - math.degrees(centre.angle)))
-        cell = axis.cell(case, nearest)
+        cell = axis.case(case, nearest)
         assert cell.start_angle == pytest.approx(centre.angle, abs=1e-7)
         assert axis.text(case, nearest).endswith("(dead centre)")
         # There the output stands still.
@@ -273,7 +270,7 @@ def test_orders_of_declaration_are_spread_evenly_and_end_with_the_reversed_one()
     assert axis.values(case_of(CAM, preset="tuned")) == tuple(range(12))
     numbers = axis.values(case_of())
     assert len(numbers) == 24
-    first, *_, last = (axis.cell(case_of(), number).declaration for number in numbers)
+    first, *_, last = (axis.case(case_of(), number).declaration for number in numbers)
     mechanism = SAW.mechanism()
     assert first is not None
     assert last is not None
@@ -286,7 +283,7 @@ def test_the_force_on_a_follower_stays_while_the_speed_grows() -> None:
     axis, case = AXES["float"], case_of(CAM, preset="tuned")
     assert isinstance(CAM, CamFollower)
     for value in (0.2, 1.0, 5.0):
-        scene = axis.cell(case, value).scene
+        scene = axis.case(case, value).scene
         assert isinstance(scene, CamFollower)
         assert scene.preload_force == pytest.approx(CAM.preload_force, rel=1e-12)
         # The force over what the follower needs.
@@ -297,8 +294,8 @@ def test_the_force_on_a_follower_stays_while_the_speed_grows() -> None:
 def test_the_flank_shrinks_to_the_one_circle_cam() -> None:
     axis, case = AXES["flank-radius"], case_of(CAM, preset="tuned")
     (own, least) = axis.spans(case)[0]
-    assert axis.cell(case, own).scene.parameters == pytest.approx(CAM.parameters)
-    near, last = axis.cell(case, 2e-6).scene, axis.cell(case, least).scene
+    assert axis.case(case, own).scene.parameters == pytest.approx(CAM.parameters)
+    near, last = axis.case(case, 2e-6).scene, axis.case(case, least).scene
     assert isinstance(near, CamFollower)
     assert isinstance(last, CamFollower)
     assert len(near.break_angles()) == 4
@@ -310,7 +307,7 @@ def test_the_nose_sharpens_and_the_lift_stays() -> None:
     axis, case = AXES["nose-radius"], case_of(CAM, preset="tuned")
     assert isinstance(CAM, CamFollower)
     for value in (29.0, 1.0, 0.01):
-        scene = axis.cell(case, value).scene
+        scene = axis.case(case, value).scene
         assert isinstance(scene, CamFollower)
         assert scene.nose_radius == pytest.approx(value * 1e-3)
         assert scene.full_lift == pytest.approx(CAM.full_lift, rel=1e-12)
@@ -320,8 +317,8 @@ def test_the_nose_sharpens_and_the_lift_stays() -> None:
 # -- from harmless to hopeless ---------------------------------------------------------------------------------------
 
 
-def run(name: str, case: Case, value: float) -> Measurement:
-    return perform(AXES[name].cell(case, value))
+def run(name: str, case: Setup, value: float) -> Measurement:
+    return AXES[name].case(case, value).perform()
 
 
 FAILS = [
@@ -333,14 +330,14 @@ FAILS = [
     ("nearness", case_of(PRESS, "pymunk", "tuned"), 0.1, 1.0 - 1e-9),
     ("stabilisation", case_of(SAW, "mujoco", "tuned"), 8.0, 0.1),
     ("iterations", case_of(SAW, "pymunk", "tuned"), 200.0, 1.0),
-    ("length-unit", Case("saw", SCENES["saw-500rpm"], "mujoco", "stock"), 1.0, 1e-3),
+    ("length-unit", Setup("saw", SCENES["saw-500rpm"], "mujoco", "stock"), 1.0, 1e-3),
     ("speed", case_of(SAW, "pymunk", "tuned"), 200.0, 50000.0),
 ]
 
 
 @pytest.mark.parametrize(("name", "case", "harmless", "hopeless"), FAILS)
 def test_an_axis_leads_from_a_sound_run_to_a_failed_one(
-    name: str, case: Case, harmless: float, hopeless: float
+    name: str, case: Setup, harmless: float, hopeless: float
 ) -> None:
     assert grade_of(run(name, case, harmless)).level in (Level.SAFE, Level.ROUGH)
     assert grade_of(run(name, case, hopeless)).level not in (Level.SAFE, Level.ROUGH)
@@ -360,7 +357,7 @@ def test_errors_depend_on_no_order_of_declaration_where_the_solver_converges(
 ) -> None:
     axis, case = AXES["declaration"], case_of(scene, engine, preset)
     numbers = axis.values(case)
-    errors = [perform(axis.cell(case, number)).largest("position") for number in numbers[:: len(numbers) // 4]]
+    errors = [axis.case(case, number).perform().largest("position") for number in numbers[:: len(numbers) // 4]]
     assert errors == pytest.approx([errors[0]] * len(errors), rel=0.05)
 
 
@@ -368,7 +365,7 @@ def test_errors_depend_on_no_order_of_declaration_where_the_solver_converges(
 def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine: str, preset: str) -> None:
     """The tracks of a redeclared machine are its own: seen in the scene's order they are another machine's."""
     case = case_of(SAW, engine, preset)
-    cell = AXES["declaration"].cell(case, AXES["declaration"].values(case)[-1])
+    cell = AXES["declaration"].case(case, AXES["declaration"].values(case)[-1])
     trajectory = whole_run(case.made_by, cell.machine, cell.settings, 0.05)
     assert trajectory.bodies is not None
     start = trajectory.bodies.position.poses[0].reshape(-1, 3)

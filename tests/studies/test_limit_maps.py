@@ -15,14 +15,13 @@ from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.limits.map_cells import areas, edges_about, seams, shaded_errors
 from conrod.report.limits.map_figure import NOT_LOOKED_AT, map_figure
 from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_COLOURS, OUTCOME_MARKS, SHADES, error_colour
+from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
-from conrod.studies.execution.worker import perform
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
 from conrod.studies.limits.adaptive import Node
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.grade import Level, grade_of
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
 
@@ -31,8 +30,8 @@ QUARTER = 0.25
 Told = Callable[[float, float], Measurement]  # of steps and of the other axis' value
 
 
-def case_of(scene: str = "saw-500rpm", engine: str = "mujoco", preset: str = "hardened") -> Case:
-    return Case(scene, SCENES[scene], engine, preset)
+def case_of(scene: str = "saw-500rpm", engine: str = "mujoco", preset: str = "hardened") -> Setup:
+    return Setup(scene, SCENES[scene], engine, preset)
 
 
 def completed(error: float) -> Measurement:
@@ -52,10 +51,10 @@ def at_fewer(steps: float, mass: float) -> Measurement:
 MADE_UP = case_of(engine="pymunk", preset="stock")
 
 
-def mapped(case: Case, pair: Pair, told: Told, resolution: tuple[int, int] = (65, 33)) -> LimitMap:
+def mapped(case: Setup, pair: Pair, told: Told, resolution: tuple[int, int] = (65, 33)) -> LimitMap:
     """The map of runs that are made up; nothing is run."""
     x, y = pair.values(case, resolution)
-    answers = {pair.cell(case, steps, value).key: told(steps, value) for steps, value in product(x, y)}
+    answers = {pair.case(case, steps, value).key: told(steps, value) for steps, value in product(x, y)}
     return pursue([map_search(case, pair, resolution)], lambda cells: {c.key: answers[c.key] for c in cells})[0]
 
 
@@ -87,12 +86,12 @@ def test_the_other_axis_spans_its_range(pair: Pair, first: float, last: float) -
 
 def test_a_node_is_made_from_both_axes() -> None:
     case = case_of()
-    heavy = MASSES.cell(case, 50.0, 100.0)
+    heavy = MASSES.case(case, 50.0, 100.0)
     assert heavy.settings.steps_per_revolution == 50
     assert heavy.scene.parameters["slider_mass"] == pytest.approx(100.0 * heavy.scene.parameters["rod_mass"])
-    near = NEARNESS.cell(case, 50.0, 0.5)
+    near = NEARNESS.case(case, 50.0, 0.5)
     assert near.scene.parameters["offset"] == pytest.approx(0.5 * (0.3 - 0.1))
-    soft = STABILISATION.cell(case, 50.0, 20.0)
+    soft = STABILISATION.case(case, 50.0, 20.0)
     assert soft.settings.time_constant(contact=False) == pytest.approx(20.0 * soft.settings.timestep)
     assert soft.settings.timestep == pytest.approx(case.scene.period / 50)
 
@@ -118,28 +117,28 @@ def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None
 def test_ways_of_failing_that_alternate_are_told_only_where_they_were_run(made_up: LimitMap) -> None:
     nodes = list(product(range(len(made_up.x)), range(len(made_up.y))))
     full = {n: grade_of(at_fewer(made_up.x[n[0]], made_up.y[n[1]])) for n in nodes}
-    untold = [n for n in nodes if not made_up.is_told(n)]
+    untold = [n for n in nodes if not made_up.is_known(n)]
     assert untold
     assert {full[n].level.slug for n in untold} <= {"broken", "unbounded"}
-    assert all(made_up.at(n).outcome == full[n].outcome for n in nodes if made_up.is_told(n))
+    assert all(made_up.at(n).outcome == full[n].outcome for n in nodes if made_up.is_known(n))
     # Negative control: elsewhere the nearest run does show another way.
     assert any(made_up.at(n).outcome != full[n].outcome for n in untold)
 
 
-def test_an_area_is_quiet_only_if_all_runs_about_it_are() -> None:
+def test_an_area_is_undetected_only_if_all_runs_about_it_are() -> None:
     def corners(*quiet: bool) -> LimitMap:
         at = ((0, 0), (0, 2), (2, 0), (2, 2))
         runs = tuple(MapRun(*node, "broken", "opened", q, None) for node, q in zip(at, quiet, strict=True))
         return LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (9.0, 8.0, 7.0), (1.0, 2.0, 3.0), runs)
 
-    assert corners(True, True, True, True).is_quiet((1, 1))
+    assert corners(True, True, True, True).is_undetected((1, 1))
     mixed = corners(True, False, True, True)
-    assert mixed.is_told((1, 1))
-    assert [mixed.is_quiet(node) for node in ((1, 1), (0, 0), (0, 2))] == [False, True, False]
+    assert mixed.is_known((1, 1))
+    assert [mixed.is_undetected(node) for node in ((1, 1), (0, 0), (0, 2))] == [False, True, False]
 
 
 def test_a_map_survives_being_written(made_up: LimitMap) -> None:
-    again = LimitMap.of(json.loads(json.dumps(made_up.as_dict())))
+    again = restore(LimitMap, json.loads(json.dumps(plain(made_up))))
     assert again == made_up
     assert again.at((3, 3)) == made_up.at((3, 3))
 
@@ -147,7 +146,7 @@ def test_a_map_survives_being_written(made_up: LimitMap) -> None:
 def test_runs_are_asked_for_by_rows_and_once() -> None:
     case, batches = MADE_UP, []
 
-    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
         batches.append(cells)
         return {cell.key: completed(1e-6) for cell in cells}
 
@@ -160,7 +159,7 @@ def test_runs_are_asked_for_by_rows_and_once() -> None:
 
 def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     case = case_of()
-    found = pursue([map_search(case, MASSES, (3, 3), 1)], lambda cells: {c.key: perform(c) for c in cells})[0]
+    found = pursue([map_search(case, MASSES, (3, 3), 1)], lambda cells: {c.key: c.perform() for c in cells})[0]
     assert [found.at((0, j)).level for j in range(3)] == ["safe"] * 3
     assert [standing(found.at((2, j)).level) for j in range(3)] == ["failed"] * 3
     assert all(run.error is not None for run in found.runs if run.level == "safe")
@@ -171,10 +170,10 @@ def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
 def test_a_real_map_is_that_of_the_full_grid_for_a_quarter_of_its_runs(pair: Pair, resolution: tuple[int, int]) -> None:
     case = case_of()
     x, y = pair.values(case, resolution)
-    nodes: dict[Node, LimitCell] = {
-        (i, j): pair.cell(case, x[i], y[j]) for j, i in product(range(len(y)), range(len(x)))
+    nodes: dict[Node, LimitCase] = {
+        (i, j): pair.case(case, x[i], y[j]) for j, i in product(range(len(y)), range(len(x)))
     }
-    shown = {cell.key: perform(cell) for cell in nodes.values()}
+    shown = {cell.key: cell.perform() for cell in nodes.values()}
     found = pursue([map_search(case, pair, resolution)], lambda cells: {c.key: shown[c.key] for c in cells})[0]
     full = {n: grade_of(shown[cell.key]) for n, cell in nodes.items()}
     assert [n for n, grade in full.items() if standing(found.at(n).level) != standing(grade.level.slug)] == []
@@ -237,7 +236,7 @@ def test_quiet_failures_are_outlined(quiet: bool) -> None:
     lines = [len(collection.get_segments()) for collection in figure.axes[0].collections]  # type: ignore[attr-defined]
     # The boundary, then the outline's white casing and its red core: both cells of a column, four sides.
     assert lines == ([1, 4, 4] if quiet else [1, 0, 0])
-    assert any("quiet" in text for text in legend_of(figure)) is quiet
+    assert any("undetected" in text for text in legend_of(figure)) is quiet
 
 
 @pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.other.name)

@@ -7,63 +7,38 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any
 
 import pytest
 
+from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale, between, spaced
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk
-from conrod.studies.limits.run_length import length_search, most_length_runs
-from conrod.studies.limits.walk import CRITERIA, SCANNED, most_runs, walk_search
+from conrod.studies.limits.walk import CRITERIA, SCANNED, length_search, most_length_runs, most_runs, walk_search
 
-CASE = Case("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
-WATCHED = Extremes(1, True, {}, None, None, None, (), (), "").as_dict()
+SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
+WATCHED = plain(Extremes(1, True, {}, None, None, None, (), (), ""))
 
 Rule = Callable[[float], float | str]  # value -> position error, or outcome
 
 
-class StartAngle(Axis):
-    """Values go into a parameter of the cell that no search looks at, so that answers can be made up for them."""
-
-    name: ClassVar[str] = "made-up"
-    title: ClassVar[str] = "made up"
-    label: ClassVar[str] = "value (1)"
-    scale: ClassVar[Scale] = Scale.LOG
-    harmless: ClassVar[float] = 1.0
-    hopeless: ClassVar[float] = 1e4
-    allowed: ClassVar[tuple[float, float]] = (1.0, 1e4)
-
-    def refusal(self, case: Case) -> str | None:
-        return None
-
-    def cell(self, case: Case, value: float) -> LimitCell:
-        return LimitCell(case.name, case.scene, case.settings(), start_angle=value)
+def started(setup: Setup, value: float) -> LimitCase:
+    """Values go into a parameter of the case that no search looks at, so that answers can be made up for them."""
+    return setup.run(start_angle=value)
 
 
-class Even(StartAngle):
-    """Only even numbers exist."""
-
-    def nearest(self, value: float) -> float:
-        return 2.0 * max(1, round(value / 2.0))
-
-
-class Whole(StartAngle):
-    scale: ClassVar[Scale] = Scale.COUNT
-    harmless: ClassVar[float] = 20000.0
-    hopeless: ClassVar[float] = 2.0
-
-
-class Near(StartAngle):
-    scale: ClassVar[Scale] = Scale.NEARNESS
-    harmless: ClassVar[float] = 0.1
-    hopeless: ClassVar[float] = 1.0 - 1e-9
+RATIO = Axis("made-up", "made up", "value (1)", Scale.LOG, started, safe_end=1.0, failing_end=1e4)
+EVEN = replace(RATIO, nearest=lambda value: 2.0 * max(1, round(value / 2.0)))  # only even numbers exist
+WHOLE = replace(RATIO, scale=Scale.COUNT, safe_end=20000.0, failing_end=2.0)
+NEAR = replace(RATIO, scale=Scale.NEARNESS, safe_end=0.1, failing_end=1.0 - 1e-9)
+# The first whole numbers have none between them, those far from the first have many.
+FEW_TO_MANY = replace(WHOLE, safe_end=1.0, failing_end=1000.0)
 
 
 def answer(rule: Rule, value: float) -> Measurement:
@@ -78,11 +53,11 @@ def walked(axis: Axis, rule: Rule) -> tuple[Walk, list[int]]:
     """The walk, and how many runs each of its batches asked for."""
     batches: list[int] = []
 
-    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
         batches.append(len(cells))
         return {cell.key: answer(rule, cell.start_angle) for cell in cells}
 
-    search = walk_search(axis, CASE, axis.harmless, axis.hopeless, lambda _: None)
+    search = walk_search(axis, SETUP, axis.safe_end, axis.failing_end)
     return pursue([search], run)[0], batches
 
 
@@ -98,7 +73,7 @@ def graded(value: float) -> float | str:
 
 
 def test_every_boundary_is_found_to_two_per_cent() -> None:
-    walk, _ = walked(StartAngle(), graded)
+    walk, _ = walked(RATIO, graded)
     for criterion, true in (("safe", 10.0), ("rough", 100.0), ("wrong", 500.0), ("broken", 2000.0)):
         found = boundaries(walk)[criterion]
         assert found.last_good is not None
@@ -110,32 +85,32 @@ def test_every_boundary_is_found_to_two_per_cent() -> None:
     assert boundaries(walk)["broken"].outcome == "diverged"
 
 
-def test_a_failure_with_finite_numbers_and_no_warning_is_quiet_and_one_with_a_warning_is_not() -> None:
-    walk, _ = walked(StartAngle(), graded)
-    assert boundaries(walk)["wrong"].quiet
+def test_a_failure_with_finite_numbers_and_no_warning_is_undetected_and_one_with_a_warning_is_not() -> None:
+    walk, _ = walked(RATIO, graded)
+    assert boundaries(walk)["wrong"].undetected
     WATCHED["warnings"] = {"BADQACC": 1}
     try:
-        warned, _ = walked(StartAngle(), graded)
+        warned, _ = walked(RATIO, graded)
     finally:
         WATCHED["warnings"] = {}
-    assert not any(probe.quiet for probe in warned.probes)
+    assert not any(probe.undetected for probe in warned.probes)
 
 
 def test_whole_numbers_are_told_apart_to_the_last_one_where_they_are_few() -> None:
-    walk, _ = walked(Whole(), lambda n: 1e-4 if n >= 17 else "diverged")
+    walk, _ = walked(WHOLE, lambda n: 1e-4 if n >= 17 else "diverged")
     found = boundaries(walk)["safe"]
     assert (found.last_good, found.first_bad) == (17.0, 16.0)
 
 
 def test_a_boundary_lies_between_neighbouring_values_where_not_all_values_exist() -> None:
-    walk, _ = walked(Even(), lambda x: 1e-4 if x <= 31.0 else "opened")
+    walk, _ = walked(EVEN, lambda x: 1e-4 if x <= 31.0 else "opened")
     found = boundaries(walk)["safe"]
     assert (found.last_good, found.first_bad) == (30.0, 32.0)
 
 
 def test_nearness_is_measured_by_what_is_left_to_one() -> None:
     edge = 1.0 - 3e-7
-    walk, _ = walked(Near(), lambda x: 1e-4 if x <= edge else "flipped")
+    walk, _ = walked(NEAR, lambda x: 1e-4 if x <= edge else "flipped")
     found = boundaries(walk)["safe"]
     assert found.last_good is not None
     assert found.first_bad is not None
@@ -144,18 +119,18 @@ def test_nearness_is_measured_by_what_is_left_to_one() -> None:
 
 
 def test_what_never_fails_has_no_boundary_and_what_always_fails_has_no_good_side() -> None:
-    never, batches = walked(StartAngle(), lambda _: 1e-6)
+    never, batches = walked(RATIO, lambda _: 1e-6)
     assert all(b.first_bad is None and b.last_good == 1e4 for b in never.boundaries)
     assert len(batches) == 1
-    always, batches = walked(StartAngle(), lambda _: "opened")
+    always, batches = walked(RATIO, lambda _: "opened")
     assert boundaries(always)["safe"].last_good is None
     assert boundaries(always)["safe"].first_bad == 1.0
     assert boundaries(always)["broken"].first_bad is None
     assert len(batches) == 1
 
 
-def test_what_holds_again_beyond_its_boundary_is_told() -> None:
-    walk, _ = walked(StartAngle(), lambda x: "opened" if 5.0 < x < 50.0 else 1e-4)
+def test_what_holds_again_beyond_its_boundary_is_known() -> None:
+    walk, _ = walked(RATIO, lambda x: "opened" if 5.0 < x < 50.0 else 1e-4)
     found = boundaries(walk)["safe"]
     assert found.first_bad is not None
     assert 5.0 < found.first_bad <= 5.1
@@ -163,29 +138,22 @@ def test_what_holds_again_beyond_its_boundary_is_told() -> None:
     assert min(found.good_again) >= 50.0
 
 
-@pytest.mark.parametrize("axis", [StartAngle(), Whole(), Near()], ids=lambda axis: axis.scale.value)
+@pytest.mark.parametrize("axis", [RATIO, WHOLE, NEAR], ids=lambda axis: axis.scale.value)
 def test_a_walk_never_asks_for_more_runs_than_were_announced(axis: Axis) -> None:
-    announced = most_runs(axis, CASE, axis.harmless, axis.hopeless)
+    announced = most_runs(axis, SETUP, axis.safe_end, axis.failing_end)
     for k in range(1, 12):
-        ordered = spaced(axis.scale, axis.harmless, axis.hopeless, 12)
+        ordered = spaced(axis.scale, axis.safe_end, axis.failing_end, 12)
 
         def rule(value: float, edge: float = ordered[k]) -> float | str:
-            beyond = value > edge if axis.hopeless > axis.harmless else value < edge
+            beyond = value > edge if axis.failing_end > axis.safe_end else value < edge
             return graded(3000.0) if beyond else 1e-3
 
         assert sum(walked(axis, rule)[1]) <= announced
-    assert sum(walked(axis, lambda v: graded(1.0 + 3e4 * abs(v - axis.harmless)))[1]) <= announced
-
-
-class FromFewToMany(Whole):
-    """The first whole numbers have none between them, those far from the first have many."""
-
-    harmless: ClassVar[float] = 1.0
-    hopeless: ClassVar[float] = 1000.0
+    assert sum(walked(axis, lambda v: graded(1.0 + 3e4 * abs(v - axis.safe_end)))[1]) <= announced
 
 
 def test_no_walk_asks_for_more_runs_than_were_announced_however_levels_alternate() -> None:
-    announced = most_runs(FromFewToMany(), CASE, 1.0, 1000.0)
+    announced = most_runs(FEW_TO_MANY, SETUP, 1.0, 1000.0)
     ends: tuple[float | str, ...] = (1e-4, 0.05, 0.5, "opened", "diverged")
     chance = random.Random(4)
     asked = []
@@ -195,7 +163,7 @@ def test_no_walk_asks_for_more_runs_than_were_announced_however_levels_alternate
         def rule(_: float, weights: list[float] = weights) -> float | str:
             return chance.choices(ends, weights)[0]
 
-        asked.append(sum(walked(FromFewToMany(), rule)[1]))
+        asked.append(sum(walked(FEW_TO_MANY, rule)[1]))
     assert max(asked) <= announced
     # Gaps such as the first one, in which there is nothing to halve, would make it a run for each criterion.
     assert max(asked) > SCANNED + len(CRITERIA)
@@ -204,12 +172,12 @@ def test_no_walk_asks_for_more_runs_than_were_announced_however_levels_alternate
 def test_searches_share_batches_and_runs() -> None:
     batches: list[list[str]] = []
 
-    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
         batches.append([cell.key for cell in cells])
         return {cell.key: answer(graded, cell.start_angle) for cell in cells}
 
     def search() -> Any:
-        return walk_search(StartAngle(), CASE, 1.0, 1e4, lambda _: None)
+        return walk_search(RATIO, SETUP, 1.0, 1e4)
 
     (alone,) = pursue([search()], run)
     rounds = len(batches)
@@ -245,18 +213,18 @@ def long_walk(opens_after: float) -> tuple[Walk, list[float]]:
     """The walk of a machine that comes apart after so many revolutions, and the runs that were asked for."""
     asked: list[float] = []
 
-    def run(cells: list[LimitCell]) -> dict[str, Measurement]:
+    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
         asked.extend(cell.revolutions for cell in cells)
         return {cell.key: lengthy(cell.revolutions, opens_after) for cell in cells}
 
-    ((walk, long_run),) = pursue([length_search(AXES["run-length"], CASE, 1000.0)], run)
+    ((walk, long_run),) = pursue([length_search(AXES["run-length"], SETUP, 1000.0)], run)
     assert long_run.outcome == ("completed" if opens_after > 1000.0 else "opened")
     return walk, asked
 
 
 def lengthy(revolutions: float, opens_after: float) -> Measurement:
     marks = tuple(Mark(n, 1e-4, 1e-4, 0.0, 0.0) for n in (1, 10, 100, 1000) if n <= min(revolutions, opens_after))
-    watched = replace(Extremes.of(answer(lambda _: 1e-4, 1.0)), history=marks).as_dict()  # type: ignore[type-var]
+    watched = {**WATCHED, "history": plain(marks)}
     ending = answer((lambda _: 1e-4) if revolutions <= opens_after else (lambda _: "opened"), 1.0)
     return replace(ending, extremes=watched)
 
@@ -275,4 +243,4 @@ def test_where_a_long_run_comes_apart_is_found_by_shorter_ones_to_two_per_cent()
     assert found.first_bad is not None
     assert found.last_good <= 217.0 < found.first_bad <= 1.02 * found.last_good + 1.0
     assert len(asked) == len(set(asked)) + 1  # the longest, which the ledger has by then
-    assert len(set(asked)) <= most_length_runs(AXES["run-length"], CASE, 1000.0)
+    assert len(set(asked)) <= most_length_runs(AXES["run-length"], SETUP, 1000.0)

@@ -12,6 +12,7 @@ from pathlib import Path
 import cell_tasks as tasks
 import pytest
 from command_line import conrod
+from failure_examples import BoundedCase
 from outside_kills import descendants, killing, waiting_cell, was_alone
 
 from conrod import PymunkSettings, Saw, Trajectory, run
@@ -23,7 +24,6 @@ from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.isolation import Ended, isolated, isolated_once, run_isolated
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.limits.perform import BoundedCell
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
 
@@ -79,7 +79,7 @@ def direct_children() -> Iterator[int]:
 
 
 def test_a_cell_that_runs_in_a_process_of_its_workers_is_repeated_too(ledger: Ledger) -> None:
-    cell = BoundedCell("saw-500rpm", SAW, PymunkSettings.tuned(SAW, 100), revolutions=2.0)
+    cell = BoundedCase("saw-500rpm", SAW, PymunkSettings.tuned(SAW, 100), revolutions=2.0)
     with killing(worker_of_its_own) as killed, LocalProcesses(1) as executor:
         table = run_cases([cell], ledger, executor)
     assert killed

@@ -23,11 +23,10 @@ from conrod.studies.ablate.cell import ChangeCell, measure_change
 from conrod.studies.frame.run import LEAST_STEPS, RunCase, as_run, measure
 from conrod.studies.frame.timing import time_run
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axes.machine import length_power, rescaled
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase, Setup
+from conrod.studies.limits.changed_machines import length_power, rescaled
 from conrod.studies.limits.extremes import ExactTorque
-from conrod.studies.limits.stream_run import watch
+from conrod.studies.limits.stream_run import stream_run
 from conrod.studies.recommend.choice import confirming_cells
 from conrod.studies.sweep.plan import SweptRule
 from tests.support.command_line import conrod
@@ -64,17 +63,17 @@ def test_what_is_run_of_a_pass_is_the_pass(engine: str) -> None:
     assert as_run(turning) is turning
 
 
-def test_a_pass_of_too_few_steps_is_told_and_not_run() -> None:
+def test_a_pass_of_too_few_steps_is_known_and_not_run() -> None:
     coarse = cell(read(PASS), steps=10)
     assert measure(coarse).outcome == "unsupported"
     assert "are needed to have accelerations" in measure(coarse).reason
-    assert watch(LimitCell("a", coarse.scene, coarse.settings)).outcome == "unsupported"
+    assert stream_run(LimitCase("a", coarse.scene, coarse.settings)).outcome == "unsupported"
     assert measure(cell(read(PASS), steps=100)).outcome != "unsupported"
 
 
 def test_a_pass_is_watched_with_the_drive_torque_beside_it() -> None:
     asked = cell(read(PASS), preset="stock")
-    seen = watch(LimitCell("a", asked.scene, asked.settings))
+    seen = stream_run(LimitCase("a", asked.scene, asked.settings))
     assert seen.extremes is not None
     assert 0.0 < seen.extremes["torque"] < 1.0
 
@@ -156,19 +155,19 @@ def test_an_ingredient_of_joints_leaves_the_tendon_of_wheels_alone() -> None:
 
 def test_the_steps_of_a_pass_are_walked_to_where_it_has_three() -> None:
     for axis in (AXES["steps"], AXES["speed"]):
-        case = Case("a", read(PASS), "pymunk", "tuned")
+        case = Setup("a", read(PASS), "pymunk", "tuned")
         ((_, last),) = axis.spans(case)
-        coarsest = axis.cell(case, last)
+        coarsest = axis.case(case, last)
         assert round(as_run(coarsest).revolutions * coarsest.settings.steps_per_revolution) == LEAST_STEPS
-        assert watch(coarsest).outcome != "unsupported"
+        assert stream_run(coarsest).outcome != "unsupported"
         # Negative control: of what turns, two steps in a turn are run.
-        ((_, last),) = axis.spans(Case("a", read(TURNS), "pymunk", "tuned"))
-        assert axis.cell(Case("a", read(TURNS), "pymunk", "tuned"), last).settings.steps_per_revolution == 2
+        ((_, last),) = axis.spans(Setup("a", read(TURNS), "pymunk", "tuned"))
+        assert axis.case(Setup("a", read(TURNS), "pymunk", "tuned"), last).settings.steps_per_revolution == 2
 
 
 @pytest.mark.parametrize("axis", ["start-pose", "run-length", "nearness", "float", "flank-radius", "nose-radius"])
 def test_axes_that_a_file_does_not_have_are_refused_in_words(axis: str) -> None:
-    refusal = AXES[axis].refusal(Case("a", read(PASS), "mujoco", "tuned"))
+    refusal = AXES[axis].refusal(Setup("a", read(PASS), "mujoco", "tuned"))
     assert refusal is not None
     assert refusal.endswith("does not apply")
 
@@ -176,9 +175,9 @@ def test_axes_that_a_file_does_not_have_are_refused_in_words(axis: str) -> None:
 def test_a_file_called_like_a_scene_has_not_its_axes() -> None:
     named = read(TURNS, "name", "saw")
     assert named.kind == Saw.kind
-    assert "is not known" in str(AXES["nearness"].refusal(Case("saw", named, "mujoco", "tuned")))
+    assert "is not known" in str(AXES["nearness"].refusal(Setup("saw", named, "mujoco", "tuned")))
     # Negative control: the saw has it.
-    assert AXES["nearness"].refusal(Case("saw", Saw(), "mujoco", "tuned")) is None
+    assert AXES["nearness"].refusal(Setup("saw", Saw(), "mujoco", "tuned")) is None
     settings = engine_named("mujoco").presets["tuned"]
     assert RunCase("saw", named, settings(named, 200)).key != RunCase("saw", Saw(), settings(Saw(), 200)).key
 

@@ -21,8 +21,8 @@ from conrod.runs.trajectory import Piece, SolverState
 from conrod.scenes import SCENES, CamFollower
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.limits.run_statistics import SolverLook
-from conrod.studies.limits.stream_run import piece_length, watch
+from conrod.studies.limits.recorders import SolverRecorder
+from conrod.studies.limits.stream_run import piece_length, stream_run
 
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500
 
@@ -71,7 +71,7 @@ def test_an_error_in_one_sample_of_one_piece_is_seen(monkeypatch: pytest.MonkeyP
     unharmed = watched(SAW, settings).largest("position")
     assert unharmed is not None
     planted_in(monkeypatch, "pymunk", 7, lambda piece: moved(piece, 0.01))
-    largest = watch(cell(SAW, settings)).largest("position")
+    largest = stream_run(cell(SAW, settings)).largest("position")
     assert largest is not None
     assert largest > 0.9 * 0.01 / SAW.lengths["C"]
     assert largest > 10.0 * unharmed
@@ -87,7 +87,7 @@ def ended(outcome: Outcome) -> Callable[[Piece], Piece]:
 def test_a_run_ends_where_nothing_is_left_of_the_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     planted_in(monkeypatch, "pymunk", 5, ended(Outcome.DIVERGED))
     planted = cell(SAW, PymunkSettings.tuned(SAW, 400))
-    failed = watch(planted)
+    failed = stream_run(planted)
     assert (failed.outcome, failed.reason, failed.errors) == ("diverged", "diverged", None)
     assert extremes(failed).samples == 6 * piece_length(planted) + 1
 
@@ -97,11 +97,11 @@ def test_a_machine_that_came_apart_is_followed_for_two_revolutions_and_may_blow_
 ) -> None:
     settings = PymunkSettings.tuned(SAW, 100)
     planted_in(monkeypatch, "pymunk", 1, ended(Outcome.OPENED))
-    opened = watch(cell(SAW, settings, 10.0))
+    opened = stream_run(cell(SAW, settings, 10.0))
     assert (opened.outcome, opened.errors) == ("opened", None)
     assert 200 <= extremes(opened).samples <= 200 + 3 * piece_length(cell(SAW, settings, 10.0))
     planted_in(monkeypatch, "pymunk", 3, ended(Outcome.EXPLODED))
-    assert watch(cell(SAW, settings, 10.0)).outcome == "exploded"
+    assert stream_run(cell(SAW, settings, 10.0)).outcome == "exploded"
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_run_ends_as_the_whole_of_it_is_judged(
     assert whole is not Outcome.COMPLETED
     for length in (3, 5, 1000):
         in_pieces_of(monkeypatch, length)
-        assert watch(cell(saw, settings)).outcome == whole.slug
+        assert stream_run(cell(saw, settings)).outcome == whole.slug
 
 
 def test_numbers_that_are_not_finite_and_warnings_are_told() -> None:
@@ -129,16 +129,16 @@ def test_numbers_that_are_not_finite_and_warnings_are_told() -> None:
 
 def test_infinity_in_a_last_sample_is_not_finite(monkeypatch: pytest.MonkeyPatch) -> None:
     planted_in(monkeypatch, "pymunk", 0, lambda piece: ended(Outcome.DIVERGED)(moved(piece, math.inf)))
-    assert not extremes(watch(cell(SAW, PymunkSettings.tuned(SAW, LINKAGE_STEPS)))).finite
+    assert not extremes(stream_run(cell(SAW, PymunkSettings.tuned(SAW, LINKAGE_STEPS)))).finite
 
 
 def test_what_cannot_be_run_is_said_in_one_line() -> None:
     settings = PymunkSettings.tuned(SAW, 4)
     with pytest.raises(InvalidInput, match="a run needs 3 to have accelerations"):
-        watch(cell(SAW, settings, 0.5))
+        stream_run(cell(SAW, settings, 0.5))
     with pytest.raises(InvalidInput, match="does not fit"):
-        watch(cell(SCENES["saw-500rpm"], settings))
-    refused = watch(cell(CAM, MuJoCoSettings.hardened(CAM, 100)))
+        stream_run(cell(SCENES["saw-500rpm"], settings))
+    refused = stream_run(cell(CAM, MuJoCoSettings.hardened(CAM, 100)))
     assert (refused.outcome, refused.extremes) == ("unsupported", None)
 
 
@@ -147,7 +147,7 @@ def test_the_last_piece_may_be_as_short_as_it_is(steps: int, monkeypatch: pytest
     settings = PymunkSettings.tuned(SAW, LINKAGE_STEPS)
     usual = flat(watched(SAW, settings))
     in_pieces_of(monkeypatch, steps)
-    assert flat(watch(cell(SAW, settings))) == pytest.approx(usual, rel=1e-12)
+    assert flat(stream_run(cell(SAW, settings))) == pytest.approx(usual, rel=1e-12)
 
 
 # -- the last bit ----------------------------------------------------------------------------------------------------
@@ -159,9 +159,9 @@ def test_the_fingerprint_depends_on_every_bit_and_on_no_pieces(settings: Any, mo
     planted_in(monkeypatch, settings.engine, 0, lambda piece: piece)
     for steps in (7, 64, 1000):
         in_pieces_of(monkeypatch, steps)
-        assert extremes(watch(cell(SAW, settings))).fingerprint == known
+        assert extremes(stream_run(cell(SAW, settings))).fingerprint == known
     planted_in(monkeypatch, settings.engine, 0, lambda piece: moved(piece, 1e-16))
-    assert extremes(watch(cell(SAW, settings))).fingerprint != known
+    assert extremes(stream_run(cell(SAW, settings))).fingerprint != known
 
 
 # -- the solver ------------------------------------------------------------------------------------------------------
@@ -212,7 +212,7 @@ def test_the_solver_is_looked_at_all_around_the_turn(steps: int, revolutions: fl
 def test_residuals_are_normalised_by_what_they_are() -> None:
     """The same machine in another unit, and ten times as fast, leaves the same."""
     for of_rates, residual in ((True, 6.0), (False, 12.0)):
-        look = SolverLook(10, -2.0, 3.0)
+        look = SolverRecorder(10, -2.0, 3.0)
         look.add(None)
         assert look.found() is None
         look.add(SolverState(None, residual, of_rates))

@@ -19,8 +19,8 @@ from conrod.exact.dynamics.inverse import reactions
 from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
 from conrod.studies.limits.extremes import ExactTorque
-from conrod.studies.limits.run_length import History, marked
-from conrod.studies.limits.stream_run import watch
+from conrod.studies.limits.recorders import History, marked
+from conrod.studies.limits.stream_run import stream_run
 
 TURN = 2.0 * math.pi
 STEPS = 100
@@ -83,7 +83,7 @@ def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest
 
     monkeypatch.setattr(engine_named("pymunk"), "run", told)
     for off in (0.0, 1e-9, -1e-9):
-        error = extremes(watch(cell(PRESS, PymunkSettings.tuned(PRESS, STEPS)))).torque
+        error = extremes(stream_run(cell(PRESS, PymunkSettings.tuned(PRESS, STEPS)))).torque
         assert error == pytest.approx(abs(off), abs=1e-15)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from conrod.studies.limits.failure_examples import Exhibit
 from limit_walks import (
     SCENE,
     iterated_walks,
@@ -20,12 +21,9 @@ from conrod.scenes import SCENES
 from conrod.studies.limits.determinism import RUNS, Determinism
 from conrod.studies.limits.exact_flight import ExactFlight
 from conrod.studies.limits.extremes import Flight, Mark
-from conrod.studies.limits.failure_examples import Exhibit
 from conrod.studies.limits.float_results import ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
-from conrod.studies.limits.iteration_need import IterationNeed
 from conrod.studies.limits.maps import LimitMap, MapRun
-from conrod.studies.limits.results import LongRun
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import IterationNeed, LimitStudy, LongRun
 
 
 def long_run(engine: str, preset: str, growth: float = 0.0, revolutions: float = 1000.0) -> LongRun:
@@ -67,7 +65,7 @@ def exhibit(outcome: str, quiet: bool = False, **others: object) -> Exhibit:
         engine="mujoco",
         preset="tuned",
         steps=100,
-        quiet=quiet,
+        undetected=quiet,
         warnings={},
         finite=True,
         solver="",

@@ -45,12 +45,12 @@ def probe(value: float, level: str, outcome: str, quiet: bool, error: float | No
         text=f"{value:.4g}",
         level=level,
         outcome=outcome,
-        quiet=quiet,
+        undetected=quiet,
         reason="" if outcome == "completed" else f"made to be {outcome}",
         errors=None if error is None else {"position": error, "velocity": 3.0 * error, "acceleration": 9.0 * error},
         torque=None,
         solver="",
-        ruler=None,
+        reference_error=None,
         key=f"{outcome}-{value:g}",
     )
     return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own
@@ -127,7 +127,9 @@ def nearness_walks() -> tuple[Walk, ...]:
             (1.0 - 1e-9, "broken", "flipped", True, None),
         )
         walk = walked("nearness", engine, preset, 0.1, parts, Scale.NEARNESS, "1 - {0:.3g}")
-        probes = tuple(replace(p, text=f"1 - {1.0 - p.value:.3g}", ruler=1e-16 / (1.0 - p.value)) for p in walk.probes)
+        probes = tuple(
+            replace(p, text=f"1 - {1.0 - p.value:.3g}", reference_error=1e-16 / (1.0 - p.value)) for p in walk.probes
+        )
         walks.append(replace(walk, probes=probes))
     return tuple(walks)
 
@@ -185,8 +187,8 @@ def quietened(walks: Sequence[Walk]) -> list[Walk]:
     return [
         replace(
             walk,
-            probes=tuple(replace(p, quiet=False) for p in walk.probes),
-            boundaries=tuple(replace(b, quiet=False) for b in walk.boundaries),
+            probes=tuple(replace(p, undetected=False) for p in walk.probes),
+            boundaries=tuple(replace(b, undetected=False) for b in walk.boundaries),
         )
         for walk in walks
     ]

@@ -10,13 +10,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from conrod.studies.limits.failure_examples import unchecked
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.limits.cell import LimitCell
-from conrod.studies.limits.failure_examples import unchecked
+from conrod.studies.limits.case import LimitCase
 
 SAW = SCENES["saw-500rpm"]
 SETTINGS = (PymunkSettings.tuned(SAW, 20), MuJoCoSettings.hardened(SAW, 20), PymunkSettings.tuned(SAW, 30))
@@ -81,7 +81,7 @@ def runs(count: int) -> list[RunCase]:
     """Cheap real runs in both engines that differ in the angle that they start from; every tenth is watched."""
     made: list[RunCase] = []
     for k in range(count):
-        kind = LimitCell if k % 10 == 0 else RunCase
+        kind = LimitCase if k % 10 == 0 else RunCase
         made.append(kind("saw-500rpm", SAW, SETTINGS[k % 3], 1.0, start_angle=1e-3 * k))
     return made
 

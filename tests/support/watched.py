@@ -13,18 +13,18 @@ from conrod.engines import engine_named
 from conrod.runs.trajectory import Piece
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits import stream_run as watching
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.extremes import Extremes
-from conrod.studies.limits.stream_run import watch
+from conrod.studies.limits.stream_run import stream_run
 
 
-def cell(scene: Any, settings: Any, revolutions: float = 2.0, start_angle: float = 0.0) -> LimitCell:
-    return LimitCell("a machine", scene, settings, revolutions, start_angle)
+def cell(scene: Any, settings: Any, revolutions: float = 2.0, start_angle: float = 0.0) -> LimitCase:
+    return LimitCase("a machine", scene, settings, revolutions, start_angle)
 
 
 @cache
 def watched(scene: Any, settings: Any, revolutions: float = 2.0) -> Measurement:
-    return watch(cell(scene, settings, revolutions))
+    return stream_run(cell(scene, settings, revolutions))
 
 
 def extremes(measurement: Measurement) -> Extremes:

@@ -15,11 +15,10 @@ from rich.table import Table
 from conrod.cli import options
 from conrod.cli.console import console
 from conrod.report.limits.words import BOUNDARIES, beyond, readable, up_to
-from conrod.studies.limits.results import Walk
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import LimitStudy, Walk
 
 WIDE = 170  # where there is no terminal to fit
-CAPTION = "quiet: finite numbers, no warning, wrong motion"
+CAPTION = "undetected: finite numbers, no warning, wrong motion"
 
 
 def print_limits(studies: Sequence[LimitStudy]) -> None:
@@ -60,11 +59,8 @@ if TYPE_CHECKING:
     from conrod.report.reproduction import Reproduction
     from conrod.scenes import Scene
     from conrod.studies.frame.files import Batch
-    from conrod.studies.limits.failure_examples import Exhibit
     from conrod.studies.limits.plan import LimitPlan
-    from conrod.studies.limits.study import LimitStudy
-
-    Found = tuple[Sequence[LimitStudy], Sequence[Exhibit]]
+    from conrod.studies.limits.results import LimitStudy
 
 # All scenes and axes may need two thirds of it, should no two neighbours on any map end alike.
 MOST_RUNS = 300_000
@@ -114,7 +110,7 @@ def limits(
 ) -> None:
     """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.
 
-    Each axis is walked from harmless to hopeless, and its boundaries are found to 2 %. Finished runs are kept in the
+    Each axis is walked from safe end to failing end, and its boundaries are found to 2 %. Finished runs are kept in the
     ledger: an interrupted study goes on where it stopped.
     """
     from conrod.cli.limits_request import request_of
@@ -123,8 +119,7 @@ def limits(
     from conrod.mechanism.units import check_count
     from conrod.studies.frame.files import check_apart
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
-    from conrod.studies.limits.perform import check_memory
-    from conrod.studies.limits.plan import check_asked, check_runs, plan_limits
+    from conrod.studies.limits.plan import check_asked, check_memory, check_runs, plan_limits
 
     chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
     select_presets(engines, preset)
@@ -137,13 +132,13 @@ def limits(
     check_asked(plans)
     check_runs(plans, most_runs)
     check_memory(how.memory)
-    found = _found(plans, how, with_gallery=asked.everything and engine is preset is None)
+    studies = _found(plans, how)
     given = {"--axis": axes, "--range": span, "--engine": engine, "--preset": preset, "--revolutions": revolutions}
     # Limits of a run are told too: they decide how some end.
     given |= {"--cell-timeout": cell_timeout, "--cell-memory": cell_memory}
     given |= {"--most-runs": None if most_runs == MOST_RUNS else most_runs}
     _print_and_write(
-        found, folder, file, None if folder is None else reproduction("limits", scenes, given, assignments, folder)
+        studies, folder, file, None if folder is None else reproduction("limits", scenes, given, assignments, folder)
     )
 
 
@@ -161,43 +156,42 @@ def _outputs(out: str | None, document: str | None, scenes: Mapping[str, Scene])
     return folder, file
 
 
-def _found(plans: Sequence[LimitPlan], how: Options, with_gallery: bool) -> Found:
+def _found(plans: Sequence[LimitPlan], how: Options) -> list[LimitStudy]:
     from conrod.cli.runner import Runner
-    from conrod.studies.frame.study import pursue
-    from conrod.studies.limits.failure_examples import gallery_search
     from conrod.studies.limits.plan import pursue_plans
 
     with Runner.of(how) as runner, runner.answering() as run:
-        return pursue_plans(plans, run), pursue([gallery_search()], run)[0] if with_gallery else ()
+        return pursue_plans(plans, run)
 
 
-def _print_and_write(found: Found, folder: Path | None, file: Path | None, command: Reproduction | None) -> None:
+def _print_and_write(
+    studies: Sequence[LimitStudy], folder: Path | None, file: Path | None, command: Reproduction | None
+) -> None:
     from conrod.studies.frame.files import naming, write_together
 
-    studies, gallery = found
     with naming("standard output"):
         print_limits(studies)
-    batches = [_results_file(studies, gallery, file)] if file else []
+    batches = [_results_file(studies, file)] if file else []
     if folder and command:
         from conrod.report.limits.writer import limits_report_batch
 
-        batches.append(limits_report_batch(studies, gallery, folder, command))
+        batches.append(limits_report_batch(studies, folder, command))
     write_together(batches)
     if folder:
         click.echo(f"report: {folder / 'README.md'}")
 
 
-def _results_file(studies: Sequence[LimitStudy], gallery: Sequence[Exhibit], file: Path) -> Batch:
+def _results_file(studies: Sequence[LimitStudy], file: Path) -> Batch:
     import json
     from importlib.metadata import version
 
+    from conrod.runs.plain import plain
     from conrod.studies.frame.files import single
     from conrod.studies.validation.serialise import environment
 
     document = {
         "conrod": version("conrod"),
         "environment": environment(),
-        "limits": [study.as_dict() for study in studies],
-        "gallery": [exhibit.as_dict() for exhibit in gallery],
+        "limits": [plain(study) for study in studies],
     }
     return single(file, json.dumps(document, indent=1, allow_nan=False) + "\n")

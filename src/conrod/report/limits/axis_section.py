@@ -69,11 +69,11 @@ def axis_section(axis: str, walks: Walks, figure: Callable[[str, str], str]) -> 
 
 def _ruler(walks: Walks) -> str:
     """How far the reference itself is off at worst."""
-    doubted = [probe for walk in walks for probe in walk.probes if probe.ruler is not None]
+    doubted = [probe for walk in walks for probe in walk.probes if probe.reference_error is not None]
     if not doubted:
         return ""
-    worst = max(doubted, key=lambda probe: probe.ruler or 0.0)
-    return f"The reference itself is off by at most {numbers.measured(worst.ruler)} L, at {worst.text}."
+    worst = max(doubted, key=lambda probe: probe.reference_error or 0.0)
+    return f"The reference itself is off by at most {numbers.measured(worst.reference_error)} L, at {worst.text}."
 
 
 def _torques(walks: Walks) -> list[str]:

@@ -49,7 +49,7 @@ def _listed_table(walks: Sequence[Walk]) -> str:
 def _shown(probe: Probe) -> str:
     """The error of a run, or how it ended, and whether quietly."""
     error = probe.outcome if probe.errors is None else numbers.measured(probe.errors["position"])
-    return f"{error} (quiet)" if probe.quiet else error
+    return f"{error} (undetected)" if probe.undetected else error
 
 
 def _counted_table(walks: Sequence[Walk]) -> str:

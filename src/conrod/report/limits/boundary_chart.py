@@ -26,8 +26,7 @@ from conrod.report.limits.marks import (
 )
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level
-from conrod.studies.limits.results import Probe, Walk
-from conrod.studies.limits.stretches import Stretch, stretches
+from conrod.studies.limits.results import Probe, Stretch, Walk, stretches
 
 WIDTH, LANE = 9.5, 0.42  # [inch]
 LEFT, RIGHT, TOP, BOTTOM = 2.1, 0.25, 0.2, 0.52  # margins [inch]
@@ -101,7 +100,7 @@ def _draw_stretch(axes: Axes, lane: int, stretch: Stretch, start: float, end: fl
     """A bar of the level's colour, underlined where it is quiet."""
     low, wide = (min(start, end), lane - HALF_BAR), abs(end - start)
     axes.add_patch(Rectangle(low, wide, 2 * HALF_BAR, facecolor=level_colour(stretch.level), linewidth=0.0))
-    if stretch.quiet:
+    if stretch.undetected:
         below = [lane + HALF_BAR + BELOW] * 2
         style: dict[str, Any] = {"color": QUIET_COLOUR, "linewidth": QUIET_LINE, "solid_capstyle": "butt"}
         axes.plot([start, end], below, zorder=4, **style)
@@ -130,11 +129,11 @@ def _places(scale: AxisScale, probes: Sequence[Probe], span: float) -> Array:
 def _legend(walks: Sequence[Walk]) -> list[object]:
     """Only what occurs."""
     found = [stretch for walk in walks for stretch in stretches(walk)]
-    quiet = Line2D([], [], color=QUIET_COLOUR, linewidth=QUIET_LINE, label="quiet: nothing says so")
+    quiet = Line2D([], [], color=QUIET_COLOUR, linewidth=QUIET_LINE, label="undetected: no warning, finite numbers")
     run = Line2D([], [], linestyle="none", marker="|", markersize=5.0, color=TICK_COLOUR, label="a run")
     return [
         *level_handles({stretch.level for stretch in found}),
-        *([quiet] if any(stretch.quiet for stretch in found) else []),
+        *([quiet] if any(stretch.undetected for stretch in found) else []),
         *outcome_handles({stretch.outcome for stretch in found}),
         run,
     ]

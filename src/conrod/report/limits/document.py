@@ -13,13 +13,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
+from conrod.errors import InvalidInput
 from conrod.report import numbers
 from conrod.report.folder import check_beside, check_own_folder, document_in, holds_document
 from conrod.report.validation.pages import FIGURES
 from conrod.report.validation.summary import FILE, INDEX, page_file
+from conrod.runs.plain import plain, restore
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.results import Walk
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import LimitStudy, Walk
 
 Part = TypeVar("Part")
 Sameness = Callable[[Any], tuple[str, ...]]
@@ -67,7 +68,7 @@ def _merged_in_order(walks: Sequence[Walk], engines: Sequence[str]) -> tuple[Wal
     return tuple(sorted(walks, key=lambda walk: (names.index(walk.axis), engines.index(walk.engine))))
 
 
-SCHEMA = 1
+SCHEMA = 2
 # Inputs, written as they are; everything else that is a fraction was measured.
 INPUTS = {"parameters", "value", "last_good", "first_bad", "good_again", "x", "y", "revolutions"}
 INPUTS |= {"speed", "held", "flown"}
@@ -88,12 +89,12 @@ def scene_entry(study: LimitStudy, earlier: Entry | None, made_with: Mapping[str
         made_with: the environment of the new runs.
         command: what reproduces them.
     """
-    found = dict(study.as_dict())
+    found = plain(study)
     commands = [command]
     if earlier is not None:
-        before = LimitStudy.of(earlier["study"])
+        before = restore(LimitStudy, earlier["study"])
         whole = merged(before, study)
-        found = whole.as_dict()
+        found = plain(whole)
         if whole != study:
             commands = list(dict.fromkeys([*earlier["commands"], command]))
     return {
@@ -104,9 +105,9 @@ def scene_entry(study: LimitStudy, earlier: Entry | None, made_with: Mapping[str
     }
 
 
-def document_text(scenes: Mapping[str, Entry], gallery: Sequence[Mapping[str, Any]]) -> str:
+def document_text(scenes: Mapping[str, Entry]) -> str:
     """The JSON document: a run a line."""
-    return _lines({"schema": SCHEMA, "limits": scenes, "gallery": [rounded(one) for one in gallery]}, 0) + "\n"
+    return _lines({"schema": SCHEMA, "limits": scenes}, 0) + "\n"
 
 
 def rounded(value: Any, digits: int | None = MEASURED_DIGITS) -> Any:
@@ -157,20 +158,11 @@ def earlier_limits(directory: Path) -> dict[str, Entry]:
         return {}
 
 
-def earlier_gallery(directory: Path) -> list[dict[str, Any]]:
-    """Rows of the gallery that a folder's report has."""
-    try:
-        document = document_in(directory / FILE)
-        return list(document["gallery"]) if document["schema"] == SCHEMA else []
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return []
-
-
 def _is_whole(scene: Mapping[str, Any]) -> bool:
     """Whether an entry can be read back; one of another version of conrod may not."""
     try:
-        LimitStudy.of(scene["study"])
-    except (KeyError, TypeError, AttributeError):
+        restore(LimitStudy, scene["study"])
+    except (InvalidInput, KeyError, TypeError, AttributeError):
         return False
     return scene.keys() >= SCENE_KEYS
 

@@ -104,7 +104,7 @@ def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Pane
         for run in _unbroken(walk.probes, panel):
             heights = on_log_grid(np.array([panel.of(probe) for probe in run], dtype=float))
             axes.plot(_places(scale, run), heights, **style)
-        quiet = [probe for probe in walk.probes if probe.quiet and panel.of(probe) is not None]
+        quiet = [probe for probe in walk.probes if probe.undetected and panel.of(probe) is not None]
         if quiet:
             heights = on_log_grid(np.array([panel.of(probe) for probe in quiet], dtype=float))
             axes.plot(_places(scale, quiet), heights, linestyle="none", color=QUIET_COLOUR, zorder=6, **QUIET_RING)
@@ -130,7 +130,7 @@ def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Seq
                         linestyle="none",
                         marker=OUTCOME_MARKS.get(probe.outcome, "o"),
                         markersize=4.0,
-                        color=QUIET_COLOUR if probe.quiet else colour(walk.engine),
+                        color=QUIET_COLOUR if probe.undetected else colour(walk.engine),
                         markeredgewidth=0.9,
                     )
         name = f"{engine_title(key[0])} {key[1]}"
@@ -149,7 +149,12 @@ def _unbroken(probes: Sequence[Probe], panel: Panel) -> list[list[Probe]]:
 
 def _rulers(walks: Sequence[Walk]) -> list[tuple[float, float]]:
     """Values and the reference's own error there, which is the same for all engines."""
-    found = {probe.value: probe.ruler for walk in walks for probe in walk.probes if probe.ruler is not None}
+    found = {
+        probe.value: probe.reference_error
+        for walk in walks
+        for probe in walk.probes
+        if probe.reference_error is not None
+    }
     return sorted(found.items())
 
 
@@ -165,9 +170,9 @@ def _legend(walks: Sequence[Walk], ruler: bool) -> list[Line2D]:
         for engine, preset in names
     ]
     probes = [probe for walk in walks for probe in walk.probes]
-    if ruler and any(probe.ruler is not None for probe in probes):
+    if ruler and any(probe.reference_error is not None for probe in probes):
         handles.append(Line2D([], [], color="black", linewidth=1.4, label=RULER))
-    if any(probe.quiet for probe in probes):
-        ring = Line2D([], [], linestyle="none", color=QUIET_COLOUR, label="red: quiet, nothing says so", **QUIET_RING)
+    if any(probe.undetected for probe in probes):
+        ring = Line2D([], [], linestyle="none", color=QUIET_COLOUR, label="red: undetected", **QUIET_RING)
         handles.append(ring)
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

@@ -13,7 +13,7 @@ from conrod.report.limits.float_figure import float_figure
 from conrod.report.limits.long_run_figure import long_run_figure
 from conrod.report.limits.map_figure import map_figure
 from conrod.studies.limits.maps import LimitMap
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import LimitStudy
 
 FLOAT, LONG_RUNS, NEEDS = "follower-float", "long-runs", "mass-ratio-iterations"
 

@@ -17,8 +17,7 @@ from conrod.report.limits.plain_words import names_of
 from conrod.report.limits.words import BOUNDARIES, beyond, boundary_of, falling, span_text, text_at, up_to
 from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.iteration_need import IterationNeed
-from conrod.studies.limits.results import Walk
+from conrod.studies.limits.results import IterationNeed, Walk
 
 WAYS = {False: "heavier", True: "lighter"}
 NOTHING = "-"
@@ -61,10 +60,10 @@ def findings(walks: Sequence[Walk]) -> list[str]:
 def _danger(walks: Sequence[Walk]) -> list[str]:
     walked = [walk for walk in walks if walk.probes]
     runs = [probe for walk in walked for probe in walk.probes]
-    quiet = sum(probe.quiet for probe in runs)
+    quiet = sum(probe.undetected for probe in runs)
     if not runs:
         return []
-    affected = sum(any(probe.quiet for probe in walk.probes) for walk in walked)
+    affected = sum(any(probe.undetected for probe in walk.probes) for walk in walked)
     return [f"**Wrong, and nothing says so:** {quiet} of {len(runs)} runs, on {affected} of {len(walked)} walks."]
 
 
@@ -101,7 +100,7 @@ def _told(walks: Sequence[Walk]) -> str:
 
 def _quietly(left: Sequence[Walk]) -> str:
     """How many of those that leave ten per cent do so without a sign."""
-    quiet = sum(boundary_of(walk, CRITERION).quiet for walk in left)
+    quiet = sum(boundary_of(walk, CRITERION).undetected for walk in left)
     if quiet == 0:
         return "none leaves it quietly"
     return "all that leave it do so quietly" if quiet == len(left) else f"{quiet} of {len(left)} leave it quietly"

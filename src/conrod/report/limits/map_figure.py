@@ -83,7 +83,7 @@ def _draw(axes: Axes, found: LimitMap) -> None:
         axes.add_patch(PathPatch(path, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1))
     lines = seams({node: standing(run.level) for node, run in nodes.items()}, x_edges, y_edges)
     axes.add_collection(LineCollection(lines, zorder=3, capstyle="projecting", **BOUNDARY))
-    quiet = seams({node: found.is_quiet(node) for node in nodes}, x_edges, y_edges, around=False)
+    quiet = seams({node: found.is_undetected(node) for node in nodes}, x_edges, y_edges, around=False)
     for k, outline in enumerate((CASING, CORE)):
         axes.add_collection(LineCollection(quiet, zorder=4 + k, capstyle="projecting", clip_on=False, **outline))
     for style, at in _marked(found):
@@ -109,7 +109,7 @@ def _ticks(axis: Axis, places: Array) -> tuple[list[float], list[str]]:
 
 def _colours(found: LimitMap, nodes: Mapping[Node, MapRun]) -> dict[Node, str]:
     ways = {
-        node: OUTCOME_COLOURS[run.outcome] if found.is_told(node) else NOT_LOOKED_AT
+        node: OUTCOME_COLOURS[run.outcome] if found.is_known(node) else NOT_LOOKED_AT
         for node, run in nodes.items()
         if run.error is None
     }
@@ -138,11 +138,11 @@ def _legend(found: LimitMap) -> tuple[list[Any], list[str]]:
         for run in {run.outcome: run for run in found.runs if run.error is None}.values()
     ]
     entries.sort(key=lambda entry: [outcome.slug for outcome in Outcome].index(entry[1]))
-    if not all(found.is_told(node) for node in product(range(len(found.x)), range(len(found.y)))):
+    if not all(found.is_known(node) for node in product(range(len(found.x)), range(len(found.y)))):
         entries.append((_swatch(NOT_LOOKED_AT), "fails, in one of these ways"))
-    if any(run.quiet for run in found.runs):
+    if any(run.undetected for run in found.runs):
         outline = (Line2D([], [], **CASING), Line2D([], [], **CORE))
-        entries.append((outline, "quiet: nothing says so"))
+        entries.append((outline, "undetected: no warning, finite numbers"))
     entries.append((Line2D([], [], **BOUNDARY), "boundary, run on both sides"))
     entries.append((Line2D([], [], **RAN | {"markersize": 4.0}), "a run (between: from the runs around)"))
     return [handle for handle, _ in entries], [text for _, text in entries]

@@ -1,7 +1,5 @@
 """Whether engines do the same thing twice.
 
-The ways in which a run can end, each with runs that end so.
-
 Long runs in numbers: the first mark beside the last one.
 
 How many of its nodes each map took, and of what its areas are.
@@ -13,21 +11,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits.words import BOUNDARIES, EVERYWHERE, boundary_of, not_held, text_at
-from conrod.report.tables import paragraphs, table
-from conrod.runs.trajectory import Outcome
+from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.determinism import Determinism
-from conrod.studies.limits.grade import LOUD, Level
+from conrod.studies.limits.determinism import RUNS, Determinism
+from conrod.studies.limits.grade import Level
 from conrod.studies.limits.maps import LimitMap, standing
 from conrod.studies.limits.results import LongRun, Walk
-
-if TYPE_CHECKING:
-    from conrod.studies.limits.failure_examples import Exhibit
 
 DETERMINISM_HEAD = [
     "engine",
@@ -49,7 +42,7 @@ def determinism_table(found: Sequence[Determinism], with_scene: bool = False) ->
 
 
 def _determinism_cells(one: Determinism) -> list[str]:
-    same = (one.identical_in_process, one.identical_after_another, one.identical_across)
+    same = tuple(one.identical.get(run) for run in RUNS[1:])
     first = one.fingerprints.get("first")
     return [
         engine_title(one.engine),
@@ -58,59 +51,6 @@ def _determinism_cells(one: Determinism) -> list[str]:
         one.outcome,
         numbers.MISSING if first is None else f"`{first[:SHOWN]}`",
     ]
-
-
-EXAMPLES_HEAD = [
-    "ended",
-    "that is",
-    "made so by",
-    "machine",
-    "engine",
-    "preset",
-    "steps per revolution",
-    "what told of it",
-]
-NO_SIGN = "-"
-
-
-def gallery_table(shown: Sequence[Exhibit]) -> str:
-    """A row for each run, in the order of the list of outcomes; which outcomes no run shows is said."""
-    if not shown:
-        return ""
-    order = [outcome.slug for outcome in Outcome]
-    rows = [_example_row(one) for one in sorted(shown, key=lambda one: order.index(one.expected))]
-    found = {one.outcome for one in shown}
-    missing = [f"`{slug}`" for slug in order if slug not in found]
-    return paragraphs(table(EXAMPLES_HEAD, rows), f"No run shows {', '.join(missing)}." if missing else "")
-
-
-def _example_row(one: Exhibit) -> list[str]:
-    ended = f"`{one.outcome}`" + ("" if one.outcome == one.expected else f", **expected `{one.expected}`**")
-    made = f"{one.title}: {one.what}"
-    return [
-        ended,
-        Outcome.of(one.outcome).meaning,
-        made,
-        one.scene,
-        engine_title(one.engine),
-        one.preset,
-        str(one.steps),
-        _signs(one),
-    ]
-
-
-def _signs(one: Exhibit) -> str:
-    """What a user would notice without an exact motion; quiet is that there is nothing."""
-    signs = [f"the engine warns: {name}" for name in one.warnings]
-    if one.finite is False:
-        signs.append("numbers that are not finite")
-    if one.outcome in LOUD:
-        signs.append("there is no trajectory")
-    if one.quiet:
-        signs.append("**nothing: quiet**")
-    if one.solver:
-        signs.append(f"its solver: {one.solver}")
-    return "; ".join(signs) or NO_SIGN
 
 
 LONG_RUN_HEAD = ["engine", "preset", "steps per revolution", "revolutions", "ended", "loop error / L, first revolution"]
@@ -174,14 +114,14 @@ def steps_table(walks: Sequence[Walk]) -> str:
 
 
 def _held(walk: Walk, criterion: str) -> str:
-    """The last number of steps that keeps a criterion, and how the next one ended: `34 (33: opened, quiet)`."""
+    """The last number of steps that keeps a criterion, and how the next one ended: `34 (33: opened, undetected)`."""
     boundary = boundary_of(walk, criterion)
     if boundary.first_bad is None:
         return EVERYWHERE
     bad = next(probe for probe in walk.probes if probe.value == boundary.first_bad)
     ended = bad.level if bad.outcome == "completed" else bad.outcome
     held = not_held(boundary) if boundary.last_good is None else _number(text_at(walk, boundary.last_good))
-    return f"{held} ({_number(bad.text)}: {ended}{', quiet' if boundary.quiet else ''})"
+    return f"{held} ({_number(bad.text)}: {ended}{', undetected' if boundary.undetected else ''})"
 
 
 def _number(text: str) -> str:

@@ -19,8 +19,7 @@ from conrod.report.tables import paragraphs
 from conrod.report.validation.pages import FIGURES
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
-from conrod.studies.limits.results import Walk
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import LimitStudy, Walk
 
 
 def limits_page(study: LimitStudy, entry: Mapping[str, Any], drawn: Collection[str]) -> str:

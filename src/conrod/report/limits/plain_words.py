@@ -39,7 +39,7 @@ def listed_sentences(walks: Sequence[Walk]) -> list[str]:
 def _counted(walk: Walk) -> str:
     alike: dict[str, list[Probe]] = {}
     for probe in sorted(walk.probes, key=lambda probe: LEVELS.index(probe.level)):
-        alike.setdefault(_condition(Passage(probe.level, probe.quiet, (probe,))), []).append(probe)
+        alike.setdefault(_condition(Passage(probe.level, probe.undetected, (probe,))), []).append(probe)
     if len(alike) == 1:
         return f"{next(iter(alike))} throughout ({len(walk.probes)} runs)"
     return ", ".join(f"{condition} {_which(found, len(walk.probes))}" for condition, found in alike.items())
@@ -117,7 +117,7 @@ def _condition(passage: Passage) -> str:
     """In what condition the motion is; what is dangerous is bold."""
     ended = [outcome for outcome in passage.outcomes if outcome != "completed"]
     how = f" ({listed(ended)})" if ended else ""
-    if passage.quiet:
+    if passage.undetected:
         return f"**{passage.level} but quiet**{how}"
     return f"wrong, and the engine warns{how}" if passage.level == "wrong" else f"{passage.level}{how}"
 

@@ -12,9 +12,7 @@ from conrod.report.sweep.naming import listed
 from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level
-from conrod.studies.limits.results import Probe, Walk
-from conrod.studies.limits.stretches import stretches
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import LimitStudy, Probe, Walk, stretches
 
 LEVELS = [level.slug for level in Level]
 HEAD = ["axis", "engine", "preset", "where", "what it is", "how it ended", "largest position error / L"]
@@ -71,12 +69,12 @@ def quiet_ranges(walks: Sequence[Walk]) -> list[QuietRange]:
 
 def _of_walk(walk: Walk) -> list[QuietRange]:
     if walk.boundaries:
-        quiet = [stretch for stretch in stretches(walk) if stretch.quiet]
+        quiet = [stretch for stretch in stretches(walk) if stretch.undetected]
         return [QuietRange(walk, s.level, s.outcome, s.probes, len(walk.probes)) for s in quiet]
     # Values of a list are no neighbours: those that ended alike are taken together, wherever they stand.
     alike: dict[tuple[str, str], list[Probe]] = {}
     for probe in walk.probes:
-        if probe.quiet:
+        if probe.undetected:
             alike.setdefault((probe.level, probe.outcome), []).append(probe)
     return [QuietRange(walk, *kind, tuple(probes), len(walk.probes)) for kind, probes in alike.items()]
 
@@ -106,8 +104,8 @@ def quiet_summary(walks: Sequence[Walk]) -> str:
 
 def quiet_elsewhere(study: LimitStudy) -> str:
     """How many runs are quiet that are on no walk of an axis alone: of maps, and with iterations that stay."""
-    on_maps = [run.quiet for found in study.maps for run in found.runs]
-    iterated = [probe.quiet for need in study.needs for walk in need.walks for probe in walk.probes]
+    on_maps = [run.undetected for found in study.maps for run in found.runs]
+    iterated = [probe.undetected for need in study.needs for walk in need.walks for probe in walk.probes]
     counted = {"of the maps": on_maps, "with iterations that stay": iterated}
     said = [f"{sum(runs)} of {len(runs)} runs {which}" for which, runs in counted.items() if any(runs)]
     return f"Quiet are also {listed(said)}." if said else ""

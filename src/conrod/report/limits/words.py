@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR
-from conrod.studies.limits.results import Boundary, Probe, Walk
-from conrod.studies.limits.stretches import Stretch, stretches
+from conrod.studies.limits.results import Boundary, Probe, Stretch, Walk, stretches
 
 # A walk with more passages than this comes and goes, and is not told value by value.
 MOST_TOLD = 5
@@ -23,7 +22,7 @@ class Passage:
     """Runs of one level, all of them quiet or none; nothing lies between."""
 
     level: str
-    quiet: bool
+    undetected: bool
     probes: tuple[Probe, ...]
 
     @property
@@ -34,7 +33,7 @@ class Passage:
     @property
     def kind(self) -> tuple[str, bool, tuple[str, ...]]:
         """What two passages have in common that are told with the same words."""
-        return self.level, self.quiet, self.outcomes
+        return self.level, self.undetected, self.outcomes
 
     @property
     def good(self) -> bool:
@@ -45,8 +44,8 @@ class Passage:
 def passages(walk: Walk) -> tuple[Passage, ...]:
     """All passages of a walk, from harmless to hopeless."""
     return tuple(
-        Passage(level, quiet, tuple(probes))
-        for (level, quiet), probes in groupby(walk.probes, lambda p: (p.level, p.quiet))
+        Passage(level, undetected, tuple(probes))
+        for (level, undetected), probes in groupby(walk.probes, lambda p: (p.level, p.undetected))
     )
 
 
@@ -115,7 +114,7 @@ def beyond(walk: Walk) -> str:
 def how(ended: Stretch | Probe) -> str:
     """How a run ended, and whether it did so quietly."""
     name = "wrong" if ended.outcome == "completed" else ended.outcome
-    return f"{name} (quiet)" if ended.quiet else name
+    return f"{name} (undetected)" if ended.undetected else name
 
 
 def span_text(probes: Sequence[Probe], between: str = " .. ") -> str:

@@ -14,10 +14,10 @@ from typing import Any
 
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits import prose
-from conrod.report.limits.document import Entry, document_text, earlier_gallery, earlier_limits, scene_entry
+from conrod.report.limits.document import Entry, document_text, earlier_limits, scene_entry
 from conrod.report.limits.figures import limits_figures
 from conrod.report.limits.findings import findings
-from conrod.report.limits.other_tables import determinism_table, gallery_table, long_run_table, steps_table
+from conrod.report.limits.other_tables import determinism_table, long_run_table, steps_table
 from conrod.report.limits.page import limits_page
 from conrod.report.limits.undetected_table import quiet_elsewhere, quiet_summary
 from conrod.report.limits.words import readable
@@ -25,22 +25,21 @@ from conrod.report.reproduction import Reproduction, told_origin
 from conrod.report.tables import paragraphs, table
 from conrod.report.validation.pages import FIGURES
 from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
+from conrod.runs.plain import restore
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import Batch
-from conrod.studies.limits.failure_examples import Exhibit
-from conrod.studies.limits.study import LimitStudy
+from conrod.studies.limits.results import LimitStudy
 from conrod.studies.validation.serialise import environment
 
 Studies = Mapping[str, LimitStudy]
 
 
-def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequence[Exhibit]) -> str:
+def limits_index(scenes: Mapping[str, Entry], studies: Studies) -> str:
     """The index.
 
     Args:
         scenes: entries of the document, by name.
         studies: what they hold.
-        gallery: a run for each way of ending.
     """
     walks = [walk for study in studies.values() for walk in study.walks]
     dangers = quiet_summary(walks)
@@ -48,7 +47,6 @@ def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequenc
     steps = steps_table(walks)
     same = determinism_table([found for study in studies.values() for found in study.determinism], with_scene=True)
     long = long_run_table([run for study in studies.values() for run in study.long_runs], with_scene=True)
-    shown = gallery_table(gallery)
     blocks = [
         "# Limits",
         prose.PURPOSE,
@@ -61,7 +59,6 @@ def limits_index(scenes: Mapping[str, Entry], studies: Studies, gallery: Sequenc
         "## What was found",
         *(block for name, study in studies.items() for block in _findings(name, study)),
         *(["## Steps per revolution", prose.STEPS, steps] if steps else []),
-        *(["## Every way of ending", prose.GALLERY, shown] if shown else []),
         *(["## The same again?", prose.DETERMINISM, same] if same else []),
         *(["## Long runs", prose.LONG_RUNS, long] if long else []),
         "## Made with",
@@ -95,7 +92,6 @@ SHOWN_FIGURE = re.compile(rf"\]\(({FIGURES}/[^)/]+\.svg)\)")
 
 def limits_report_batch(
     studies: Sequence[LimitStudy],
-    gallery: Sequence[Exhibit],
     directory: Path,
     command: Reproduction,
 ) -> Batch:
@@ -105,7 +101,6 @@ def limits_report_batch(
     its scene's page. Other files are not touched.
 
     Args:
-        gallery: a run for each way of ending; without any the folder's own stays.
         command: what reproduces the report.
     """
     scenes = earlier_limits(directory)
@@ -113,8 +108,7 @@ def limits_report_batch(
     for study in studies:
         alone = command.of(study.name)
         scenes[study.name] = scene_entry(study, scenes.get(study.name), made_with, alone)
-    shown = [one.as_dict() for one in gallery] or earlier_gallery(directory)
-    return _rendered(directory, document_text(_in_order(scenes), shown), [study.name for study in studies])
+    return _rendered(directory, document_text(_in_order(scenes)), [study.name for study in studies])
 
 
 def limits_report_again(directory: Path) -> Batch:
@@ -126,21 +120,21 @@ def limits_report_again(directory: Path) -> Batch:
     scenes = earlier_limits(directory)
     if not scenes:
         raise ValueError(f"{directory} holds no report of limits")
-    return _rendered(directory, document_text(_in_order(scenes), earlier_gallery(directory)), list(scenes))
+    return _rendered(directory, document_text(_in_order(scenes)), list(scenes))
 
 
 def _rendered(directory: Path, document: str, pages: Collection[str]) -> Batch:
     """The files, made from the document as it is read back: what is drawn is what is kept."""
     kept = json.loads(document)
     scenes: Mapping[str, Entry] = kept["limits"]
-    studies = {name: _readable(LimitStudy.of(scene["study"])) for name, scene in scenes.items()}
+    studies = {name: _readable(restore(LimitStudy, scene["study"])) for name, scene in scenes.items()}
     files: dict[str, str] = {}
     for name in pages:
         drawn = limits_figures(studies[name])
         files |= {figure_file(name, figure): text for figure, text in drawn.items()}
         files[page_file(name)] = limits_page(studies[name], scenes[name], drawn)
     files[FILE] = document
-    files[INDEX] = limits_index(scenes, studies, [Exhibit.of(one) for one in kept["gallery"]])
+    files[INDEX] = limits_index(scenes, studies)
     return Batch(directory, files, _stale(directory, pages, files))
 
 

@@ -22,7 +22,7 @@ from conrod.runs.trajectory import Outcome, Piece, Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.limits.extremes import ExactTorque
-from conrod.studies.limits.run_statistics import RunningSize
+from conrod.studies.limits.recorders import RunningSize
 from conrod.studies.limits.stream_run import GONE
 
 
@@ -130,7 +130,7 @@ class _Gathered:
             return Observed(verdict, {}, {}, None)
         return Observed(
             verdict,
-            {p: {q: size.as_dict() for q, size in sizes.items()} for p, sizes in self._sizes.items()},
+            {p: {q: size.sizes() for q, size in sizes.items()} for p, sizes in self._sizes.items()},
             {p: {q: _joined(parts) for q, parts in found.items()} for p, found in self._motion.items()},
             _joined(self._torque) if self._torque else None,
         )

@@ -1,4 +1,4 @@
-"""Which class every node of a grid has, from runs along the boundaries between classes alone.
+"""Classes of all nodes of a grid, from runs along the boundaries between classes alone.
 
 Three rules say which nodes are run, all of them until none asks for another:
 
@@ -22,10 +22,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import product
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,35 +34,8 @@ UNKNOWN = -1
 Node = tuple[int, int]  # indices along the two axes
 Class = TypeVar("Class", bound=Hashable)
 Codes = NDArray[np.int_]  # a number for each class, or UNKNOWN
-# Yields the nodes it wants next, is sent their classes, returns the whole map.
-Refinement = Generator[tuple[Node, ...], Mapping[Node, Class], "Refined[Class]"]
-
-
-@dataclass(frozen=True)
-class Refined(Generic[Class]):
-    """A whole map.
-
-    Attributes:
-        shape: number of nodes along the two axes.
-        found: class of every node that was run, in the order in which they were.
-    """
-
-    shape: tuple[int, int]
-    found: Mapping[Node, Class]
-
-    @cached_property
-    def sources(self) -> Mapping[Node, Node]:
-        """Of every node the one that it has its class from: itself if it was run."""
-        return nearest_runs(self.shape, self.found)
-
-    def class_of(self, node: Node) -> Class:
-        """The class of a node, run or inherited."""
-        return self.found[self.sources[node]]
-
-    @property
-    def share(self) -> float:
-        """Runs over nodes."""
-        return len(self.found) / (self.shape[0] * self.shape[1])
+# Yields the nodes to be run next, is sent their classes, returns the class of every node that was run.
+Refinement = Generator[tuple[Node, ...], Mapping[Node, Class], dict[Node, Class]]
 
 
 def refine(
@@ -73,7 +44,7 @@ def refine(
     group_of: Callable[[Class], Hashable] = lambda found: found,
     allowance: float = 1.0,
 ) -> Refinement[Class]:
-    """Find the class of every node of a grid.
+    """Find the class of every node of a grid; return those of the nodes that were run, in their order.
 
     Args:
         shape: number of nodes along the two axes, at least 2 each.
@@ -101,11 +72,11 @@ def refine(
             wanted = classes.wanted(*lines)
             if len(found) + len(wanted) > allowance * shape[0] * shape[1]:
                 break
-    return Refined(shape, found)
+    return found
 
 
 def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node]:
-    """Of every node the run one that is reached from it in the fewest steps along the grid's lines."""
+    """Return of every node the run one that is reached from it in the fewest steps along the grid's lines."""
     sources = {node: node for node in sorted(run)}
     ahead = deque(sources)
     while ahead:
@@ -117,13 +88,13 @@ def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node
     return sources
 
 
-def told(shape: tuple[int, int], found: Mapping[Node, Class]) -> set[Node]:
-    """Nodes whose class is known: those that were run, and areas of others about which all runs are of one class."""
-    known, seen = set(found), set(found)
+def known_nodes(shape: tuple[int, int], found: Mapping[Node, Class]) -> set[Node]:
+    """Return the nodes whose class is known: those that were run, and areas of others surrounded by one class."""
+    known, reached = set(found), set(found)
     for start in product(range(shape[0]), range(shape[1])):
-        if start not in seen:
+        if start not in reached:
             area, around = _area(start, shape, found)
-            seen |= area
+            reached |= area
             if len(around) == 1:
                 known |= area
     return known

@@ -1,27 +1,114 @@
-"""One engine with one preset on one scene: what an axis is walked for."""
+"""A scene in an engine by the rule of a preset, and one run of it at its limits."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from functools import lru_cache
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property, lru_cache
 from typing import Any
+
+from numpy.typing import ArrayLike
 
 from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import Lacking, Varied, capability, variations_of
 from conrod.engines.variations import Variations
+from conrod.exact.motion import Motion, Side
+from conrod.exact.reference import ExactReference
+from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.run import LEAST_STEPS
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import LEAST_STEPS, RunCase
+from conrod.studies.limits.stream_run import stream_run
 
-LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000
-# Machines that an axis makes of a scene: their tables, which presets read, are then computed once for all cases.
+# Raised when what is recorded of a run comes out otherwise, or means something else, than before.
+WATCH_VERSION = 3
+LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000  # steps per revolution where an axis varies something else
+# Machines that an axis makes of a scene: their tables, which presets read, are then computed once for all runs.
 VARIANTS_KEPT = 256
 
 
 @dataclass(frozen=True)
-class Case:
-    """A scene in an engine, by the rule of a preset.
+class Declaration:
+    """Names of the bodies and of the joints in the order in which they are declared."""
+
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+
+    def of(self, mechanism: Mechanism) -> Mechanism:
+        """Return a mechanism declared in this order.
+
+        Raises:
+            KeyError: a name that the mechanism does not have.
+            ValueError: not all of its bodies or joints.
+        """
+        joints = {joint.name: joint for joint in mechanism.joints}
+        if len(set(self.bodies)) != len(mechanism.bodies) or len(set(self.joints)) != len(joints):
+            raise ValueError(f"{mechanism.name}: an order must name every body and every joint once")
+        return replace(
+            mechanism,
+            bodies=tuple(mechanism.body(name) for name in self.bodies),
+            joints=tuple(joints[name] for name in self.joints),
+        )
+
+
+@dataclass(frozen=True)
+class Redeclared(ExactReference):
+    """A scene whose mechanism is declared in another order; it is run, and compared with the same closed form."""
+
+    scene: Scene = field(repr=False)
+    declaration: Declaration
+    speed: float = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "speed", self.scene.speed)
+
+    @property
+    def lengths(self) -> Mapping[str, float]:
+        """Normalising lengths [m]; they depend on no order."""
+        return self.scene.lengths
+
+    def mechanism(self) -> Mechanism:
+        """Return the mechanism in its new order."""
+        return self.declaration.of(self.scene.mechanism())
+
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
+        """Return the exact motion, which depends on no order."""
+        return self.scene.motion(angle, speed, acceleration, side)
+
+    def break_angles(self) -> tuple[float, ...]:
+        """Those of the scene."""
+        return self.scene.break_angles()
+
+
+@dataclass(frozen=True)
+class LimitCase(RunCase):
+    """A run whose measurement carries `Extremes`; see `stream_run`.
+
+    Attributes:
+        declaration: of bodies and joints; None is the scene's own.
+    """
+
+    signed_angles: int = 0
+    declaration: Declaration | None = None
+
+    def perform(self) -> Measurement:
+        return stream_run(self)
+
+    def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
+        declared = None if self.declaration is None else asdict(self.declaration)
+        return super()._identity(parameters) | {"watched": WATCH_VERSION, "declaration": declared}
+
+    @cached_property
+    def machine(self) -> Scene | Redeclared:
+        """The machine that is run and compared."""
+        return self.scene if self.declaration is None else Redeclared(self.scene, self.declaration)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A scene in an engine, by the rule of a preset: what an axis is walked for.
 
     Attributes:
         name: of the scene, for people.
@@ -36,12 +123,12 @@ class Case:
 
     @property
     def contact(self) -> bool:
-        """Whether the machine has a cam."""
+        """True of a machine with a cam."""
         return bool(self.scene.kinematics.mechanism.cam_contacts)
 
     @property
     def one_pass(self) -> bool:
-        """Whether its input cannot turn fully, and every run is the one pass that it makes."""
+        """True where the input cannot turn fully, and every run is the one pass that it makes."""
         return self.scene.kinematics.mechanism.driver.span is not None
 
     @property
@@ -55,22 +142,14 @@ class Case:
         """Steps per revolution where an axis varies something else."""
         return self.steps_per_revolution or (CONTACT_STEPS if self.contact else LINKAGE_STEPS)
 
-    def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
-        """The preset's settings on this scene, or on another one that it became, at the usual or other steps."""
-        made: Settings = self.made_by.presets[self.preset](scene or self.scene, steps or self.steps)
-        return made
-
-    def variant(self, **parameters: float) -> Scene:
-        """The scene with other parameter values, SI; raises InvalidInput as its constructor does."""
-        return _known(self.scene.with_parameters(**parameters))
+    @property
+    def made_by(self) -> Engine[Any]:
+        """The engine."""
+        return engine_named(self.engine)
 
     @property
     def variations(self) -> Variations[Any]:
-        """How the engine's settings are varied.
-
-        Raises:
-            InvalidInput: they cannot be; see `not_varied`.
-        """
+        """Variations of the engine's settings; InvalidInput where there are none, see `not_varied`."""
         return variations_of(self.made_by)
 
     @property
@@ -79,13 +158,25 @@ class Case:
         found = capability(self.made_by, Varied)
         return found.reason if isinstance(found, Lacking) else None
 
-    @property
-    def made_by(self) -> Engine[Any]:
-        """The engine."""
-        return engine_named(self.engine)
+    def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
+        """Return the preset's settings on this scene, or on one that it became, at the usual or other steps."""
+        made: Settings = self.made_by.presets[self.preset](scene or self.scene, steps or self.steps)
+        return made
+
+    def run(self, settings: Settings | None = None, **others: Any) -> LimitCase:
+        """Return a run of the scene with the preset's settings or others; `others` are fields of `LimitCase`."""
+        return LimitCase(self.name, self.scene, settings or self.settings(), **others)
+
+    def run_of(self, scene: Scene, steps: int | None = None) -> LimitCase:
+        """Return a run of a scene that this one became, by the preset's rule for it."""
+        return LimitCase(self.name, scene, self.settings(scene, steps))
+
+    def variant(self, **parameters: float) -> Scene:
+        """Return the scene with other parameter values, SI; raises InvalidInput as its constructor does."""
+        return _known(self.scene.with_parameters(**parameters))
 
     def refusal(self) -> str | None:
-        """None, or why the preset is not for this scene."""
+        """Return None, or why the preset is not for this scene."""
         return self.made_by.refusal(self.scene, self.settings())
 
 

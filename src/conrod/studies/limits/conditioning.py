@@ -1,4 +1,4 @@
-"""How far the exact motion itself may be off: the closed form in double precision against fifty digits.
+"""Error of the exact motion itself: the closed form in double precision against fifty digits.
 
 Near a change point a rounding error of a length is magnified in the motion, by 1 / sqrt(2 (1 - nearness)) in position
 and by more in its derivatives. The fifty digits never see the closed form: they are the joint equations of the
@@ -32,7 +32,7 @@ ORDER = 2  # position, velocity, acceleration
 # Crank angles: some all around, and some ever closer to the poses of worst condition, on both sides.
 AROUND, CLOSER, SAMPLES = 8, 8, 720
 NARROW, WIDE = 1e-9, 0.3  # [rad], from a pose of worst condition
-# What every reference is good to, machines far from any change point included; not worth telling.
+# What every reference is good to, machines far from any change point included; not reported.
 USUAL = 1e-13
 SCENES_KEPT = 256
 
@@ -49,7 +49,7 @@ class ReferenceError:
 
 
 def reference_error(scene: Scene) -> float | None:
-    """What the position of a scene's reference may be off, normalised; None where that is no more than usual."""
+    """Return the position error of a scene's reference, normalised; None where that is no more than usual."""
     off = conditioning(scene).position
     return off if off > USUAL else None
 
@@ -63,10 +63,10 @@ def conditioning(scene: Scene) -> ReferenceError:
     """
     angles = worst_angles(scene)
     exact = fifty_digits(scene, angles)
-    told = scene.motion(angles, 1.0)
+    closed = scene.motion(angles, 1.0)
     worst = [0.0] * (ORDER + 1)
     for name, length in scene.lengths.items():
-        point = told.point(name)
+        point = closed.point(name)
         for k, values in enumerate((point.position, point.velocity, point.acceleration)):
             off = (values.astype(object) - exact[name][k]).astype(float)
             worst[k] = max(worst[k], float(np.linalg.norm(off, axis=1).max()) / length)
@@ -132,7 +132,7 @@ def _corrected(equations: Equations, coefficients: list[Digits], angle: Digits, 
     factors = equations.elimination(poses, arcs)
     for _ in range(MOST_CORRECTIONS):
         residual = equations.residual([*known, last], angle, arcs)
-        # The correction has few digits, and needs no more: the next residual tells what it left.
+        # The correction has few digits, and needs no more: the next residual shows what it left.
         step = factors.solve([np.asarray(r, dtype=float) for r in residual])
         last = last - step
         if np.abs(step).max() <= ENOUGH * equations.size:

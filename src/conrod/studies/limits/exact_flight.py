@@ -47,7 +47,7 @@ CHUNK = 4096
 # The least height above the cam that counts, over the base circle's radius: rounding leaves a ten-thousandth of it.
 LEAST_HEIGHT = 1e-12
 # Among so many evenly spaced angles of a flight, and of each of its turns, the widest gap is looked for: more would not
-# be told apart from their neighbours in the least flight.
+# differ from their neighbours in the least flight.
 WIDTHS, WIDTHS_PER_TURN = 65, 720
 LONGEST_FLIGHT = 1e4  # [rad]; a force that may let a follower fly for longer is none
 

@@ -1,17 +1,10 @@
-"""What is watched of a run at an engine's limits, beside its errors; plain values that a ledger can keep.
-
-The torque that a drive gives in the exact motion at constant speed, at any crank angle.
-
-By virtual work: what the bodies' inertia and weight take, M q'' - Q, along the motion q' by the crank angle. It is the
-multiplier of the driver's equation in `conrod.reactions`, without the joints' reactions, which do no work.
-"""
+"""Records of a run at an engine's limits, beside its errors, and the exact torque of its drive."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -20,17 +13,18 @@ from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
+from conrod.runs.plain import restore
 from conrod.studies.frame.measurement import Measurement
 
 
 @dataclass(frozen=True)
-class SolverWatch:
-    """How the engine's solver ended, over the steps that were looked at.
+class SolverRecord:
+    """End of the engine's solver over the steps that were looked at.
 
     Attributes:
         looked_at: number of those steps.
         allowed: iterations that it may take.
-        least, most: iterations that it took; None where the engine does not tell.
+        least, most: iterations that it took; None where the engine does not report it.
         residual: largest part of what it was to solve that it left: of the joints' gap acceleration (MuJoCo), over
             omega^2 L, or of their gap rate (pymunk), over omega L.
     """
@@ -77,7 +71,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Extremes:
-    """What was watched.
+    """Record of a run, which a ledger keeps beside its errors.
 
     Attributes:
         samples: how many were recorded and compared.
@@ -92,13 +86,13 @@ class Extremes:
         fingerprint: of the same numbers, to the last bit.
         again: the same of further runs, see `conrod.studies.limits.determinism`.
         gaps: crank angle [rad], gap of a follower there, least and largest one around it [m], see
-            `conrod.studies.limits.gap_record`.
+            `conrod.studies.limits.follower_float`.
     """
 
     samples: int
     finite: bool
     warnings: Mapping[str, int]
-    solver: SolverWatch | None
+    solver: SolverRecord | None
     torque: float | None
     penetration: float | None
     flights: tuple[Flight, ...]
@@ -107,26 +101,10 @@ class Extremes:
     again: tuple[str, ...] = ()
     gaps: tuple[tuple[float, float, float, float], ...] = ()
 
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
-
     @classmethod
     def of(cls, measurement: Measurement) -> Extremes | None:
-        """What was watched of a measured run; None where it ended before anything could be."""
-        kept = measurement.extremes
-        if kept is None:
-            return None
-        return cls(
-            **{
-                **kept,
-                "solver": None if kept["solver"] is None else SolverWatch(**kept["solver"]),
-                "flights": tuple(Flight(**flight) for flight in kept["flights"]),
-                "history": tuple(Mark(**mark) for mark in kept["history"]),
-                "again": tuple(kept["again"]),
-                "gaps": tuple((angle, gap, least, most) for angle, gap, least, most in kept.get("gaps", ())),
-            }
-        )
+        """Return what was recorded of a measured run; None where it ended before anything could be."""
+        return None if measurement.extremes is None else restore(cls, measurement.extremes)
 
 
 PEAK_SAMPLES = 3600  # of a turn
@@ -135,10 +113,14 @@ NOTHING = 1e-12
 
 
 class ExactTorque:
-    """Of a linkage as an engine is given it: with or without gravity, and without the mass of links left out.
+    """Torque of a drive at constant speed in the exact motion, of a linkage as an engine is given it.
+
+    By virtual work: what the bodies' inertia and weight take, M q'' - Q, along the motion q' by the crank angle. It is
+    the multiplier of the driver's equation, without the joints' reactions, which do no work.
 
     Args:
         speed: of the crank [rad/s].
+        gravity: whether the engine is given any.
         rod: form of links that carry nothing but two pins, see `ROD_FORMS`.
     """
 

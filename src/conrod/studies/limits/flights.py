@@ -1,4 +1,4 @@
-"""Flights of a follower off its cam, told from the gap between the two as a run goes on.
+"""Flights of a follower off its cam, detected from the gap between the two as a run goes on.
 
 A follower that is held sinks into the cam a little, as soft as the contact is. It flies where the gap is more than ten
 times that depth. What a contact chatters by shrinks with the step and is over within a few; a flight's length depends
@@ -17,7 +17,7 @@ from conrod.studies.limits.extremes import Flight
 
 HELD = 0.1  # of a revolution from the start on, in which the follower is looked at for how deep it sinks
 TIMES = 10.0  # so many times that depth is off the cam
-LEAST_DEPTH = 1e-7  # of the travel: a contact that sinks less is not told from one that does not sink at all
+LEAST_DEPTH = 1e-7  # of the travel: a contact that sinks less is taken not to sink at all
 KEPT = 10
 
 

@@ -1,14 +1,14 @@
-"""Where a follower begins to fly off its cam, and how far its flights are from exact ones; plain values."""
+"""Onset of a follower's flights, and its flights beside exact ones: plain values."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 from conrod.studies.limits.exact_flight import ExactFlight
 from conrod.studies.limits.extremes import Flight
 
+# Crank angle [rad], gap there, least and largest gap around it [m].
+Gaps = tuple[tuple[float, float, float, float], ...]
 # A flight whose length falls with the step by this order or more shrinks with it. The order is 1 or more of a held
 # follower's rebounds, 0 of a flight which the speed makes, and one half just at the onset, with rebounds that shrink as
 # h does; see `conrod.studies.limits.exact_flight`.
@@ -33,7 +33,7 @@ class OnsetProbe:
 
     @property
     def flies(self) -> bool:
-        """Whether there is a flight that does not shrink with h."""
+        """True where there is a flight that does not shrink with h."""
         coarse, fine = self.lengths
         return fine is not None and fine > coarse * 0.5**SHRINKING_ORDER
 
@@ -66,18 +66,6 @@ class ComparedFlight:
         """Crank angle of the landing minus the exact one [rad]."""
         return self.measured.landing - self.exact.landing if self.measured and self.exact else None
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> ComparedFlight:
-        """The inverse of `asdict`."""
-        exact, measured = values["exact"], values["measured"]
-        return cls(
-            **{
-                **values,
-                "exact": None if exact is None else ExactFlight(**exact),
-                "measured": None if measured is None else Flight(**measured),
-            }
-        )
-
 
 @dataclass(frozen=True)
 class GapCurve:
@@ -95,15 +83,10 @@ class GapCurve:
 
     speed: float
     steps_per_revolution: int
-    gaps: tuple[tuple[float, float, float, float], ...]
+    gaps: Gaps
     exact: tuple[tuple[float, float], ...]
     penetration: float
     threshold: float
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> GapCurve:
-        """The inverse of `asdict`."""
-        return cls(**{**values, **{name: tuple(tuple(row) for row in values[name]) for name in ("gaps", "exact")}})
 
 
 @dataclass(frozen=True)
@@ -120,7 +103,7 @@ class FollowerFloat:
         held, flown: the fastest speed without a flight that does not shrink with h, and the slowest with one; None
             where there is no such speed.
         visible: from which speed on the exact flight's gap is above ten times that penetration.
-        from_length: the onset told by the length of one flight well above it: the speed of that run, over the speed at
+        from_length: the onset predicted from the length of one flight well above it: speed of that run, over the one at
             which the exact flight is as long.
         probes: by speed.
         flights: beside exact ones.
@@ -152,25 +135,5 @@ class FollowerFloat:
 
     @property
     def fit(self) -> bool:
-        """Whether the contact is hard enough to show the onset as near as `WITHIN`."""
+        """True where the contact is hard enough to show the onset as near as `WITHIN`."""
         return self.visible is not None and self.visible <= 1.0 + WITHIN
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> FollowerFloat:
-        """The inverse of `as_dict`."""
-        made = cls(**values)
-        curve = values["curve"]
-        probes = tuple(OnsetProbe(**{**p, "lengths": tuple(p["lengths"])}) for p in values["probes"])
-        return replace(
-            made,
-            steps_per_revolution=tuple(values["steps_per_revolution"]),
-            cam_vertices=tuple(values["cam_vertices"]),
-            probes=probes,
-            flights=tuple(ComparedFlight.of(flight) for flight in values["flights"]),
-            curve=None if curve is None else GapCurve.of(curve),
-            exact_lengths=tuple((speed, length) for speed, length in values["exact_lengths"]),
-        )

@@ -1,13 +1,14 @@
-"""What a user gets from a run: a motion to rely on, a rough one, a wrong one, or none; and whether anything says so."""
+"""What a user gets from a run: a motion to rely on, a rough one, a wrong one, or none; whether anything shows it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.extremes import Extremes
+from conrod.studies.limits.extremes import Extremes, SolverRecord
 
 SAFE_ERROR, ROUGH_ERROR = 0.01, 0.1  # of the travel, largest position error
 
@@ -30,34 +31,72 @@ class Level(Enum):
         self.slug = slug
         self.meaning = meaning
 
+    @classmethod
+    def of_error(cls, error: float) -> Level:
+        """Return the level of a run in one piece, by its largest position error over the travel."""
+        return cls.SAFE if error <= SAFE_ERROR else cls.ROUGH if error <= ROUGH_ERROR else cls.WRONG
+
+
+LEVELS = [level.slug for level in Level]
+GOOD = (Level.SAFE.slug, Level.ROUGH.slug)
+
 
 @dataclass(frozen=True)
 class Grade:
-    """The level of a run, and whether it is quiet: wrong, and nothing in its numbers or from its engine says so."""
+    """Level of a run.
+
+    Attributes:
+        undetected: worse than rough, and neither a number that is not finite nor a warning of the engine shows it.
+    """
 
     level: Level
     outcome: str
-    quiet: bool
+    undetected: bool
 
 
 def grade_of(measurement: Measurement) -> Grade:
-    """The grade of a measured run."""
+    """Return the grade of a measured run."""
     level = _level(measurement)
     bad = level not in (Level.SAFE, Level.ROUGH)
-    return Grade(level, measurement.outcome, bad and _quiet(measurement))
+    return Grade(level, measurement.outcome, bad and _shows_nothing(measurement))
 
 
 def _level(measurement: Measurement) -> Level:
     if measurement.outcome in UNBOUNDED:
         return Level.UNBOUNDED
     error = measurement.largest("position")
-    if error is None:
-        return Level.BROKEN
-    return Level.SAFE if error <= SAFE_ERROR else Level.ROUGH if error <= ROUGH_ERROR else Level.WRONG
+    return Level.BROKEN if error is None else Level.of_error(error)
 
 
-def _quiet(measurement: Measurement) -> bool:
+def _shows_nothing(measurement: Measurement) -> bool:
     if measurement.outcome in LOUD:
         return False
-    watched = Extremes.of(measurement)
-    return watched is not None and watched.finite and not watched.warnings
+    recorded = Extremes.of(measurement)
+    return recorded is not None and recorded.finite and not recorded.warnings
+
+
+# A residual (normalised) above this is no rounding. MuJoCo's converged runs leave 1e-15 to 1e-13, and up to 2.2e-9
+# where a slider is a million times as heavy as usual; pymunk's 1e-16 to 6e-12. With 64 iterations pymunk leaves 7e-9,
+# and the press's acceleration error is a hundred times what it is with 128 (1.1e-3, 1.1e-5; at 1000 steps a turn).
+LEFT = 4e-9
+
+
+def solver_note(solver: SolverRecord | None) -> str:
+    """Return a few words on a solver that stopped too early or did not converge, or none where all is well.
+
+    They give the residual by its power of ten, so that runs with the same note can be reported together.
+    """
+    if solver is None or solver.residual is None or solver.residual <= LEFT:
+        # With nothing left to do, to stop at once is right.
+        return ""
+    return f"{_iterations(solver)}, residual above {10.0 ** math.floor(math.log10(solver.residual)):g}"
+
+
+def _iterations(solver: SolverRecord) -> str:
+    if solver.least is None or solver.most is None:
+        return "left its task unfinished"
+    if solver.most == 0:
+        return "stopped after 0 iterations"
+    if solver.least == 0:
+        return "stopped after 0 iterations at some steps"
+    return "took all its iterations" if solver.most >= solver.allowed else "stopped before all its iterations"

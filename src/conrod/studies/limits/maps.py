@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Study
-from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, nearest_runs, refine, told
+from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, known_nodes, nearest_runs, refine
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, spaced
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
+from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.grade import Level, grade_of
 
 STEPS = AXES["steps"]
@@ -47,24 +46,24 @@ class Pair:
         """On the command line."""
         return f"{STEPS.name}-x-{self.other.name}"
 
-    def refusal(self, case: Case) -> str | None:
-        """None, or why this case does not have both axes."""
-        return STEPS.refusal(case) or self.other.refusal(case)
+    def refusal(self, setup: Setup) -> str | None:
+        """None, or why this setup does not have both axes."""
+        return STEPS.refusal(setup) or self.other.refusal(setup)
 
-    def values(self, case: Case, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    def values(self, setup: Setup, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Values along both axes; of the steps fewer than asked for where there are fewer whole numbers."""
         columns, rows = resolution
-        first = float(case.steps) if self.first is A_REVOLUTION else self.first
-        steps = spaced(STEPS.scale, float(case.steps), case.steps / FEWER, columns)
+        first = float(setup.steps) if self.first is A_REVOLUTION else self.first
+        steps = spaced(STEPS.scale, float(setup.steps), setup.steps / FEWER, columns)
         return steps, spaced(self.other.scale, first, self.last, rows)
 
-    def cell(self, case: Case, steps: float, value: float) -> LimitCell:
+    def case(self, setup: Setup, steps: float, value: float) -> LimitCase:
         """The run at a value of each axis.
 
         Raises:
             InvalidInput: the machine or the engine cannot be given with these values.
         """
-        return self.other.cell(replace(case, steps_per_revolution=round(steps)), value)
+        return self.other.case(replace(setup, steps_per_revolution=round(steps)), value)
 
 
 PAIRS = (
@@ -79,7 +78,7 @@ class MapRun(NamedTuple):
 
     Attributes:
         i, j: its column and its row.
-        level, outcome, quiet: see `conrod.studies.limits.grade`.
+        level, outcome, undetected: see `conrod.studies.limits.grade`.
         error: largest position error, normalised; None unless the run completed.
     """
 
@@ -87,7 +86,7 @@ class MapRun(NamedTuple):
     j: int
     level: str
     outcome: str
-    quiet: bool
+    undetected: bool
     error: float | None
 
 
@@ -111,6 +110,11 @@ class LimitMap:
     runs: tuple[MapRun, ...]
 
     @property
+    def shape(self) -> tuple[int, int]:
+        """Number of columns and rows."""
+        return len(self.x), len(self.y)
+
+    @property
     def nodes(self) -> int:
         """Runs of the full grid."""
         return len(self.x) * len(self.y)
@@ -124,25 +128,25 @@ class LimitMap:
         """The run that a node stands for, or inherits from; it is the node's own if its i and j are."""
         return self._run_at[self._sources[node]]
 
-    def is_told(self, node: Node) -> bool:
-        """Whether a node has the level and the outcome that its own run would show, islands apart.
+    def is_known(self, node: Node) -> bool:
+        """True where a node has the level and the outcome that its own run would show, islands apart.
 
         It may lack them where ways of failing alternate from node to node, and were only sampled. Whether it is safe,
         rough, wrong or fails is known of all.
         """
-        return node in self._told
+        return node in self._known
 
-    def is_quiet(self, node: Node) -> bool:
-        """Whether a node was run and is quiet, or lies in an area about which all runs are."""
-        return node in self._quiet_told and self.at(node).quiet
-
-    @cached_property
-    def _told(self) -> set[Node]:
-        return told((len(self.x), len(self.y)), {node: (run.level, run.outcome) for node, run in self._run_at.items()})
+    def is_undetected(self, node: Node) -> bool:
+        """True where a node was run and is undetected, or lies in an area around which all runs are."""
+        return node in self._undetected_known and self.at(node).undetected
 
     @cached_property
-    def _quiet_told(self) -> set[Node]:
-        return told((len(self.x), len(self.y)), {node: run.quiet for node, run in self._run_at.items()})
+    def _known(self) -> set[Node]:
+        return known_nodes(self.shape, {node: (run.level, run.outcome) for node, run in self._run_at.items()})
+
+    @cached_property
+    def _undetected_known(self) -> set[Node]:
+        return known_nodes(self.shape, {node: run.undetected for node, run in self._run_at.items()})
 
     @cached_property
     def _run_at(self) -> Mapping[Node, MapRun]:
@@ -150,17 +154,7 @@ class LimitMap:
 
     @cached_property
     def _sources(self) -> Mapping[Node, Node]:
-        return nearest_runs((len(self.x), len(self.y)), self._run_at)
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values; a run as the list of its fields."""
-        return asdict(self)
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> LimitMap:
-        """The inverse of `as_dict`."""
-        plain = {name: tuple(values[name]) for name in ("x", "y")}
-        return cls(**{**values, **plain, "runs": tuple(MapRun(*run) for run in values["runs"])})
+        return nearest_runs(self.shape, self._run_at)
 
 
 def standing(level: str) -> str:
@@ -169,39 +163,39 @@ def standing(level: str) -> str:
 
 
 def map_search(
-    case: Case, pair: Pair, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
+    setup: Setup, pair: Pair, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
 ) -> Study[LimitMap]:
     """Map a pair, running along its boundaries alone; see `conrod.studies.limits.adaptive`.
 
     Boundaries between safe, rough, wrong and failed come first, those between ways of failing within the allowance.
 
     Raises:
-        InvalidInput: as `Pair.cell`.
+        InvalidInput: as `Pair.case`.
     """
-    x, y = pair.values(case, resolution)
+    x, y = pair.values(setup, resolution)
     refinement: Refinement[Ending] = refine((len(x), len(y)), stride, lambda end: standing(end[0]), ALLOWANCE)
     runs: dict[Node, MapRun] = {}
-    wanted = next(refinement)
+    asked = next(refinement)
     while True:
         # By rows, each of which is one machine: what is computed from it is then still at hand.
-        cells = {node: pair.cell(case, x[node[0]], y[node[1]]) for node in sorted(wanted, key=lambda n: (n[1], n[0]))}
-        answers = yield tuple(cells.values())
-        new = {node: _run(node, answers[cell.key]) for node, cell in cells.items()}
+        cases = {node: pair.case(setup, x[node[0]], y[node[1]]) for node in sorted(asked, key=lambda n: (n[1], n[0]))}
+        results = yield tuple(cases.values())
+        new = {node: _run(node, results[case.key]) for node, case in cases.items()}
         runs |= new
         try:
-            wanted = refinement.send({node: (run.level, run.outcome) for node, run in new.items()})
+            asked = refinement.send({node: (run.level, run.outcome) for node, run in new.items()})
         except StopIteration:
-            names = case.name, case.engine, case.preset, STEPS.name, pair.other.name
+            names = setup.name, setup.engine, setup.preset, STEPS.name, pair.other.name
             return LimitMap(*names, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
-def most_map_runs(case: Case, pair: Pair, resolution: tuple[int, int] = RESOLUTION) -> int:
+def most_map_runs(setup: Setup, pair: Pair, resolution: tuple[int, int] = RESOLUTION) -> int:
     """The largest number of runs that a map can ask for: all its nodes, should no two neighbours end alike."""
-    x, y = pair.values(case, resolution)
+    x, y = pair.values(setup, resolution)
     return len(x) * len(y)
 
 
 def _run(node: Node, measurement: Measurement) -> MapRun:
     grade = grade_of(measurement)
     error = None if measurement.errors is None else measurement.largest("position")
-    return MapRun(*node, grade.level.slug, grade.outcome, grade.quiet, error)
+    return MapRun(*node, grade.level.slug, grade.outcome, grade.undetected, error)

@@ -1,64 +1,159 @@
-"""Which runs a study of a scene's limits needs, and what they show together."""
+"""Plan of a scene's limits: the searches that a request needs, how many runs they may take, and their findings."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
-from conrod.engines import Engine
+from conrod.engines import Engine, engine_named, engine_names
+from conrod.engines.engine import judged_preset
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
+from conrod.studies.execution.child import address_space
+from conrod.studies.execution.isolation import Ended, isolated
 from conrod.studies.frame.study import Results, Study, pursue
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS
 from conrod.studies.limits.axis import Axis
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
-from conrod.studies.limits.conditioning import reference_error
+from conrod.studies.limits.case import LimitCase, Setup
+from conrod.studies.limits.determinism import determinism_search
+from conrod.studies.limits.follower_float import float_search, most_float_runs
 from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
-from conrod.studies.limits.parts import PARTS, Part
-from conrod.studies.limits.results import Walk
-from conrod.studies.limits.run_length import length_search, most_length_runs
-from conrod.studies.limits.study import LimitStudy
-from conrod.studies.limits.walk import most_runs, walk_search
+from conrod.studies.limits.results import LimitStudy, Walk
+from conrod.studies.limits.walk import (
+    ITERATIONS,
+    MASS_RATIO,
+    length_search,
+    most_length_runs,
+    most_need_runs,
+    most_runs,
+    need_search,
+    walk_search,
+)
 
 REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
-KINDS = ("walks", "lengths", "maps", "needs", "determinism", "floats")
+
+
+class Planned(NamedTuple):
+    """A search.
+
+    Attributes:
+        part: field of `LimitStudy` that keeps its findings, or "lengths", which belong to two.
+        made: the search, not begun.
+        most: how many runs it can ask for.
+    """
+
+    part: str
+    made: Callable[[], Study[Any]]
+    most: int
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be looked at; everything where nothing is named.
+    """Items to be studied; everything where nothing is named.
 
     Attributes:
-        axes: walked alone.
-        pairs: mapped together.
-        span: first and last value of the only axis, where its own ends are not wanted.
+        names: of `ITEMS`.
+        span: first and last value of the only axis, where other ends than its own are asked for.
         revolutions: of the long runs.
-        parts: what is no axis and no pair, see `PARTS`.
     """
 
-    axes: tuple[Axis, ...] = tuple(AXES.values())
-    pairs: tuple[Pair, ...] = PAIRS
+    names: tuple[str, ...] = ()
     span: tuple[float, float] | None = None
     revolutions: float = REVOLUTIONS
-    parts: tuple[Part, ...] = tuple(PARTS.values())
 
     @property
     def everything(self) -> bool:
-        """Whether nothing was named, so that all is looked at that there is."""
-        return self == Request(span=self.span, revolutions=self.revolutions)
+        """True where nothing was named, so that all is studied that there is."""
+        return not self.names
+
+
+@dataclass(frozen=True)
+class Item:
+    """Something that `--axis` can name: an axis, a pair of axes, or something besides.
+
+    Attributes:
+        refusal: None, or why a setup does not have it.
+        searches: those of a setup; raises InvalidInput where the machine cannot be given with an end of the range.
+    """
+
+    name: str
+    refusal: Callable[[Setup], str | None]
+    searches: Callable[[Setup, Request], Sequence[Planned]]
+
+
+def _axis(axis: Axis) -> Item:
+    def searches(setup: Setup, asked: Request) -> list[Planned]:
+        if axis.name == LENGTH_AXIS:
+            last = asked.revolutions if asked.span is None else max(asked.span)
+            axis.case(setup, last)
+            most = most_length_runs(axis, setup, last)
+            return [Planned("lengths", partial(length_search, axis, setup, last), most)]
+        planned = []
+        for first, last in (asked.span,) if asked.span else axis.spans(setup):
+            for end in (first, last):
+                axis.case(setup, end)
+            most = most_runs(axis, setup, first, last)
+            planned.append(Planned("walks", partial(walk_search, axis, setup, first, last), most))
+        return planned
+
+    return Item(axis.name, axis.refusal, searches)
+
+
+def _pair(pair: Pair) -> Item:
+    def searches(setup: Setup, asked: Request) -> list[Planned]:
+        return [Planned("maps", partial(map_search, setup, pair), most_map_runs(setup, pair))]
+
+    return Item(pair.name, pair.refusal, searches)
+
+
+def _no_rule_to_replace(setup: Setup) -> str | None:
+    # An engine as it comes is off whatever its iterations leave; later presets are the first judged one, changed.
+    preset = judged_preset(setup.made_by)
+    if setup.preset != preset:
+        return f"iterations that stay are studied with the preset {preset} alone"
+    return MASS_RATIO.refusal(setup)
+
+
+def _needs(setup: Setup, asked: Request) -> list[Planned]:
+    most = most_need_runs(setup)
+    return [Planned("needs", partial(need_search, setup, iterations), most) for iterations in ITERATIONS]
+
+
+def _determinism(setup: Setup, asked: Request) -> list[Planned]:
+    return [Planned("determinism", partial(determinism_search, setup), 1)]  # one case, which runs again and again
+
+
+def _no_follower(setup: Setup) -> str | None:
+    if setup.contact and not setup.scene.closed_form:
+        return AXES["float"].refusal(setup)
+    return None if setup.contact else f"the {setup.scene.kind} has no cam: there is no follower to fly"
+
+
+def _flight(setup: Setup, asked: Request) -> list[Planned]:
+    return [Planned("floats", partial(float_search, setup), most_float_runs())]
+
+
+ITEMS = {
+    item.name: item
+    for item in (
+        *map(_axis, AXES.values()),
+        *map(_pair, PAIRS),
+        Item("mass-ratio-at-iterations", _no_rule_to_replace, _needs),
+        Item("determinism", lambda setup: None, _determinism),
+        Item("flight", _no_follower, _flight),
+    )
+}
 
 
 @dataclass(frozen=True)
 class LimitPlan:
-    """The searches of one scene.
+    """Searches of one scene.
 
     Attributes:
         refused: walks of axes that the scene or an engine does not have.
         unfit: of what was asked for, name -> why no engine and preset has it on this scene.
-        most: how many runs all searches together can ask for.
     """
 
     name: str
@@ -66,127 +161,77 @@ class LimitPlan:
     engines: tuple[Engine[Any], ...]
     refused: tuple[Walk, ...]
     unfit: Mapping[str, str]
-    searches: Mapping[str, tuple[Callable[[], Study[Any]], ...]]
-    most: int
+    searches: tuple[Planned, ...]
 
-    def study(self, found: Mapping[str, Sequence[Any]]) -> LimitStudy:
-        """The study, from what the searches of each kind found."""
-        lengths = found["lengths"]
+    @property
+    def most(self) -> int:
+        """Number of runs that all searches together can ask for."""
+        return sum(planned.most for planned in self.searches)
+
+    def study(self, found: Sequence[tuple[str, Any]]) -> LimitStudy:
+        """Return the study, from what each search found and the part that it belongs to."""
+
+        def of(part: str) -> tuple[Any, ...]:
+            return tuple(finding for name, finding in found if name == part)
+
+        names, lengths = list(AXES), of("lengths")
+        walks = (*of("walks"), *(walk for walk, _ in lengths), *self.refused)
         return LimitStudy(
             name=self.name,
             kind=self.scene.kind,
             title=self.scene.title,
             parameters=self.scene.parameters,
             engines={engine.name: engine.version for engine in self.engines},
-            walks=_in_order((*found["walks"], *(walk for walk, _ in lengths), *self.refused)),
+            walks=tuple(sorted(walks, key=lambda walk: names.index(walk.axis))),
             long_runs=tuple(run for _, run in lengths),
-            maps=tuple(found["maps"]),
-            needs=tuple(found["needs"]),
-            determinism=tuple(found["determinism"]),
-            floats=tuple(found["floats"]),
+            maps=of("maps"),
+            needs=of("needs"),
+            determinism=of("determinism"),
+            floats=of("floats"),
         )
 
 
 def plan_limits(
     name: str, scene: Scene, engines: Sequence[Engine[Any]], preset: str | None, asked: Request
 ) -> LimitPlan:
-    """The plan of a scene.
+    """Return the plan of a scene.
 
     Raises:
         InvalidInput: the machine cannot be given with an end of the range.
     """
-    made = [Case(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
-    unfit = {case.preset: refusal for case in made if (refusal := case.refusal()) is not None}
-    cases = [case for case in made if case.refusal() is None]
-    plan = _Planner(asked)
-    for case in cases:
-        for axis in asked.axes:
-            plan.walk(axis, case)
-        for pair in asked.pairs:
-            plan.map(pair, case)
-        for part in asked.parts:
-            plan.part(part, case)
-    searches = {kind: tuple(made) for kind, made in plan.searches.items()}
-    missing = unfit if not cases else plan.unfit if not asked.everything else {}
-    return LimitPlan(name, scene, tuple(engines), tuple(plan.refused), missing, searches, plan.most)
+    setups = [Setup(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
+    unfit = {setup.preset: refusal for setup in setups if (refusal := setup.refusal()) is not None}
+    fit = [setup for setup in setups if setup.refusal() is None]
+    searches: list[Planned] = []
+    refused: list[Walk] = []
+    reasons: dict[str, str] = {}
+    had: set[str] = set()
+    for setup in fit:
+        for item in (ITEMS[name] for name in asked.names or ITEMS):
+            refusal = item.refusal(setup)
+            if refusal is None:
+                had.add(item.name)
+                searches += item.searches(setup, asked)
+                continue
+            reasons[item.name] = refusal
+            if item.name in AXES:
+                refused.append(Walk(item.name, setup.name, setup.engine, setup.preset, refusal, (), ()))
+    if fit:
+        unfit = {} if asked.everything else {item: reason for item, reason in reasons.items() if item not in had}
+    return LimitPlan(name, scene, tuple(engines), tuple(refused), unfit, tuple(searches))
 
 
-class _Planner:
-    def __init__(self, asked: Request) -> None:
-        self._asked = asked
-        self.refused: list[Walk] = []
-        self.searches: dict[str, list[Callable[[], Study[Any]]]] = {kind: [] for kind in KINDS}
-        self.most = 0
-        self._reasons: dict[str, str] = {}
-        self._fit: set[str] = set()
-
-    @property
-    def unfit(self) -> dict[str, str]:
-        """Axes and pairs that no case has, and why."""
-        return {name: reason for name, reason in self._reasons.items() if name not in self._fit}
-
-    def walk(self, axis: Axis, case: Case) -> None:
-        """An axis alone."""
-        if self._refused(axis, case):
-            refusal = self._reasons[axis.name]
-            self.refused.append(Walk(axis.name, case.name, case.engine, case.preset, refusal, (), ()))
-        elif axis.name == LENGTH_AXIS:
-            last = self._asked.revolutions if self._asked.span is None else max(self._asked.span)
-            axis.cell(case, last)
-            self._add("lengths", partial(length_search, axis, case, last), most_length_runs(axis, case, last))
-        else:
-            for first, last in (self._asked.span,) if self._asked.span else axis.spans(case):
-                _check_ends(axis, case, first, last)
-                walk = partial(walk_search, axis, case, first, last, _ruler(axis))
-                self._add("walks", walk, most_runs(axis, case, first, last))
-
-    def map(self, pair: Pair, case: Case) -> None:
-        """A pair of axes."""
-        if not self._refused(pair, case):
-            self._add("maps", partial(map_search, case, pair), most_map_runs(case, pair))
-
-    def part(self, part: Part, case: Case) -> None:
-        """What is no axis and no pair."""
-        if not self._refused(part, case):
-            for made in part.searches(case):
-                self._add(part.kind, made, part.most(case))
-
-    def _refused(self, asked: Axis | Pair | Part, case: Case) -> bool:
-        refusal = asked.refusal(case)
-        if refusal is None:
-            self._fit.add(asked.name)
-        else:
-            self._reasons[asked.name] = refusal
-        return refusal is not None
-
-    def _add(self, kind: str, made: Callable[[], Study[Any]], runs: int) -> None:
-        self.searches[kind].append(made)
-        self.most += runs
+def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCase]], Results]) -> list[LimitStudy]:
+    """Return the studies of all plans, their runs in common batches."""
+    places = [(k, planned) for k, plan in enumerate(plans) for planned in plan.searches]
+    found = pursue([planned.made() for _, planned in places], run)
+    by_plan: list[list[tuple[str, Any]]] = [[] for _ in plans]
+    for (k, planned), finding in zip(places, found, strict=True):
+        by_plan[k].append((planned.part, finding))
+    return [plan.study(findings) for plan, findings in zip(plans, by_plan, strict=True)]
 
 
-def _check_ends(axis: Axis, case: Case, first: float, last: float) -> None:
-    for value in (first, last):
-        axis.cell(case, value)
-
-
-def _ruler(axis: Axis) -> Callable[[LimitCell], float | None]:
-    """The reference is in doubt only where an axis makes the machine ill-conditioned."""
-    return (lambda cell: reference_error(cell.scene)) if axis.near_singular else (lambda _: None)
-
-
-def _in_order(walks: Sequence[Walk]) -> tuple[Walk, ...]:
-    names = list(AXES)
-    return tuple(sorted(walks, key=lambda walk: names.index(walk.axis)))
-
-
-def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCell]], Results]) -> list[LimitStudy]:
-    """The studies of all plans, their runs in common batches."""
-    places = [(plan, kind, made) for plan in plans for kind, all_made in plan.searches.items() for made in all_made]
-    found = pursue([made() for _, _, made in places], run)
-    by_place: dict[tuple[str, str], list[Any]] = {}
-    for (plan, kind, _), result in zip(places, found, strict=True):
-        by_place.setdefault((plan.name, kind), []).append(result)
-    return [plan.study({kind: by_place.get((plan.name, kind), []) for kind in plan.searches}) for plan in plans]
+# -- refusals before any run -----------------------------------------------------------------------------------------
 
 
 def check_asked(plans: Sequence[LimitPlan]) -> None:
@@ -211,3 +256,36 @@ def check_runs(plans: Sequence[LimitPlan], most: int) -> None:
         raise InvalidInput(
             f"this may need up to {needed} runs, and --most-runs allows {most}: name one scene or --axis, or allow more"
         )
+
+
+# The memory of a run is that of one piece, however long it is. Beyond what a process starts with [bytes]; measured: 73
+# to 108 MB, the most for a cam in MuJoCo.
+OF_A_RUN = 128_000_000
+PATIENCE = 120.0  # [s], for a process to start
+
+
+def check_memory(limit: int | None) -> None:
+    """Refuse a limit in which not every run could end as it would without one.
+
+    Args:
+        limit: address space of a process [bytes]; None is none.
+
+    Raises:
+        InvalidInput: with both figures.
+    """
+    if limit is None:
+        return
+    begins_with = isolated(_at_the_start, timeout=PATIENCE)
+    if isinstance(begins_with, Ended):
+        return  # what stops every process is reported by the first that runs a case
+    if limit < begins_with + OF_A_RUN:
+        raise InvalidInput(
+            f"a cell's memory limit of {limit} bytes is too little: a run may need {begins_with + OF_A_RUN}, "
+            f"{begins_with} of which a process starts with"
+        )
+
+
+def _at_the_start() -> int:
+    for name in engine_names():
+        engine_named(name)
+    return address_space()

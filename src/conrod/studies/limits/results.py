@@ -1,12 +1,16 @@
-"""What walking an axis shows; plain values and their `as_dict`, from which reports are made."""
+"""Findings of `conrod limits`: plain values, from which reports are made."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from itertools import groupby
 
+from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.extremes import Mark
+from conrod.studies.limits.float_results import FollowerFloat
+from conrod.studies.limits.grade import GOOD
+from conrod.studies.limits.maps import LimitMap
 
 
 @dataclass(frozen=True)
@@ -15,36 +19,47 @@ class Probe:
 
     Attributes:
         text: the value as people read it.
-        level, outcome, quiet: see `conrod.studies.limits.grade`.
+        level, outcome, undetected: see `conrod.studies.limits.grade`.
         reason: details of an outcome other than completed.
         errors: largest of position, velocity and acceleration, normalised; None unless the run completed.
         torque: largest error of the drive torque over its exact peak; None where there is none.
-        solver: what is to be said of the engine's solver, empty where nothing is.
-        ruler: how far the reference itself may be off here, normalised; None where it is at its usual rounding.
+        solver: note on the engine's solver, empty where all is well.
+        reference_error: of the exact motion itself, normalised; None where it is at its usual rounding.
+        key: of the run in the ledger.
     """
 
     value: float
     text: str
     level: str
     outcome: str
-    quiet: bool
+    undetected: bool
     reason: str
     errors: Mapping[str, float] | None
     torque: float | None
     solver: str
-    ruler: float | None
+    reference_error: float | None
     key: str
+
+    @property
+    def good(self) -> bool:
+        """True within ten per cent."""
+        return self.level in GOOD
+
+    @property
+    def position(self) -> float | None:
+        """Largest position error over L."""
+        return None if self.errors is None else self.errors["position"]
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """Up to where a criterion holds, coming from the harmless end.
+    """The end of the stretch in which a criterion holds, coming from the safe end.
 
     Attributes:
         criterion: the worst level that still counts: safe, rough, wrong (in one piece) or broken (bounded).
         last_good: value of the last probe that keeps it; None where not even the first one does.
         first_bad: value of the first one that does not; None where all do.
-        outcome, quiet: of that one.
+        outcome, undetected: of that one.
         good_again: values of probes beyond it that keep the criterion nevertheless.
     """
 
@@ -52,7 +67,7 @@ class Boundary:
     last_good: float | None
     first_bad: float | None
     outcome: str | None
-    quiet: bool
+    undetected: bool
     good_again: tuple[float, ...]
 
 
@@ -62,7 +77,8 @@ class Walk:
 
     Attributes:
         refusal: why it was not walked; empty where it was.
-        probes: in the order from harmless to hopeless.
+        probes: from the safe end to the failing one.
+        boundaries: one a criterion; none of a list of values.
     """
 
     axis: str
@@ -73,22 +89,62 @@ class Walk:
     probes: tuple[Probe, ...]
     boundaries: tuple[Boundary, ...]
 
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
+    @property
+    def falling(self) -> bool:
+        """True where values fall from the safe end to the failing one."""
+        return self.probes[-1].value < self.probes[0].value
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Walk:
-        """The inverse of `as_dict`."""
-        return cls(
-            **{
-                **values,
-                "probes": tuple(Probe(**probe) for probe in values["probes"]),
-                "boundaries": tuple(
-                    Boundary(**{**b, "good_again": tuple(b["good_again"])}) for b in values["boundaries"]
-                ),
-            }
-        )
+    def boundary(self, criterion: str) -> Boundary:
+        """Return the boundary of a criterion; StopIteration where the walk has none."""
+        return next(boundary for boundary in self.boundaries if boundary.criterion == criterion)
+
+    def text_at(self, value: float) -> str:
+        """Return a value as people read it."""
+        return next(probe.text for probe in self.probes if probe.value == value)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Neighbouring probes of one level, all of them undetected or none."""
+
+    level: str
+    undetected: bool
+    probes: tuple[Probe, ...]
+
+    @property
+    def outcomes(self) -> tuple[str, ...]:
+        """Outcomes in the order in which they were met."""
+        return tuple(dict.fromkeys(probe.outcome for probe in self.probes))
+
+    @property
+    def outcome(self) -> str:
+        """Outcome of the first."""
+        return self.probes[0].outcome
+
+    @property
+    def first(self) -> Probe:
+        """The probe nearer to the safe end."""
+        return self.probes[0]
+
+    @property
+    def last(self) -> Probe:
+        """The probe nearer to the failing end."""
+        return self.probes[-1]
+
+    @property
+    def good(self) -> bool:
+        """True within ten per cent."""
+        return self.level in GOOD
+
+
+def stretches(walk: Walk, by_outcome: bool = True) -> tuple[Stretch, ...]:
+    """Return all stretches of a walk from the safe end on; of one outcome each, or of one level whatever it was."""
+
+    def kind(probe: Probe) -> tuple[str, bool, str]:
+        return probe.level, probe.undetected, probe.outcome if by_outcome else ""
+
+    grouped = groupby(walk.probes, kind)
+    return tuple(Stretch(level, undetected, tuple(probes)) for (level, undetected, _), probes in grouped)
 
 
 @dataclass(frozen=True)
@@ -104,11 +160,36 @@ class LongRun:
     reason: str
     marks: tuple[Mark, ...]
 
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> LongRun:
-        """The inverse of `as_dict`."""
-        return cls(**{**values, "marks": tuple(Mark(**mark) for mark in values["marks"])})
+@dataclass(frozen=True)
+class IterationNeed:
+    """Walks of the mass ratio, upwards and downwards, with a number of iterations that stays."""
+
+    scene: str
+    engine: str
+    preset: str
+    iterations: int
+    walks: tuple[Walk, ...]
+
+
+@dataclass(frozen=True)
+class LimitStudy:
+    """All that `conrod limits` finds on one scene; parts that were not asked for are empty.
+
+    Attributes:
+        name, kind, title, parameters: of the scene.
+        engines: name -> version.
+        walks: of all axes, presets and engines, refused ones with their reason.
+    """
+
+    name: str
+    kind: str
+    title: str
+    parameters: Mapping[str, float]
+    engines: Mapping[str, str]
+    walks: tuple[Walk, ...]
+    long_runs: tuple[LongRun, ...]
+    maps: tuple[LimitMap, ...]
+    needs: tuple[IterationNeed, ...]
+    determinism: tuple[Determinism, ...]
+    floats: tuple[FollowerFloat, ...]

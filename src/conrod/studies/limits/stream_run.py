@@ -1,22 +1,29 @@
-"""A run at an engine's limits: streamed, compared as it goes, and watched for how it fails."""
+"""A run at an engine's limits: streamed, compared as it goes, and recorded how it fails."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE
 from conrod.engines.running import check_run
 from conrod.errors import InvalidInput
-from conrod.runs.outcome import Verdict, prevailing
-from conrod.runs.trajectory import Outcome
+from conrod.exact.motion import Array
+from conrod.runs.comparison import point_errors
+from conrod.runs.outcome import Verdict, joint_gaps, prevailing
+from conrod.runs.plain import plain
+from conrod.runs.trajectory import BodyTracks, Outcome, Piece, joined
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
-from conrod.studies.limits.run_statistics import Seen
+from conrod.studies.limits.extremes import ExactTorque, Extremes
+from conrod.studies.limits.flights import HELD, Flights, longest
+from conrod.studies.limits.recorders import ORDERS, Fingerprint, History, RunningErrors, SolverRecorder, recorded
 
 if TYPE_CHECKING:
-    from conrod.studies.limits.cell import LimitCell
+    from conrod.studies.limits.case import LimitCase
 
 # The solver is looked at at the end of each piece: at least so often in a run, and at so many crank angles. What a look
 # costs is then a small part of a long run.
@@ -29,8 +36,8 @@ FOLLOWED = 2.0
 GONE = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
 
 
-def watch(cell: LimitCell) -> Measurement:
-    """Run a cell in pieces, up to its end or until nothing is left of the machine.
+def stream_run(case: LimitCase) -> Measurement:
+    """Run a case in pieces, up to its end or until nothing is left of the machine.
 
     A run that failed in another way is followed on, without errors, and ends as the whole of it is judged: it may yet
     blow up, and a follower that left its cam, which is followed to the end, may land.
@@ -38,35 +45,35 @@ def watch(cell: LimitCell) -> Measurement:
     Raises:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
     """
-    engine, cell = engine_named(cell.settings.engine), as_run(cell)
-    refusal = engine.refusal(cell.machine, cell.settings) or too_coarse(cell)
+    engine, case = engine_named(case.settings.engine), as_run(case)
+    refusal = engine.refusal(case.machine, case.settings) or too_coarse(case)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    check_run(cell.machine, cell.settings, cell.revolutions, cell.start_angle)
-    length, seen, verdict, last = piece_length(cell), Seen(cell), Verdict(Outcome.COMPLETED), math.inf
-    for piece in engine.run(cell.machine, cell.settings, cell.revolutions, cell.start_angle, length):
-        seen.add(piece)
+    check_run(case.machine, case.settings, case.revolutions, case.start_angle)
+    length, statistics, verdict, last = piece_length(case), RunStatistics(case), Verdict(Outcome.COMPLETED), math.inf
+    for piece in engine.run(case.machine, case.settings, case.revolutions, case.start_angle, length):
+        statistics.add(piece)
         verdict = prevailing(verdict, Verdict(piece.trajectory.outcome, piece.trajectory.reason))
         if verdict.outcome is Outcome.COMPLETED:
-            seen.compare(piece)
+            statistics.compare(piece)
         elif verdict.outcome is not Outcome.LOST_CONTACT:
-            last = min(last, piece.first_step + FOLLOWED * cell.settings.steps_per_revolution)
+            last = min(last, piece.first_step + FOLLOWED * case.settings.steps_per_revolution)
         if verdict.outcome in GONE or piece.first_step >= last:
             break
-    return seen.measurement(verdict)
+    return statistics.measurement(verdict)
 
 
-def piece_length(cell: LimitCell) -> int:
-    """Steps in each piece of a cell's run.
+def piece_length(case: LimitCase) -> int:
+    """Return the steps in each piece of a case's run.
 
     Raises:
         InvalidInput: the run is too short to have accelerations.
     """
-    turn = cell.settings.steps_per_revolution
-    steps = round(turn * cell.revolutions)
+    turn = case.settings.steps_per_revolution
+    steps = round(turn * case.revolutions)
     if steps < LEAST_STEPS:
         raise InvalidInput(
-            f"revolutions = {cell.revolutions:g} at {turn} steps each are {steps} steps; "
+            f"revolutions = {case.revolutions:g} at {turn} steps each are {steps} steps; "
             f"a run needs {LEAST_STEPS} to have accelerations"
         )
     most = min(max(steps // LOOKS, LEAST_PIECE), PIECE)
@@ -79,3 +86,119 @@ def piece_length(cell: LimitCell) -> int:
     while math.gcd(length, turn) > 1 and length > LEAST_STEPS:
         length -= 1
     return length
+
+
+COMPARED = 2048  # samples that are compared together, where pieces are shorter
+
+
+class RunStatistics:
+    """Statistics of a run, from the pieces that have come so far."""
+
+    def __init__(self, case: LimitCase) -> None:
+        machine, settings, given = case.machine, case.settings, case.settings.as_dict()
+        kinematics, steps = machine.kinematics, settings.steps_per_revolution
+        contacts = kinematics.mechanism.cam_contacts
+        self._machine, self._timestep = machine, settings.timestep
+        self._length = max(machine.lengths.values())
+        self._samples, self._finite = 0, True
+        self._warnings: dict[str, int] = {}
+        self._errors, self._fingerprint = RunningErrors(), Fingerprint()
+        self._history = History(case.revolutions, steps)
+        self._solver = SolverRecorder(given["iterations"], machine.speed, self._length)
+        self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
+        # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
+        self._exact_torque = (
+            None if contacts else ExactTorque(kinematics, machine.speed, gravity=given["gravity"], rod=given["rod"])
+        )
+        self._torque: float | None = None
+        self._start_of_clock = 0.0
+        self._waiting: list[Piece] = []  # to be compared together
+
+    def add(self, piece: Piece) -> None:
+        """Record a piece, whatever became of it."""
+        bodies = piece.trajectory.bodies
+        assert bodies is not None
+        if piece.first_step == 0:
+            self._start_of_clock = float(piece.clock[0])
+        self._samples += len(bodies.position.poses)
+        self._warnings = dict(piece.warnings)
+        self._finite = self._finite and all(bool(np.all(np.isfinite(v))) for _, v in recorded(piece.trajectory))
+        self._fingerprint.add(piece.trajectory)
+        self._solver.add(piece.solver)
+        if self._flights and self._finite:
+            gaps = joint_gaps(self._machine.kinematics.mechanism, [bodies.position.poses])
+            for name, flights in self._flights.items():
+                flights.add(bodies.position.instants.angle, gaps[name])
+
+    def compare(self, piece: Piece) -> None:
+        """Take in the errors of a piece that completed, at once or with some that follow it."""
+        self._waiting.append(piece)
+        if sum(len(waiting.clock) for waiting in self._waiting) >= COMPARED:
+            self._compare()
+
+    def _compare(self) -> None:
+        if not self._waiting:
+            return
+        piece, self._waiting = joined(self._waiting), []
+        bodies = piece.trajectory.bodies
+        assert bodies is not None
+        points, closure = point_errors(piece.trajectory, self._machine), self._closure(bodies)
+        self._errors.add(points, closure, bodies, self._machine.speed)
+        if self._history.goes_on:
+            position = np.max([errors.position.error for errors in points.values()], axis=0)
+            self._history.add(piece.first_step, position, closure["position"], *self._phases(piece, bodies))
+        if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_nothing:
+            # At the very first sample an iterative solver has nothing to start from.
+            rows = slice(int(piece.first_step == 0), None)
+            exact = self._exact_torque.at(bodies.acceleration.instants.angle[rows])
+            off = float(np.abs(piece.drive_torque[rows] - exact).max()) / self._exact_torque.peak
+            self._torque = max(off, self._torque or 0.0)
+
+    def _closure(self, bodies: BodyTracks) -> dict[str, Array]:
+        """Largest gap of a joint, its rate and its acceleration at their samples, normalised."""
+        position, velocity, acceleration = bodies.position, bodies.velocity, bodies.acceleration
+        derivatives = (
+            [position.poses],
+            [velocity.poses, velocity.rates],
+            [acceleration.poses, acceleration.rates, acceleration.accelerations],
+        )
+        mechanism, speed = self._machine.kinematics.mechanism, abs(self._machine.speed)
+        return {
+            order: np.abs(list(joint_gaps(mechanism, some).values())).max(axis=0) / (self._length * speed**k)
+            for k, (order, some) in enumerate(zip(ORDERS, derivatives, strict=True))
+        }
+
+    def _phases(self, piece: Piece, bodies: BodyTracks) -> tuple[Array, Array]:
+        """Return how far the crank, and a clock that sums its steps, are ahead of counted steps [rad]."""
+        speed, at = self._machine.speed, bodies.position.instants
+        counted = self._timestep * np.arange(piece.first_step, piece.first_step + len(at.times))
+        return at.angle - speed * at.times, speed * (piece.clock - self._start_of_clock - counted)
+
+    def measurement(self, verdict: Verdict) -> Measurement:
+        """Return the measurement of a run that ended so."""
+        self._compare()
+        extremes = plain(self._extremes())
+        if verdict.outcome is not Outcome.COMPLETED:
+            return Measurement(verdict.outcome.slug, verdict.reason, extremes=extremes)
+        errors = self._errors
+        return Measurement(
+            outcome=verdict.outcome.slug,
+            errors={p: {q: size.sizes() for q, size in sizes.items()} for p, sizes in errors.points.items()},
+            closure={order: size.largest for order, size in errors.closure.items()},
+            phase={"max": errors.phase.largest, "final": errors.phase.final},
+            drive={"speed": errors.speed.largest, "acceleration": errors.acceleration.largest},
+            extremes=extremes,
+        )
+
+    def _extremes(self) -> Extremes:
+        return Extremes(
+            samples=self._samples,
+            finite=self._finite,
+            warnings=self._warnings,
+            solver=self._solver.found(),
+            torque=self._torque,
+            penetration=max((flights.penetration for flights in self._flights.values()), default=None),
+            flights=longest([flight for flights in self._flights.values() for flight in flights.found()]),
+            history=tuple(self._history.marks),
+            fingerprint=self._fingerprint.text(),
+        )

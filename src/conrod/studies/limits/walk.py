@@ -1,57 +1,52 @@
-"""An axis walked from harmless to hopeless, and the boundaries on the way found by halving."""
+"""An axis walked from its safe end to its failing one, and the boundaries on the way found by halving."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.study import Results, Study
-from conrod.studies.limits.axis import Axis, Scale, between, spaced
-from conrod.studies.limits.case import Case
-from conrod.studies.limits.cell import LimitCell
-from conrod.studies.limits.extremes import Extremes
-from conrod.studies.limits.grade import Level, grade_of
-from conrod.studies.limits.results import Boundary, Probe, Walk
-from conrod.studies.limits.solver_notes import solver_note
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis, between, spaced
+from conrod.studies.limits.case import LimitCase, Setup
+from conrod.studies.limits.conditioning import reference_error
+from conrod.studies.limits.extremes import Extremes, Mark
+from conrod.studies.limits.grade import LEVELS, Level, grade_of, solver_note
+from conrod.studies.limits.results import Boundary, IterationNeed, LongRun, Probe, Walk
 
-# Three looks in each of four decades: what fails and holds again between two of them is missed.
+# Three runs in each of four decades: what fails and holds again between two of them is missed.
 SCANNED = 13
-LEVELS = tuple(Level)
 # The worst level that still counts, for each boundary that is looked for.
 CRITERIA = (Level.SAFE, Level.ROUGH, Level.WRONG, Level.BROKEN)
 
-Ruler = Callable[[LimitCell], float | None]
 
-
-def walk_search(axis: Axis, case: Case, first: float, last: float, ruler: Ruler) -> Study[Walk]:
-    """Walk an axis between two values, the harmless one first.
-
-    Args:
-        ruler: own error of the reference in a cell, normalised; None where it is at its usual rounding.
+def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Walk]:
+    """Walk an axis between two values, the safe one first.
 
     Raises:
         InvalidInput: the machine cannot be given with a value of the range.
     """
-    listed = axis.scale is Scale.LISTED
-    cells: dict[float, LimitCell] = {}
-    answers: dict[str, Measurement] = {}
-    wanted = list(axis.values(case)) if listed else _scanned(axis, first, last)
-    while wanted:
-        new = {value: axis.cell(case, value) for value in wanted}
-        cells |= new
-        answers |= yield tuple(new.values())
-        wanted = [] if listed else _halved(axis, _in_order(cells, first, last), cells, answers)
-    ordered = list(cells) if listed else _in_order(cells, first, last)
-    probes = tuple(probe_of(axis, case, value, cells[value], answers[cells[value].key], ruler) for value in ordered)
+    listed = axis.listed
+    cases: dict[float, LimitCase] = {}
+    results: dict[str, Measurement] = {}
+    asked = list(axis.values(setup)) if listed else _scanned(axis, first, last)
+    while asked:
+        new = {value: axis.case(setup, value) for value in asked}
+        cases |= new
+        results |= yield tuple(new.values())
+        asked = [] if listed else _halved(axis, _in_order(cases, first, last), cases, results)
+    ordered = list(cases) if listed else _in_order(cases, first, last)
+    probes = tuple(probe_of(axis, setup, value, cases[value], results[cases[value].key]) for value in ordered)
     boundaries = () if listed else tuple(boundary_of(probes, level) for level in CRITERIA)
-    return Walk(axis.name, case.name, case.engine, case.preset, "", probes, boundaries)
+    return Walk(axis.name, setup.name, setup.engine, setup.preset, "", probes, boundaries)
 
 
-def most_runs(axis: Axis, case: Case, first: float, last: float) -> int:
-    """The largest number of runs that a walk can ask for."""
-    if axis.scale is Scale.LISTED:
-        return len(axis.values(case))
+def most_runs(axis: Axis, setup: Setup, first: float, last: float) -> int:
+    """Return the largest number of runs that a walk can ask for."""
+    if axis.listed:
+        return len(axis.values(setup))
     scanned = _scanned(axis, first, last)
     if len(scanned) < 2:
         return len(scanned)
@@ -72,22 +67,22 @@ def _scanned(axis: Axis, first: float, last: float) -> list[float]:
 
 
 def _middle(axis: Axis, good: float, bad: float) -> float | None:
-    """The value that exists half-way between two; None where they are near enough, or none does."""
+    """Return the value that exists half-way between two; None where they are near enough, or none does."""
     found = between(axis.scale, good, bad)
     nearest = None if found is None else axis.nearest(found)
     return None if nearest in (good, bad) else nearest
 
 
-def _in_order(cells: Mapping[float, LimitCell], first: float, last: float) -> list[float]:
-    return sorted(cells, reverse=last < first)
+def _in_order(cases: Mapping[float, LimitCase], first: float, last: float) -> list[float]:
+    return sorted(cases, reverse=last < first)
 
 
-def _halved(axis: Axis, ordered: Sequence[float], cells: Mapping[float, LimitCell], answers: Results) -> list[float]:
-    """The value to look at next for every boundary that is not yet narrow enough."""
-    levels = [LEVELS.index(grade_of(answers[cells[value].key]).level) for value in ordered]
+def _halved(axis: Axis, ordered: Sequence[float], cases: Mapping[float, LimitCase], results: Results) -> list[float]:
+    """Return the value to be run next for every boundary that is not yet narrow enough."""
+    levels = [LEVELS.index(grade_of(results[cases[value].key]).level.slug) for value in ordered]
     found = []
     for criterion in CRITERIA:
-        k = _first_worse(levels, LEVELS.index(criterion))
+        k = _first_worse(levels, LEVELS.index(criterion.slug))
         if k is None or k == 0:
             continue
         middle = _middle(axis, ordered[k - 1], ordered[k])
@@ -100,32 +95,118 @@ def _first_worse(levels: Sequence[int], worst: int) -> int | None:
     return next((k for k, level in enumerate(levels) if level > worst), None)
 
 
-def probe_of(axis: Axis, case: Case, value: float, cell: LimitCell, measurement: Measurement, ruler: Ruler) -> Probe:
-    """What a run on an axis showed."""
-    grade, watched = grade_of(measurement), Extremes.of(measurement)
+def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measurement: Measurement) -> Probe:
+    """Return what a run on an axis showed."""
+    grade, recorded = grade_of(measurement), Extremes.of(measurement)
     errors = {q: measurement.largest(q) for q in QUANTITIES}
     return Probe(
         value=value,
-        text=axis.text(case, value),
+        text=axis.text(setup, value),
         level=grade.level.slug,
         outcome=grade.outcome,
-        quiet=grade.quiet,
+        undetected=grade.undetected,
         reason=measurement.reason,
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
-        torque=None if watched is None else watched.torque,
-        solver="" if watched is None else solver_note(watched.solver),
-        ruler=ruler(cell),
-        key=cell.key,
+        torque=None if recorded is None else recorded.torque,
+        solver="" if recorded is None else solver_note(recorded.solver),
+        # The reference is in doubt only where an axis makes the machine ill-conditioned.
+        reference_error=reference_error(case.scene) if axis.near_singular else None,
+        key=case.key,
     )
 
 
 def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
-    """Up to where a criterion holds, among probes in the order from harmless to hopeless."""
-    slugs = [level.slug for level in LEVELS]
-    worst = slugs.index(criterion.slug)
-    k = _first_worse([slugs.index(probe.level) for probe in probes], worst)
+    """Return the boundary of a criterion, among probes in the order from the safe end to the failing one."""
+    worst = LEVELS.index(criterion.slug)
+    k = _first_worse([LEVELS.index(probe.level) for probe in probes], worst)
     if k is None:
         return Boundary(criterion.slug, probes[-1].value, None, None, False, ())
-    again = tuple(probe.value for probe in probes[k:] if slugs.index(probe.level) <= worst)
+    again = tuple(probe.value for probe in probes[k:] if LEVELS.index(probe.level) <= worst)
     last_good = probes[k - 1].value if k else None
-    return Boundary(criterion.slug, last_good, probes[k].value, probes[k].outcome, probes[k].quiet, again)
+    return Boundary(criterion.slug, last_good, probes[k].value, probes[k].outcome, probes[k].undetected, again)
+
+
+# -- mass ratio at iterations that stay ------------------------------------------------------------------------------
+
+MASS_RATIO = AXES["mass-ratio"]
+ITERATIONS = (1, 3, 10, 30, 100, 300, 1000)
+
+
+def mass_ratio_at(iterations: int) -> Axis:
+    """Return the mass ratio, with the preset's rule for the iterations replaced by a number that stays."""
+
+    def iterated(setup: Setup, value: float) -> LimitCase:
+        case = MASS_RATIO.case(setup, value)
+        return replace(case, settings=setup.variations.iterated(case.settings, iterations))
+
+    return replace(MASS_RATIO, case=iterated)
+
+
+def need_search(setup: Setup, iterations: int) -> Study[IterationNeed]:
+    """Walk the mass ratio both ways with a number of iterations that stays."""
+    axis = mass_ratio_at(iterations)
+    walks = []
+    for first, last in axis.spans(setup):
+        walks.append((yield from walk_search(axis, setup, first, last)))
+    return IterationNeed(setup.name, setup.engine, setup.preset, iterations, tuple(walks))
+
+
+def most_need_runs(setup: Setup) -> int:
+    """Return the largest number of runs that one search can ask for."""
+    return sum(most_runs(MASS_RATIO, setup, first, last) for first, last in MASS_RATIO.spans(setup))
+
+
+# -- long runs -------------------------------------------------------------------------------------------------------
+
+
+def length_search(axis: Axis, setup: Setup, revolutions: float) -> Study[tuple[Walk, LongRun]]:
+    """Make the longest run: its marks show all shorter ones. Where something changes on the way, shorter runs find it.
+
+    Raises:
+        InvalidInput: the number of revolutions is out of range.
+    """
+    case = axis.case(setup, revolutions)
+    measurement = (yield (case,))[case.key]
+    recorded = Extremes.of(measurement)
+    marks = () if recorded is None else recorded.history
+    probes = [_marked(axis, setup, mark, case.key) for mark in marks]
+    last = probe_of(axis, setup, _reached(case, recorded), case, measurement)
+    if not probes or probes[-1].value < last.value:
+        probes.append(last)
+    if len({probe.level for probe in probes}) == 1 and measurement.errors is not None:
+        boundaries = tuple(boundary_of(probes, level) for level in CRITERIA)
+        walk = Walk(axis.name, setup.name, setup.engine, setup.preset, "", tuple(probes), boundaries)
+    else:
+        walk = yield from walk_search(axis, setup, axis.safe_end, revolutions)
+    return walk, _long_run(setup, case, measurement, marks)
+
+
+def most_length_runs(axis: Axis, setup: Setup, revolutions: float) -> int:
+    """Return the largest number of runs that the search can ask for; the longest one is shared with the walk."""
+    return most_runs(axis, setup, axis.safe_end, revolutions)
+
+
+def _reached(case: LimitCase, recorded: Extremes | None) -> float:
+    """Revolutions of which there are samples."""
+    if recorded is None:
+        return case.revolutions
+    return min(case.revolutions, recorded.samples / case.settings.steps_per_revolution)
+
+
+def _marked(axis: Axis, setup: Setup, mark: Mark, key: str) -> Probe:
+    level, value = Level.of_error(mark.position), float(mark.revolution)
+    text, undetected, errors = axis.text(setup, value), level is Level.WRONG, {"position": mark.position}
+    return Probe(value, text, level.slug, "completed", undetected, "", errors, None, "", None, key)
+
+
+def _long_run(setup: Setup, case: LimitCase, measurement: Measurement, marks: tuple[Mark, ...]) -> LongRun:
+    return LongRun(
+        scene=setup.name,
+        engine=setup.engine,
+        preset=setup.preset,
+        steps_per_revolution=case.settings.steps_per_revolution,
+        revolutions=case.revolutions,
+        outcome=grade_of(measurement).outcome,
+        reason=measurement.reason,
+        marks=marks,
+    )

@@ -70,7 +70,7 @@ def test_machines_as_they_are_have_all_their_digits(scene: Scene) -> None:
     assert reference_error(scene) is None
 
 
-def test_what_a_reference_may_be_off_is_told_where_it_is_more_than_usual() -> None:
+def test_what_a_reference_may_be_off_is_known_where_it_is_more_than_usual() -> None:
     told = reference_error(saw(1e-9))
     assert told is not None
     assert told > USUAL

@@ -1,0 +1,196 @@
+"""Machines that axes make of a scene, and why a scene has none: masses, units, change points, orders, cams."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+
+from conrod.errors import InvalidInput
+from conrod.mechanism.mechanism import GROUND, Revolute
+from conrod.scenes import CamFollower, Saw, Scene, ShearPress
+from conrod.scenes.cam_follower import LEAST_FLANK_WIDTH
+from conrod.studies.frame.scene_summary import dead_centres
+from conrod.studies.limits.case import Declaration, Setup
+from conrod.studies.sweep.sensitivity import output_mass
+
+MM = 1e-3  # [m]
+SCENES_KEPT = 16
+
+# -- masses and units ------------------------------------------------------------------------------------------------
+
+
+def with_mass_ratio(setup: Setup, ratio: float) -> Scene:
+    """Return the machine whose output link has so many times the mass of the rod that drives it."""
+    rod = driving_rod(setup.scene)
+    assert rod is not None
+    return setup.variant(**{output_mass(setup.scene): ratio * setup.scene.kinematics.mechanism.body(rod).mass})
+
+
+def no_mass_ratio(setup: Setup) -> str | None:
+    """Return None, or what a machine lacks for unequal masses of rod and output link."""
+    if driving_rod(setup.scene) is None:
+        return f"the {setup.scene.kind} has no connecting rod"
+    try:
+        output_mass(setup.scene)
+    except InvalidInput as unfit:
+        return str(unfit)
+    return None
+
+
+def driving_rod(scene: Scene) -> str | None:
+    """Return the link that is pinned to the one with the output point, and is neither crank nor ground."""
+    mechanism = scene.kinematics.mechanism
+    link = next(observed.body for observed in mechanism.observed if observed.name == scene.output)
+    pins = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and link in (joint.a, joint.b)]
+    partners = [joint.b if joint.a == link else joint.a for joint in pins]
+    return next((name for name in partners if name not in (GROUND, mechanism.crank)), None)
+
+
+WITH_A_METRE = ("m", "N")  # a newton is one kilogram metre over a square second
+
+
+def rescaled(scene: Scene, factor: float) -> dict[str, float]:
+    """Return the parameters of a scene whose unit of length is `factor` times smaller; masses and times keep theirs."""
+    facts = scene.parameter_facts()
+    return {name: value * factor ** length_power(facts[name].unit) for name, value in scene.parameters.items()}
+
+
+def length_power(unit: str) -> int:
+    """Return the power of metre in a unit such as kg*m^2 or m/s^2."""
+    power = 0
+    for sign, product in zip((1, -1, -1), unit.split("/"), strict=False):
+        for name, _, exponent in (term.partition("^") for term in product.split("*")):
+            power += sign * int(exponent or 1) if name in WITH_A_METRE else 0
+    return power
+
+
+# -- change points and poses -----------------------------------------------------------------------------------------
+
+Values = Mapping[str, float]
+
+
+def _press(p: Values, nearness: float) -> Values:
+    """Crank as long as the rod: the slider could stand still on the shaft while both turn together."""
+    return {"crank": nearness * p["rod"]}
+
+
+def _saw(p: Values, nearness: float) -> Values:
+    """Offset as large as rod - crank: the rod stands across the slide when the crank points away from it."""
+    return {"offset": math.copysign(nearness * (p["rod"] - p["crank"]), p["offset"])}
+
+
+# The length that has to change, and alone does, to bring a machine to its change point; by what a scene is, since a
+# machine from a file may have any name.
+APPROACHES: Mapping[type[Scene], Callable[[Values, float], Values]] = {ShearPress: _press, Saw: _saw}
+
+
+def near_change_point(setup: Setup, nearness: float) -> Scene:
+    """Return the machine whose length is so much of its limit."""
+    return setup.variant(**APPROACHES[type(setup.scene)](setup.scene.parameters, nearness))
+
+
+def no_change_point(setup: Setup) -> str | None:
+    """Return None, or why a machine is not brought to a change point."""
+    if type(setup.scene) in APPROACHES:
+        return None
+    if setup.scene.closed_form:
+        return f"the {setup.scene.kind} has no change point"
+    return f"which lengths bring {setup.scene.kind}, from a file, to a change point is not known"
+
+
+@lru_cache(SCENES_KEPT)
+def dead_angles(scene: Scene) -> tuple[float, ...]:
+    """Return the crank angles [deg] of the dead centres, where the output turns back."""
+    return tuple(math.degrees(centre.angle) for centre in dead_centres(scene))
+
+
+# -- order of declaration --------------------------------------------------------------------------------------------
+
+
+def orders(setup: Setup, most: int) -> tuple[float, ...]:
+    """Return numbers of orders of declaration: all, or `most` evenly spread, the last of which reverses everything."""
+    mechanism = setup.scene.kinematics.mechanism
+    last = math.factorial(len(mechanism.bodies)) * math.factorial(len(mechanism.joints)) - 1
+    count = min(most, last + 1)
+    return tuple(dict.fromkeys(float(round(k * last / max(count - 1, 1))) for k in range(count)))
+
+
+def declared(setup: Setup, number: float) -> Declaration:
+    """Return the order of a number; 0 is the scene's own."""
+    mechanism = setup.scene.kinematics.mechanism
+    joints = math.factorial(len(mechanism.joints))
+    return Declaration(
+        bodies=permutation([body.name for body in mechanism.bodies], round(number) // joints),
+        joints=permutation([joint.name for joint in mechanism.joints], round(number) % joints),
+    )
+
+
+def permutation(names: Sequence[str], number: int) -> tuple[str, ...]:
+    """Return the permutation of a number: 0 leaves all in place, the last reverses them (factorial number system)."""
+    left, chosen = list(names), []
+    for size in range(len(names), 0, -1):
+        place, number = divmod(number, math.factorial(size - 1))
+        chosen.append(left.pop(place))
+    return tuple(chosen)
+
+
+# -- cams ------------------------------------------------------------------------------------------------------------
+
+LEAST_EXCESS = LEAST_FLANK_WIDTH / MM  # [mm]
+ONE_CIRCLE = LEAST_EXCESS * 1.001  # [mm]; rounding of the scene's own radius must not decide which cam it is
+PRELOAD = "preload"  # force on the follower over (its mass x its largest downward acceleration at the scene's speed)
+
+
+def flank_excess(setup: Setup) -> float:
+    """Return the scene's own flank radius over the least one [mm]."""
+    assert isinstance(setup.scene, CamFollower)
+    return (setup.scene.flank_radius - setup.scene.least_flank_radius) / MM
+
+
+def with_flank(setup: Setup, excess: float) -> Scene:
+    """Return the cam whose flank radius exceeds the least one by so much [mm]."""
+    assert isinstance(setup.scene, CamFollower)
+    over = excess * MM if excess > ONE_CIRCLE else 0.0
+    return setup.variant(flank_radius=setup.scene.least_flank_radius + over)
+
+
+def no_flank(setup: Setup) -> str | None:
+    """Return None, or why a flank radius is not varied."""
+    if isinstance(setup.scene, CamFollower) and setup.scene.is_one_circle:
+        return f"the {setup.scene.kind} has its least flank radius already"
+    return no_such_cam(setup)
+
+
+def with_nose(setup: Setup, radius: float) -> Scene:
+    """Return the cam with a nose radius [mm]; the nose's centre moves out, so that lift and least flank radius stay."""
+    assert isinstance(setup.scene, CamFollower)
+    nose = radius * MM
+    return setup.variant(nose_radius=nose, centre_distance=setup.scene.full_lift + setup.scene.base_radius - nose)
+
+
+def no_such_cam(setup: Setup) -> str | None:
+    """Return None, or why a radius of the cam that ships is not varied on another machine."""
+    if isinstance(setup.scene, CamFollower):
+        return None
+    if setup.contact:
+        return f"which radii of {setup.scene.kind}, from a file, go together is not known"
+    return f"the {setup.scene.kind} has no cam"
+
+
+def at_float_speed(setup: Setup, share: float) -> Scene:
+    """Return the cam turning at a share of the float speed, its follower held by the same force.
+
+    Accelerations grow with the square of the speed, so at s times the float speed the preload is 1 / s^2.
+    """
+    speed = share * (setup.scene.speed * math.sqrt(setup.scene.parameters[PRELOAD]))
+    return setup.variant(speed=speed, **{PRELOAD: 1.0 / share**2})
+
+
+def no_float(setup: Setup) -> str | None:
+    """Return None, or why a machine has no float speed."""
+    if not setup.scene.closed_form and setup.contact:
+        return f"the float speed of {setup.scene.kind}, from a file, is not known"
+    if setup.scene.parameters.get(PRELOAD, 0.0) <= 0.0:
+        return f"the {setup.scene.kind} has no follower that a force holds down"
+    return None

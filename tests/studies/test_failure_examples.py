@@ -1,0 +1,198 @@
+"""Every way in which a run can end has an example that ends so, and what was done to it is what makes it end so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from catalogue import CAM, PRESS, SAW
+from failure_examples import EXAMPLES, BoundedCase, Example
+
+from conrod.engines import engine_named
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import SCENES, CamFollower, ShearPress
+from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.limits.case import LimitCase
+from conrod.studies.limits.extremes import Extremes, SolverRecord
+from conrod.studies.limits.grade import LEFT, grade_of, solver_note
+
+BY_NAME = {f"{e.outcome.slug}: {e.title} in {e.engine}": e for e in EXAMPLES}
+KILLERS = {name for name, e in BY_NAME.items() if e.outcome is Outcome.CRASHED}
+TRAP = "opened: the solver-tolerance trap in mujoco"
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[LocalProcesses]:
+    with LocalProcesses(1, cell_timeout=300.0) as executor:
+        yield executor
+
+
+def recorded(measurement: Measurement) -> Extremes:
+    found = Extremes.of(measurement)
+    assert found is not None
+    return found
+
+
+def note(measurement: Measurement) -> str:
+    return solver_note(recorded(measurement).solver)
+
+
+def test_every_outcome_of_the_closed_list_has_an_example() -> None:
+    assert {example.outcome for example in EXAMPLES} == set(Outcome)
+    assert len(BY_NAME) == len(EXAMPLES) == len({e.case.key for e in EXAMPLES})
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_an_example_ends_as_its_outcome(name: str, tmp_path: Path, workers: LocalProcesses) -> None:
+    example = BY_NAME[name]
+    if name in KILLERS:
+        with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
+            measurement = run_cases([example.case], ledger, workers)[example.case.key]
+    else:
+        measurement = example.case.perform()
+    assert measurement.outcome == example.outcome.slug
+    assert bool(measurement.reason) == (example.outcome is not Outcome.COMPLETED)
+
+
+def faultless(example: Example) -> Example:
+    """The same without what was done to it: machine and preset as they are, at usual steps, past half a turn."""
+    if example.outcome is Outcome.UNSUPPORTED:
+        return replace(example, outcome=Outcome.COMPLETED, name="saw-40rpm", scene=SAW)
+    as_it_is = {ShearPress: PRESS, CamFollower: CAM}.get(type(example.scene), SAW)
+    return replace(
+        example,
+        outcome=Outcome.COMPLETED,
+        scene=as_it_is if example.name not in SCENES else example.scene,
+        steps=max(example.steps, 500),
+        changes={},
+        step_constant=None,
+        unchecked={},
+        revolutions=0.6,
+        timeout=None,
+        headroom=None,
+    )
+
+
+FAULTLESS = {example.case.key: example for example in map(faultless, EXAMPLES)}
+
+
+@pytest.mark.parametrize("key", FAULTLESS)
+def test_without_what_was_done_to_it_the_same_run_completes(key: str) -> None:
+    measurement = FAULTLESS[key].case.perform()
+    assert measurement.outcome == "completed", measurement.reason
+    assert not grade_of(measurement).undetected
+
+
+# -- the two that are named ------------------------------------------------------------------------------------------
+
+
+def test_mujocos_silent_reset_is_recognised_although_every_number_is_finite() -> None:
+    (example,) = (e for e in EXAMPLES if e.outcome is Outcome.RESET)
+    measurement = example.case.perform()
+    assert (measurement.outcome, recorded(measurement).finite) == ("reset", True)
+    # Negative control: with autoreset off the same run shows numbers that are none.
+    off = replace(example, changes={**example.changes, "autoreset": False}).case.perform()
+    assert (off.outcome, recorded(off).finite) == ("diverged", False)
+
+
+@pytest.mark.parametrize("scene", ["saw-40rpm", "shear-press"])
+def test_the_solver_tolerance_trap_of_a_large_armature_is_recognised(scene: str) -> None:
+    example = replace(BY_NAME[TRAP], name=scene, scene=SCENES[scene])
+    measurement = example.case.perform()
+    assert measurement.outcome == "opened"
+    assert note(measurement).startswith("stopped after 0 iterations, residual above ")
+    # The comparison alone shows it: finite numbers, no warning.
+    assert grade_of(measurement).undetected
+    # Negative control: the tolerance alone makes the difference.
+    off = replace(example, changes={"tolerance": 0.0}).case.perform()
+    assert (off.outcome, note(off)) == ("completed", "")
+
+
+def test_the_trap_is_noted_even_where_the_loop_stays_closed() -> None:
+    fast = replace(BY_NAME[TRAP], name="saw-500rpm", scene=SCENES["saw-500rpm"]).case.perform()
+    assert fast.outcome == "completed"
+    assert note(fast).startswith("stopped after 0 iterations")
+
+
+# -- what is said of a solver ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("solver", "note"),
+    [
+        (SolverRecord(40, 100, 0, 0, 11.9), "stopped after 0 iterations, residual above 10"),
+        (SolverRecord(40, 100, 0, 1, 0.17), "stopped after 0 iterations at some steps, residual above 0.1"),
+        (SolverRecord(40, 10, 10, 10, 9.6e-6), "took all its iterations, residual above 1e-06"),
+        (SolverRecord(40, 100, 3, 7, 2e-3), "stopped before all its iterations, residual above 0.001"),
+        (SolverRecord(40, 100, None, None, 2e-3), "left its task unfinished, residual above 0.001"),
+        (SolverRecord(40, 100, 0, 0, 1e-15), ""),
+        (SolverRecord(40, 272, 272, 272, 2.2e-14), ""),
+        (SolverRecord(40, 100, 1, 1, None), ""),
+    ],
+)
+def test_a_note_says_how_the_solver_ended_where_it_left_something(solver: SolverRecord, note: str) -> None:
+    assert solver_note(solver) == note
+
+
+def solver_of(engine: str, preset: str, **changes: Any) -> SolverRecord | None:
+    settings = engine_named(engine).presets[preset](SAW, 200)
+    return recorded(LimitCase("saw-40rpm", SAW, replace(settings, preset="custom", **changes), 1.0).perform()).solver
+
+
+def note_of(engine: str, preset: str, **changes: Any) -> str:
+    solver = solver_of(engine, preset, **changes)
+    assert solver is not None
+    return solver_note(solver)
+
+
+@pytest.mark.parametrize(
+    ("engine", "preset"), [("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "tuned")]
+)
+def test_nothing_is_said_of_presets_whose_solver_converges(engine: str, preset: str) -> None:
+    assert note_of(engine, preset) == ""
+
+
+def test_pymunks_ten_iterations_are_too_few_and_said_to_be() -> None:
+    assert note_of("pymunk", "stock").startswith("took all its iterations, residual above ")
+    assert note_of("pymunk", "tuned", iterations=4).startswith("took all its iterations, residual above ")
+
+
+def test_a_rounded_state_is_no_fault_of_the_solver() -> None:
+    assert solver_of("pymunk", "tuned", rounded_state=True) is None
+    assert note_of("mujoco", "hardened", rounded_state=True) == ""
+
+
+def test_a_mujoco_solver_with_few_iterations_is_said_to_have_left_something() -> None:
+    assert note_of("mujoco", "tuned", solver="PGS", iterations=3).startswith("took all its iterations")
+    assert note_of("mujoco", "tuned", solver="PGS", iterations=300) == ""
+    assert note_of("mujoco", "tuned", tolerance=1e-8).startswith("stopped after 0 iterations")
+
+
+def test_the_threshold_is_above_rounding_at_the_worst_mass_ratio() -> None:
+    heavy = SAW.with_parameters(slider_mass=6e6)
+    settings = engine_named("mujoco").presets["hardened"](heavy, 1000)
+    solver = recorded(LimitCase("heavy", heavy, settings, 1.0).perform()).solver
+    assert solver is not None
+    assert solver.residual is not None
+    assert 1e-12 < solver.residual < LEFT
+
+
+# -- runs with limits of their own -----------------------------------------------------------------------------------
+
+
+def test_a_bounded_run_that_keeps_its_limits_is_the_run_itself() -> None:
+    settings = engine_named("pymunk").presets["tuned"](SAW, 20)
+    plain, bounded = LimitCase("saw", SAW, settings, 1.0), BoundedCase("saw", SAW, settings, 1.0, headroom=1 << 30)
+    assert bounded.perform() == plain.perform()
+    assert bounded.key != plain.key
+    assert bounded.key != replace(bounded, timeout=1.0).key
+    whole = replace(bounded, whole=True)
+    assert whole.perform() == measure(RunCase("saw", SAW, settings, 1.0))
+    assert whole.key != bounded.key
