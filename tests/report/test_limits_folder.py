@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from limit_studies import exhibit, limit_study, of_axis, renamed
+from limit_studies import limit_study, of_axis, renamed
 from limit_walks import SCENE
 
 from conrod.errors import InvalidInput
@@ -19,7 +19,6 @@ from conrod.studies.frame.files import write_together
 from conrod.studies.limits.results import LimitStudy
 
 COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
-GALLERY = (exhibit("completed"), exhibit("opened", undetected=True, solver="stopped after 0 iterations"))
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +34,10 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_scenes_of_an_earlier_report_stay(study: LimitStudy, tmp_path: Path) -> None:
-    write_together([limits_report_batch([study], GALLERY, tmp_path, COMMAND)])
+    write_together([limits_report_batch([study], tmp_path, COMMAND)])
     batch = limits_report_batch([renamed(study, "saw-40rpm")], (), tmp_path, COMMAND)
     index = str(batch.files["README.md"])
     assert f"[{SCENE}]({SCENE}.md)" in index
-    assert "## Every way of ending" in index  # the gallery stays as well
     assert f"{SCENE}.md" not in batch.files
     assert set(json.loads(str(batch.files["results.json"]))["limits"]) == {SCENE, "saw-40rpm"}
     assert f"`{COMMAND.of('saw-40rpm', SCENE)}`" in index
@@ -47,7 +45,7 @@ def test_scenes_of_an_earlier_report_stay(study: LimitStudy, tmp_path: Path) -> 
 
 @pytest.mark.usefixtures("undrawn")
 def test_one_axis_alone_replaces_that_axis_alone(study: LimitStudy, tmp_path: Path) -> None:
-    write_together([limits_report_batch([study], GALLERY, tmp_path, COMMAND)])
+    write_together([limits_report_batch([study], tmp_path, COMMAND)])
     again = of_axis(study, "mass-ratio")
     walks = (replace(w, probes=tuple(replace(p, key="new") for p in w.probes)) for w in again.walks)
     alone = replace(again, walks=tuple(walks))
@@ -83,8 +81,8 @@ def test_nothing_is_kept_of_another_machine_or_another_engine(study: LimitStudy)
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_figure_that_is_no_longer_shown_goes(study: LimitStudy, tmp_path: Path) -> None:
-    write_together([limits_report_batch([study], GALLERY, tmp_path, COMMAND)])
-    assert limits_report_batch([study], GALLERY, tmp_path, COMMAND).obsolete == ()
+    write_together([limits_report_batch([study], tmp_path, COMMAND)])
+    assert limits_report_batch([study], tmp_path, COMMAND).obsolete == ()
     other = replace(of_axis(study, "steps"), parameters={**study.parameters, "rod": 9.0})
     gone = limits_report_batch([other], (), tmp_path, COMMAND).obsolete
     assert f"figures/{SCENE}-nearness.svg" in gone

@@ -12,7 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from limit_studies import exhibit, follower, limit_study, of_axis
+from limit_studies import follower, limit_study, of_axis
 from limit_walks import SCENE, quietened
 
 from conrod.report.limits import writer
@@ -24,7 +24,6 @@ from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import LimitStudy
 
 COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
-GALLERY = (exhibit("completed"), exhibit("opened", undetected=True, solver="stopped after 0 iterations"))
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +34,7 @@ def study() -> LimitStudy:
 @pytest.fixture(scope="module")
 def batch(study: LimitStudy, tmp_path_factory: pytest.TempPathFactory) -> Batch:
     """The whole report, rendered once."""
-    return limits_report_batch([study], GALLERY, tmp_path_factory.mktemp("limits"), COMMAND)
+    return limits_report_batch([study], tmp_path_factory.mktemp("limits"), COMMAND)
 
 
 @pytest.fixture
@@ -70,7 +69,7 @@ def test_rows_keep_to_their_columns(batch: Batch) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_report_names_the_quiet_runs_before_anything_else(study: LimitStudy, tmp_path: Path) -> None:
-    files = limits_report_batch([study], GALLERY, tmp_path, COMMAND).files
+    files = limits_report_batch([study], tmp_path, COMMAND).files
     for name in ("README.md", f"{SCENE}.md"):
         text = str(files[name])
         assert text.index("## Wrong, and nothing says so") == text.index("## "), name
@@ -100,7 +99,7 @@ def test_powers_of_ten_are_written_as_in_the_figures(batch: Batch) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_parts_that_were_not_asked_for_are_left_out(study: LimitStudy, tmp_path: Path) -> None:
-    whole = str(limits_report_batch([study], GALLERY, tmp_path, COMMAND).files[f"{SCENE}.md"])
+    whole = str(limits_report_batch([study], tmp_path, COMMAND).files[f"{SCENE}.md"])
     alone = str(limits_report_batch([of_axis(study, "steps")], (), tmp_path, COMMAND).files[f"{SCENE}.md"])
     for section in ("## Long runs", "## The same again?", "## Two axes at once", "## What was not walked, and why"):
         assert section in whole
@@ -114,15 +113,15 @@ def small(study: LimitStudy) -> LimitStudy:
 
 
 def test_the_same_study_gives_the_same_bytes(study: LimitStudy, tmp_path: Path) -> None:
-    batch, again = (limits_report_batch([small(limit_study())], GALLERY, tmp_path, COMMAND) for _ in range(2))
+    batch, again = (limits_report_batch([small(limit_study())], tmp_path, COMMAND) for _ in range(2))
     assert again.files == batch.files
     # Negative control: another measurement is seen.
     other = replace(study, walks=tuple(quietened(study.walks)))
-    assert limits_report_batch([small(other)], GALLERY, tmp_path, COMMAND).files != batch.files
+    assert limits_report_batch([small(other)], tmp_path, COMMAND).files != batch.files
 
 
 def test_a_saved_report_renders_without_any_engine(study: LimitStudy, tmp_path: Path) -> None:
-    batch = limits_report_batch([small(study)], GALLERY, tmp_path, COMMAND)
+    batch = limits_report_batch([small(study)], tmp_path, COMMAND)
     write_together([batch])
     for name in batch.files:
         if name != "results.json":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from limit_studies import exhibit, limit_study, same_again
+from limit_studies import limit_study, same_again
 from limit_walks import (
     SCENE,
     Part,
@@ -19,10 +19,9 @@ from limit_walks import (
 from conrod.report.limits.axis_section import axis_section
 from conrod.report.limits.boundaries_table import boundaries_table, refusals, solver_notes
 from conrod.report.limits.findings import findings
-from conrod.report.limits.other_tables import determinism_table, gallery_table, steps_table
+from conrod.report.limits.other_tables import determinism_table, steps_table
 from conrod.report.limits.plain_words import sentences
 from conrod.report.limits.undetected_table import quiet_ranges, quiet_summary, quiet_table
-from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
@@ -192,17 +191,3 @@ def test_determinism_says_what_was_different() -> None:
     assert one.count("identical") == 3
     assert "**different**" in other
     assert "**different**" not in one
-
-
-def test_the_gallery_says_what_told_of_an_end_and_which_is_not_shown() -> None:
-    warned = exhibit("diverged", warnings={"BADQACC": 1}, finite=False)
-    text = gallery_table([exhibit("opened", undetected=True), warned, exhibit("crashed", finite=None)])
-    assert text.index("`diverged`") < text.index("`opened`") < text.index("`crashed`")
-    assert "**nothing: quiet**" in text
-    assert "the engine warns: BADQACC; numbers that are not finite" in text
-    assert "there is no trajectory" in text
-    assert "No run shows `completed`" in text
-    every = gallery_table([exhibit(outcome.slug) for outcome in Outcome])
-    assert "No run shows" not in every
-    assert "expected" not in every
-    assert "`opened`, **expected `flipped`**" in gallery_table([exhibit("opened", expected="flipped")])

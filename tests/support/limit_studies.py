@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from conrod.studies.limits.failure_examples import Exhibit
 from limit_walks import (
     SCENE,
     iterated_walks,
@@ -51,27 +50,6 @@ def small_map(engine: str, preset: str) -> LimitMap:
     )
     x, y = (1000.0, 100.0, 10.0), (1e-6, 1.0, 1e6)
     return LimitMap(SCENE, engine, preset, "steps", "mass-ratio", x, y, runs)
-
-
-def exhibit(outcome: str, quiet: bool = False, **others: object) -> Exhibit:
-    """A run of the gallery."""
-    made = Exhibit(
-        expected=outcome,
-        outcome=outcome,
-        reason="",
-        title="a title",
-        what="what makes it so",
-        scene=SCENE,
-        engine="mujoco",
-        preset="tuned",
-        steps=100,
-        undetected=quiet,
-        warnings={},
-        finite=True,
-        solver="",
-        key=outcome,
-    )
-    return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own
 
 
 def follower(engine: str, preset: str) -> FollowerFloat:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from conrod.studies.limits.failure_examples import unchecked
+from failure_examples import unchecked
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.scenes import SCENES
