@@ -1,0 +1,198 @@
+"""An engine that another package brings takes part in studies with conrod's core alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
+
+import conrod
+from conrod.engines import ENGINES, engine_named, engine_names
+from conrod.engines.capabilities import (
+    MEANINGS,
+    FreeMotion,
+    HasIngredients,
+    KinematicMode,
+    Lacking,
+    ReportsForces,
+    capability,
+    required,
+)
+from conrod.engines.registry import _brought, engine_packages, line_style, look_of
+from conrod.errors import InvalidInput
+from conrod.runs.comparison import compare
+from conrod.runs.trajectory import joined
+from conrod.scenes import SCENES
+
+SOURCE = Path(conrod.__file__).parent
+SAW: Any = SCENES["saw-40rpm"]
+STEPS = 100
+
+
+def forget() -> None:
+    """Look for engines anew."""
+    _brought.cache_clear()
+    engine_named.cache_clear()
+
+
+@pytest.fixture
+def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The planted engine, installed beside conrod."""
+    monkeypatch.syspath_prepend(str(installed_in(tmp_path)))
+    forget()
+    yield
+    forget()
+
+
+@pytest.fixture(scope="module")
+def user(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Runs conrod as somebody who has installed the engine."""
+    folder = tmp_path_factory.mktemp("site")
+    installed_in(folder / "site-packages")
+    places = [str(folder / "site-packages"), str(Path(__file__).parents[1] / "support"), str(SOURCE.parent)]
+
+    def conrod(*arguments: str) -> subprocess.CompletedProcess[str]:
+        changed = {"PYTHONPATH": os.pathsep.join(places), "CONROD_LEDGER": str(folder / "ledger.sqlite")}
+        return subprocess.run(
+            [sys.executable, "-m", "conrod", *arguments],
+            env=os.environ | changed, cwd=folder, capture_output=True, text=True, timeout=300, check=False,
+        )  # fmt: skip
+
+    conrod.folder = folder  # type: ignore[attr-defined]  # where it writes
+    return conrod
+
+
+def planted_error(settings: PlantedSettings) -> float:
+    """Largest position error of an observed point of the saw over L, in a turn."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)
+    exact, ahead = SAW.motion(angle, SAW.speed), SAW.motion(angle + settings.lead, SAW.speed)
+    return max(
+        float(np.linalg.norm(ahead.point(p).position - exact.point(p).position, axis=1).max() / length)
+        for p, length in SAW.lengths.items()
+    )
+
+
+def validated(user: Any, *arguments: str) -> tuple[int, dict[str | None, dict[str, Any]]]:
+    """Exit status and results by preset."""
+    done = user(
+        "validate", "saw-40rpm", "--engine", NAME, "--steps-per-rev", str(STEPS), *arguments, "--json", "r.json"
+    )
+    assert done.returncode in (0, 1), done.stderr
+    return done.returncode, {r["preset"]: r for r in json.loads((user.folder / "r.json").read_text())["results"]}
+
+
+def test_no_file_of_conrod_knows_its_name() -> None:
+    assert not [path for path in SOURCE.rglob("*.py") if NAME in path.read_text(encoding="utf-8").split()]
+    assert f"engine {NAME}" not in "".join(p.read_text(encoding="utf-8") for p in SOURCE.rglob("*.py"))
+
+
+def test_it_has_the_measured_error_and_order_that_were_planted(user: Any) -> None:
+    status, results = validated(user, "--tolerance", "position=1e-2")
+    for preset in ("stock", "sharp"):
+        found = results[preset]
+        settings = ENGINE.presets[preset](SAW, STEPS)
+        assert found["outcome"] == "completed"
+        assert found["order"] == pytest.approx(dict.fromkeys(found["order"], settings.order), abs=0.03)
+        measured = max(found["errors"][point]["position"]["max"] for point in SAW.lengths)
+        assert measured == pytest.approx(planted_error(settings), rel=1e-3)
+    # The first order's 0.03 rad are over the tolerance, the third order's are not.
+    assert (results["stock"]["passed"], results["sharp"]["passed"]) == (False, True)
+    assert status == 1
+
+
+def test_what_it_lacks_is_unsupported_with_the_reason(user: Any) -> None:
+    _, results = validated(user)
+    assert (results[None]["outcome"], results[None]["reason"]) == ("unsupported", "planted has no kinematic mode")
+    assert results["sharp"]["passed"] is None  # it states no law of its errors to be judged by
+    for option, lacked in (("--quantity", "torque"), ("--motion", "free")):
+        done = user(
+            "validate", "saw-40rpm", "--engine", NAME, option, lacked, *(("--seconds", "1") * (lacked == "free"))
+        )
+        assert done.returncode == 0, done.stderr
+        assert "unsupported" in done.stdout
+        assert f"{NAME} has no" in done.stdout.replace("\n", " ")
+    refused = user("ablate", "saw-40rpm", "--engine", NAME)
+    assert refused.returncode == 2
+    assert f"{NAME} has no ingredients" in refused.stderr
+
+
+def test_it_is_swept_and_reported(user: Any) -> None:
+    done = user("sweep", "saw-40rpm", "--engine", NAME, "--grid", "coarse", "--out", "swept", "--json", "swept.json")
+    assert done.returncode == 0, done.stderr
+    text = (user.folder / "swept.json").read_text()
+    assert NAME in text
+    assert "pymunk" not in json.loads(text)["environment"].get("engines", {})
+    pages = "".join(path.read_text(encoding="utf-8") for path in (user.folder / "swept").rglob("*.md"))
+    assert NAME in pages
+    listed = user("results", "--where", f"engine = '{NAME}'")
+    assert listed.returncode == 0, listed.stderr
+    assert NAME in listed.stdout
+
+
+@pytest.mark.parametrize("preset", ENGINE.presets)
+def test_its_samples_do_not_depend_on_the_pieces(preset: str) -> None:
+    settings = ENGINE.presets[preset](SAW, STEPS)
+    (whole,) = ENGINE.run(SAW, settings, 1.0)
+    parts = joined(list(ENGINE.run(SAW, settings, 1.0, steps=7)))
+    assert np.array_equal(parts.clock, whole.clock)
+    found = compare(parts.trajectory, SAW)
+    assert found.worst("position") == compare(whole.trajectory, SAW).worst("position")
+
+
+# -- the registry ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("brought")
+def test_a_brought_engine_stands_beside_those_that_ship() -> None:
+    assert engine_names() == (*ENGINES, NAME)
+    assert engine_named(NAME) is ENGINE
+    assert engine_packages()[-1] == "planted-engine"
+    assert look_of(NAME).title == NAME
+    assert look_of(NAME).colour not in {one.look.colour for one in ENGINES.values()}
+    assert line_style(NAME, "sharp") == ENGINE.presets["sharp"].style
+
+
+def test_without_it_its_name_is_unknown() -> None:
+    assert NAME not in engine_names()
+    with pytest.raises(InvalidInput, match=r"unknown engine 'planted': choose from mujoco, pymunk"):
+        engine_named(NAME)
+
+
+@pytest.mark.parametrize(
+    ("value", "name", "reason"),
+    [("no_such_module:ENGINE", "broken", "cannot be loaded"), ("planted_engine:ENGINE", "other", "calls itself")],
+)
+def test_an_engine_that_cannot_be_loaded_is_named(
+    value: str, name: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(installed_in(tmp_path, value, name)))
+    forget()
+    with pytest.raises(InvalidInput, match=f"engine '{name}'.*{reason}"):
+        engine_named(name)
+    forget()
+
+
+@pytest.mark.parametrize("kind", MEANINGS, ids=lambda kind: kind.__name__)
+def test_a_capability_is_had_or_lacked_with_a_reason(kind: type[Any]) -> None:
+    for name in ENGINES:
+        assert capability(engine_named(name), kind) is engine_named(name)
+    assert capability(ENGINE, kind) == Lacking(f"planted has no {MEANINGS[kind]}")
+    with pytest.raises(InvalidInput, match="planted has no"):
+        required(ENGINE, kind)
+
+
+def test_an_engine_with_a_method_has_its_capability() -> None:
+    class Reporting(type(ENGINE)):  # type: ignore[misc]  # a class of the planted object
+        def forces(self, *_: Any) -> None: ...
+
+    assert not isinstance(capability(Reporting(), ReportsForces), Lacking)
+    for kind in (KinematicMode, FreeMotion, HasIngredients):
+        assert isinstance(capability(Reporting(), kind), Lacking)

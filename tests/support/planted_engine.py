@@ -1,0 +1,117 @@
+"""An engine of conrod's core alone, brought by an entry point: exact motion with an error of known size and order.
+
+Its machine is at the crank angle theta + LEAD (omega h)^p where it reports theta. So positions are off by the way that
+the exact motion goes in that lead, velocities and accelerations by what its derivatives change, all at order p.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from conrod.engines.engine import PIECE, Engine, Machine, step_length
+from conrod.engines.presets import STOCK, Preset
+from conrod.exact.motion import Array
+from conrod.runs.outcome import judge
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track, Trajectory
+
+NAME = "planted"
+LEAD = 0.5  # [rad], at one step per radian
+ORDERS = {STOCK: 1, "sharp": 3}
+
+
+@dataclass(frozen=True)
+class PlantedSettings:
+    """Settings of the planted engine."""
+
+    engine: ClassVar[str] = NAME
+
+    preset: str
+    steps_per_revolution: int
+    timestep: float  # [s]
+    order: int = 1
+
+    def time_constant(self, contact: bool) -> float:
+        """Time [s] in which a joint's error is mended: there is none."""
+        return 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values."""
+        return asdict(self)
+
+    @property
+    def lead(self) -> float:
+        """The planted error, as a crank angle [rad]."""
+        return float(LEAD * (2.0 * np.pi / self.steps_per_revolution) ** self.order)
+
+
+def preset(name: str, judged: bool) -> Preset[PlantedSettings]:
+    """A preset of an order."""
+
+    def rule(machine: Machine, steps_per_revolution: int, /) -> PlantedSettings:
+        step = step_length(machine, steps_per_revolution)
+        return PlantedSettings(name, steps_per_revolution, step, ORDERS[name])
+
+    return Preset(rule, judged=judged)
+
+
+class PlantedEngine(Engine[PlantedSettings]):
+    """The generic solver's poses, a little ahead of themselves."""
+
+    name = NAME
+    presets: ClassVar = {STOCK: preset(STOCK, judged=False), "sharp": preset("sharp", judged=True)}
+
+    @property
+    def version(self) -> str:
+        return "1.0"
+
+    def refusal(self, machine: Machine, settings: PlantedSettings) -> str | None:
+        return "the planted engine knows no contact" if machine.kinematics.mechanism.cam_contacts else None
+
+    def run(
+        self,
+        machine: Machine,
+        settings: PlantedSettings,
+        revolutions: float,
+        start_angle: float = 0.0,
+        steps: int = PIECE,
+    ) -> Iterator[Piece]:
+        samples = round(settings.steps_per_revolution * revolutions) + 1
+        for first in (0, *range(steps + 1, samples, steps)):
+            last = min(max(first, 1) + steps, samples)
+            times = np.asarray(start_angle / machine.speed + settings.timestep * np.arange(first, last))
+            yield self._piece(machine, settings, revolutions, first, times)
+
+    def _piece(
+        self, machine: Machine, settings: PlantedSettings, revolutions: float, first: int, times: Array
+    ) -> Piece:
+        kinematics, speed = machine.kinematics, machine.speed
+        poses, slopes, bends = kinematics.derivatives(speed * times + settings.lead, 2)
+        instants = Instants(times, speed * times, np.full_like(times, speed), np.zeros_like(times))
+        states = BodyStates(instants, poses, speed * slopes, speed**2 * bends)
+        points = {
+            name: PointTracks(*(Track(instants, values) for values in told))
+            for name, told in kinematics.point_derivatives([states.poses, states.rates, states.accelerations]).items()
+        }
+        tracks = BodyTracks(states, states, states)
+        verdict = judge(kinematics, tracks, speed)
+        trajectory = Trajectory(
+            NAME, self.version, settings, speed, revolutions, verdict.outcome, verdict.reason, points, tracks
+        )
+        return Piece(trajectory, first, times, {}, None, None)
+
+
+ENGINE = PlantedEngine()
+
+
+def installed_in(folder: Path, value: str = "planted_engine:ENGINE", name: str = NAME) -> Path:
+    """A folder for `sys.path` in which a distribution brings the engine, as pip would leave it."""
+    info = folder / "planted_engine-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: planted-engine\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[conrod.engines]\n{name} = {value}\n")
+    return folder
