@@ -30,7 +30,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 assignments = click.option(
     "--set", "assignments", multiple=True, metavar="NAME=VALUE", help="Override a parameter, e.g. --set crank=80mm."
 )
-engine = click.option("--engine", metavar="ENGINE", help="One engine only: mujoco or pymunk.")
+engine = click.option("--engine", metavar="ENGINE", help="One engine only; `conrod show` lists them.")
 grid = click.option("--grid", default=DEFAULT_GRID, show_default=True, metavar="GRID", help="coarse, default or fine.")
 ledger = click.option(
     "--ledger", metavar="FILE", help="Where finished runs are kept [a file in the user's cache folder]."

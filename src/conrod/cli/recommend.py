@@ -13,6 +13,7 @@ import click
 from conrod.cli import options
 from conrod.cli import options as exit_status
 from conrod.cli.console import console
+from conrod.engines.presets import STOCK
 from conrod.studies.recommend.recommendation import Confirmation, Recommendation, Refusal, Rejected
 
 
@@ -56,7 +57,7 @@ def _rejected(rejected: Sequence[Rejected]) -> list[str]:
 
 def _stock(found: Recommendation, allowed: Mapping[str, float]) -> list[str]:
     stock, words = found.stock, list[str]()
-    if found.preset == "stock":
+    if found.preset == STOCK:
         return ["  these are the stock settings"]
     for quantity, digits in stock.digits.items():
         if digits is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from conrod.engines.presets import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.choice import cheapest_within, most_accurate
@@ -55,7 +56,7 @@ def _cheapest(study: SweepStudy, engine: str, best: SweptPoint) -> str:
     for words, among in kinds.items():
         if any(p.engine == engine and among(p) for p in study.points):
             said.append(_compared(study, engine, best, words, among))
-    stock = [p for p in study.points if p.engine == engine and p.preset == "stock" and p.completed]
+    stock = [p for p in study.points if p.engine == engine and p.preset == STOCK and p.completed]
     if stock and not any((p.error(QUANTITY) or 0.0) <= ALLOWED for p in stock):
         least = min(p.error(QUANTITY) or 0.0 for p in stock)
         said.append(f"The stock settings never get there: their least error is {with_unit(least, QUANTITY)}.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from conrod.engines.presets import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.bands import Row, preset_rows, rows_of
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from conrod.studies.sweep.observed_orders import ObservedOrders
     from conrod.studies.sweep.sensitivity import Sensitivity, Variation
 
-STOCK = "stock"
 BIAS, NO_BIAS = "error_bias", "0"
 # A factor nearer to one than this is no dependence worth a sentence.
 SAME = 1.05
