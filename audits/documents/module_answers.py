@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from audits.documents.module_claims import second_auxiliary
 from audits.documents.module_linkages import RackLinkage
 from audits.documents.module_velocities import gruebler
-from conrod.own.printed.pin_instant import size
+from audits.pin_instant import size
 
 SLIDER = (
     "a slider does not turn. The drawing is lost; six links and seven joints with these instant centres make a machine "

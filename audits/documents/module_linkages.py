@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Prismatic, Revolute
-from conrod.own.printed.pin_instant import PinInstant, Vectors, size, turned
+from audits.pin_instant import PinInstant, Vectors, size, turned
 from conrod.scenes.catalogue import catalogue_scene
 
 SIX_BAR = "six-bar"  # in the catalogue

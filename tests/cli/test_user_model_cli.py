@@ -47,7 +47,7 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
     assert digest(file) == before
     found = json.loads(document.read_text())
     assert found["passed"]
-    assert found["identity"]["frame"]["crank_zero"] == pytest.approx(1.5707963267948966)
+    assert found["identity"]["frame"]["zero"] == pytest.approx(1.5707963267948966)
     assert set(found["runs"]) == {"as it is", "as it is, solver tolerance 0", "tuned", "hardened"}
     assert json.loads((out / "my saw.json").read_text()) == found
     page = (out / "my saw.md").read_text()
@@ -63,7 +63,7 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
     file.write_text(replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"'))
     status, told = validate(file, "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--revolutions", 1)
     assert status == 1
-    assert "It is not saw-40rpm as it stands: rod is 0.01 % too long: 300.03 mm, wanted 300 mm." in told
+    assert "It is not saw-40rpm as it stands: rod is 0.01 % too long: 300.03 mm instead of 300 mm." in told
     assert "not given, so not judged: M" in told
     # Negative control: a machine with such a rod is what it is.
     same = ("--scene", "saw-40rpm", "--set", "rod=300.03mm", "--crank", "crank", "--point", "C=C", "--revolutions", 1)
@@ -173,4 +173,4 @@ def test_a_model_that_never_ends_costs_its_own_process_alone(tmp_path: Path) -> 
     with pytest.raises(InvalidInput, match="it cannot be used: the run took longer than its limit"):
         confined(scan, file, question("saw"), timeout=1.0)
     file.write_text(SAW)
-    assert confined(scan, file, question("saw"), timeout=60.0).name == "conrod-saw-40rpm"
+    assert confined(scan, file, question("saw"), timeout=60.0).facts.name == "conrod-saw-40rpm"

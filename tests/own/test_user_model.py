@@ -115,7 +115,7 @@ def test_a_model_that_was_drawn_by_hand_is_the_saw() -> None:
     from conrod.scenes import SCENES
 
     scanned = scan(HACKSAW, question("saw", points=points, crank="motor"))
-    identity = identify(SCENES["saw-40rpm"], scanned, GivenFrame())
+    identity, _ = identify(SCENES["saw-40rpm"], scanned, GivenFrame())
     assert identity.is_machine(1e-12)
     assert (identity.frame.view.name, identity.frame.sense) == ("xz", -1)
     assert math.degrees(identity.frame.zero) == pytest.approx(90.0, abs=1e-12)
@@ -129,14 +129,14 @@ def test_a_rod_that_is_a_ten_thousandth_too_long_is_named_with_its_size(tmp_path
     identity = seen(tmp_path, "saw", text, points=("C",))
     assert not identity.is_machine(1e-6)
     (found,) = identity.explanations
-    assert told(found.lengths) == ["rod is 0.01 % too long: 300.03 mm, wanted 300 mm"]
+    assert told(found.lengths) == ["rod is 0.01 % too long: 300.03 mm instead of 300 mm"]
     assert found.left < 1e-12
 
 
 def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_path: Path) -> None:
     text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"')
     (found,) = seen(tmp_path, "saw", text).explanations
-    assert told(found.lengths) == ["rod is 0.01 % too long: 300.03 mm, wanted 300 mm"]
+    assert told(found.lengths) == ["rod is 0.01 % too long: 300.03 mm instead of 300 mm"]
     (misplaced,) = found.misplaced
     assert (misplaced.point, misplaced.away) == ("M", pytest.approx(15e-6, rel=1e-6))
 
@@ -167,7 +167,7 @@ def test_all_lengths_off_alike_are_one_explanation(tmp_path: Path) -> None:
 
 def test_lengths_in_another_unit_are_told_by_their_factor() -> None:
     assert [length(Length(ALL_LENGTHS, 1.0, factor)) for factor in (0.001, 0.9)] == [
-        "all lengths are 0.001 times those wanted",
+        "all lengths are 0.001 times those expected",
         "all lengths are 10 % too short",
     ]
 

@@ -106,7 +106,7 @@ def test_the_drive_is_blamed_for_what_the_solver_tolerance_makes_of_it(tmp_path:
     assert worse > 2.0 * better
     assert share["position"] == pytest.approx(worse, rel=0.3)
     assert any("that is the drive's" in line for line in run_words.drive(study))
-    assert any("on the crank acts motor: its control is left at 0" in line for line in study.scan.remarks)
+    assert any("on the crank acts motor: its control is left at 0" in line for line in study.model.remarks)
 
 
 def test_nothing_is_blamed_on_a_drive_that_changes_nothing(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_a_length_that_is_off_is_not_held_against_the_settings(tmp_path: Path) -
     hardened = study.runs["hardened"].worst("position")
     assert hardened is not None
     assert hardened < 1e-9
-    assert "rod is 1 % too long: 303 mm, wanted 300 mm" in words.verdict(study)
+    assert "rod is 1 % too long: 303 mm instead of 300 mm" in words.verdict(study)
 
 
 def test_a_run_that_fails_is_an_outcome_without_errors(tmp_path: Path) -> None:

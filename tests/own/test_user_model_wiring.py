@@ -71,10 +71,10 @@ def test_a_model_that_its_closures_hold_is_told(tmp_path: Path) -> None:
 def test_a_redundant_closure_is_named_and_harms_nothing(tmp_path: Path) -> None:
     path = tmp_path / "model.xml"
     path.write_text(replaced(SAW, "</equality>", f"{CONNECT}</equality>"))
-    wiring = scan(path, question("saw")).wiring
+    wiring = scan(path, question("saw")).facts.wiring
     assert (wiring.idle, wiring.loops) == (("again",), 1)
     path.write_text(SAW)
-    assert scan(path, question("saw")).wiring.idle == ()
+    assert scan(path, question("saw")).facts.wiring.idle == ()
 
 
 def test_a_joint_of_another_kind_is_not_explained_by_lengths(tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_limits_that_keep_a_model_from_its_turn_are_told(tmp_path: Path) -> None
     # Negative control: limits that the turn stays within are no matter.
     path = tmp_path / "model.xml"
     path.write_text(replaced(SAW, slide, f'{slide} range="-0.3 0.3"'))
-    assert scan(path, question("saw")).stops == ()
+    assert scan(path, question("saw")).facts.stops == ()
 
 
 def test_a_crank_with_limits_needs_room_for_a_turn(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_a_crank_with_limits_needs_room_for_a_turn(tmp_path: Path) -> None:
     path = tmp_path / "model.xml"
     for limits, told in (("-0.5 0.5", ("crank is held to -0.5 to 0.5 rad, needs a full turn",)), ("-4 4", ())):
         path.write_text(replaced(SAW, crank, f'{crank} range="{limits}"'))
-        assert scan(path, question("saw")).stops == told
+        assert scan(path, question("saw")).facts.stops == told
 
 
 # -- plane -----------------------------------------------------------------------------------------------------------

@@ -114,7 +114,7 @@ def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **
     """What a model's paths say, in this process."""
     path = folder / "model.xml"
     path.write_text(text, encoding="utf-8")
-    return identify(SCENES[FILES[kind]], scan(path, question(kind, **asked)), given or GivenFrame())
+    return identify(SCENES[FILES[kind]], scan(path, question(kind, **asked)), given or GivenFrame())[0]
 
 
 def judged(

@@ -36,7 +36,7 @@ def print_model_study(study: ModelStudy) -> None:
         ("frame", words.frame(study)),
         ("wiring", words.wiring(study)),
         ("paths (kinematic mode)", words.paths(study)),
-        ("its own settings", [run_words.own_settings(study), *study.scan.remarks]),
+        ("its own settings", [run_words.own_settings(study), *study.model.remarks]),
     ):
         out.print(f"\n{title}")
         for line in lines:

@@ -1,4 +1,4 @@
-"""Fitting exact paths to those that a model's points describe."""
+"""Least squares of exact paths against those that a model's points describe."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GAIN, ROUNDING = 2e-3, 1e-15
 
 @dataclass(frozen=True)
 class Sighting:
-    """What is seen of a model in a view: complex paths (P, T) around the crank's axis, in the model's unit.
+    """A model's points in a view: complex paths (P, T) around the crank's axis, in the model's unit.
 
     Attributes:
         coordinate: of the crank (T,) [rad], evenly spread over a turn.
@@ -36,11 +36,11 @@ class Sighting:
 
 @dataclass(frozen=True)
 class Laid:
-    """How the document's frame is laid into a view.
+    """The document's frame laid into a view.
 
     Attributes:
-        places: what the points would have to be moved by on their links (P,), complex [m], to be where they should.
-        miss: what is left of each point's path (P, T), complex, over the point's length.
+        places: displacement of each point on its link (P,), complex [m], that puts it where it should be.
+        miss: remaining distance of each point's path (P, T), complex, over the point's length.
     """
 
     sense: int
@@ -51,7 +51,7 @@ class Laid:
     miss: Array
 
     def at(self, values: Mapping[str, float]) -> Laid:
-        """The same with another rotation or zero; what it misses is not told anew."""
+        """The same with another rotation or zero; `miss` is not computed anew."""
         return replace(self, rotation=values.get("rotation", self.rotation), zero=values.get("zero", self.zero))
 
     @property
@@ -72,8 +72,13 @@ def miss(seen: Sighting, paths: Paths, there: Laid) -> Array:
     return np.asarray((found - exact) / seen.lengths[:, None])
 
 
+def relaid(there: Laid, seen: Sighting, paths: Paths) -> Laid:
+    """A frame with the distances that it leaves to these paths."""
+    return replace(there, miss=miss(seen, paths, there))
+
+
 def laid(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
-    """The frame in which exact paths lie best over those that are seen, whatever of it is not given."""
+    """The frame in which exact paths fit the seen ones best; what is given of it is kept."""
     coarse = _coarse(seen, paths, sense, given)
     coarse = replace(coarse, unit=given.unit or nearest_unit(coarse.unit))
     free = free_of(given)
@@ -86,13 +91,8 @@ def laid(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
 
 
 def free_of(given: GivenFrame) -> list[str]:
-    """What of a frame is fitted."""
+    """Parts of a frame that are fitted."""
     return [name for name in ("zero", "rotation") if getattr(given, name) is None]
-
-
-def relaid(there: Laid, seen: Sighting, paths: Paths) -> Laid:
-    """A frame with what it leaves of these paths."""
-    return replace(there, miss=miss(seen, paths, there))
 
 
 def nearest_unit(size: float) -> float:
@@ -102,27 +102,24 @@ def nearest_unit(size: float) -> float:
 
 def _coarse(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
     """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
-    weighted = seen.paths / seen.lengths[:, None]
-    size = float(np.sum(np.abs(weighted) ** 2))
-    zeros = seen.coordinate if given.zero is None else np.array([given.zero])
-    best: Laid | None = None
-    # Between samples of a turn that start at one of them the angles are always the same ones.
-    turn = paths(seen.coordinate - seen.coordinate[0]) / seen.lengths[:, None]
-    steps = np.arange(len(seen.coordinate))
-    for k, zero in enumerate(zeros):
-        if given.zero is None:
-            exact = turn[:, sense * (steps - k) % len(steps)]
-        else:
-            exact = paths(sense * (seen.coordinate - zero)) / seen.lengths[:, None]
-        factor = complex(np.sum(exact * np.conj(weighted))) / size
+    weighted, count = seen.paths / seen.lengths[:, None], len(seen.coordinate)
+    if given.zero is None:
+        # Between samples of a turn that start at one of them the angles are always the same ones.
+        turn = paths(seen.coordinate - seen.coordinate[0]) / seen.lengths[:, None]
+        tried = [
+            (float(zero), turn[:, sense * (np.arange(count) - k) % count]) for k, zero in enumerate(seen.coordinate)
+        ]
+    else:
+        tried = [(given.zero, paths(sense * (seen.coordinate - given.zero)) / seen.lengths[:, None])]
+
+    def placed(zero: float, exact: Array) -> Laid:
+        factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
         rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
         unit = given.unit or max(float((factor * np.exp(1j * rotation)).real), 1e-12)
         left = unit * np.exp(-1j * rotation) * weighted - exact
-        laid_here = Laid(sense, rotation, float(zero), unit, np.zeros(len(left), dtype=complex), left)
-        if best is None or laid_here.rms < best.rms:
-            best = laid_here
-    assert best is not None
-    return best
+        return Laid(sense, rotation, zero, unit, np.zeros(len(left), dtype=complex), left)
+
+    return min((placed(zero, exact) for zero, exact in tried), key=lambda one: one.rms)
 
 
 def least_distances(left: Callable[[Array], Array], start: Array, sizes: Array) -> Array:
@@ -154,12 +151,8 @@ def least_distances(left: Callable[[Array], Array], start: Array, sizes: Array) 
 
 def slopes(left: Callable[[Array], Array], here: Array, sizes: Array) -> Array:
     """Derivatives of the distances by the unknowns, each in its size; (2 P T, n)."""
-    columns = []
-    for k, size in enumerate(sizes):
-        aside = np.zeros_like(here)
-        aside[k] = DIFFERENCE * size
-        columns.append(_stacked(left(here + aside) - left(here - aside)) / (2.0 * DIFFERENCE))
-    return np.column_stack(columns)
+    steps = DIFFERENCE * np.diag(sizes)
+    return np.column_stack([_stacked(left(here + by) - left(here - by)) / (2.0 * DIFFERENCE) for by in steps])
 
 
 def _stacked(distances: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Is a model the machine that it is to be: its frame, its assembly branch and its lengths, from its paths alone."""
+"""Identification of a model from its paths alone: frame, assembly branch and lengths."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from conrod.exact.kinematics import Kinematics
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.models.fitting import Laid, Sighting, relaid
-from conrod.own.models.frame import Frame, GivenFrame, View
-from conrod.own.models.lengths import Explanation, Search, explanations, without_trace
-from conrod.own.models.references import Paths, paths_of, paths_of_kinematics, shaft_of
+from conrod.exact.reference import ExactReference, GenericReference
+from conrod.own.models.fitting import Laid, Sighting, laid, relaid
+from conrod.own.models.frame import Frame, GivenFrame, View, views
+from conrod.own.models.lengths import Explanation, Search, Solution, solutions, without_trace
+from conrod.own.models.references import Paths, other_branches, paths_of, shaft_of
 from conrod.own.models.request import Scan
-from conrod.own.models.viewing import check_plane, chosen_view, sighting
 from conrod.scenes import Scene
 
 # Nothing is left to explain below this share of a point's travel: what the solution of a model's closures and its
@@ -21,32 +21,39 @@ from conrod.scenes import Scene
 EXPLAINED = 1e-9
 # A model written with six digits cannot do better.
 DEFAULT_TOLERANCE = 1e-6
-# What a shape's error is multiplied by where the path is oblique to it.
+# A shape's error is multiplied by this where the path is oblique to it.
 OBLIQUE = 3.0
-ROUND = np.radians([15.0, 1.0])
+# A point that leaves the plane by more than this share of the machine's travel is not in it.
+IN_PLANE = 1e-6
+# Of several views that fit alike, by this factor and beside this distance, the first is meant.
+ALIKE, NOTHING = 2.0, 1e-9
+# The other branch is meant where it leaves so little of what the own one does.
+CLEARLY_BETTER = 0.1
+# Within this distance it is the machine with lengths a little off, and no other view or branch of it is looked for.
+NEAR = 1e-3
+# Grids of round angles: the coarser one where the data are worse, or some round value would always be near.
+COARSE_GRID, GRID = np.radians([15.0, 1.0])
 # A rounded value of the frame is the data's own where it leaves no more than this.
 AS_GOOD = 1.05
 
 
 @dataclass(frozen=True)
 class Identity:
-    """What a model's paths say.
+    """A model by its paths.
 
     Attributes:
-        frame: where the document's frame is in the model.
+        frame: the document's frame in the model.
         given: which parts of it were given.
         other_branch: assembled otherwise than the machine; the frame is then that of the other branch.
         angle: crank angles (T,) [rad], increasing.
-        off: distance of the points from where they should be, the largest of them, over the point's length (T,).
+        off: largest distance of a point from where it should be, over the point's length (T,).
         off_by: of each point the largest, over its length.
         rate_off: the same of their derivatives by the crank angle; None where a contact places them.
-        explanations: sparsest sets of lengths that leave nothing; several where they cannot be told apart.
-        closest: the lengths that leave least; None where the wanted ones leave nothing.
-        indistinct: groups of lengths that these points cannot tell apart.
+        explanations: sparsest sets of lengths that leave nothing; several where they cannot be distinguished.
+        closest: the lengths that leave least; None where the expected ones leave nothing.
+        indistinct: groups of lengths that these points cannot distinguish.
         left: largest distance that no length explains.
-        floor: what is rounding, or the error of the collision shape.
-        scene: the machine with the lengths that were found, or as wanted where none were.
-        reference: the other branch's motion, where the model is on it.
+        floor: distance that is rounding, or the error of the collision shape.
     """
 
     frame: Frame
@@ -61,8 +68,6 @@ class Identity:
     indistinct: tuple[tuple[str, ...], ...]
     left: float
     floor: float
-    scene: Scene
-    reference: Kinematics | None
 
     @property
     def largest(self) -> float:
@@ -74,58 +79,58 @@ class Identity:
         return not self.other_branch and self.largest <= max(tolerance, self.floor)
 
 
-def identify(scene: Scene, scan: Scan, given: GivenFrame) -> Identity:
-    """What a scan of a model says of it.
+def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, ExactReference]:
+    """Identify a model by a scan of it.
+
+    Returns:
+        Its identity, and the machine that moves as it does: with the lengths that were found, on its branch.
 
     Raises:
-        InvalidInput: its plane of motion or its frame cannot be told.
+        InvalidInput: its plane of motion or its frame cannot be determined.
     """
     check_plane(scan)
     points = tuple(scan.positions)
-    chosen = chosen_view(scene, scan, points, given)
+    chosen = _chosen_view(scene, scan, points, given)
     seen = sighting(scene, scan, points, chosen.view)
     floor = _floor(scan, seen, chosen.laid.unit)
     search = Search(scene, points, seen, given, floor)
-    found: tuple[Explanation, ...] = ()
-    closest: Explanation | None = None
-    at, best = chosen.laid, scene
-    if chosen.kinematics is None and at.largest > floor:
-        found, closest = explanations(search, at)
-        if found and closest is not None:
-            at, best = closest.laid, closest.scene
-    paths = paths_of(best, points) if chosen.kinematics is None else paths_of_kinematics(chosen.kinematics, points)
-    at = _rounded(at, seen, paths, given, floor)
-    groups = without_trace(search, at, best) if chosen.kinematics is None else ()
-    wanted = relaid(replace(at, places=0.0 * at.places), seen, paths_of(scene, points)) if found else at
-    frame = _frame(chosen.view, at, scan, shaft_of(best.mechanism()))
+    found, closest = tuple[Solution, ...](), None
+    at, moving = chosen.laid, chosen.branch or scene
+    if moving is scene and at.largest > floor:
+        found, closest = solutions(search, at)
+        if found:
+            at, moving = found[0].laid, found[0].scene
+    at = _rounded(at, seen, paths_of(moving, points), given, floor)
+    expected = relaid(replace(at, places=0.0 * at.places), seen, paths_of(scene, points)) if found else at
+    anchor = (float(scan.anchor[0]), float(scan.anchor[1]), float(scan.anchor[2]))
+    frame = Frame(chosen.view, at.sense, at.rotation, at.zero, at.unit, anchor, shaft_of(moving))
     order = np.argsort(frame.angle(scan.coordinate))
-    return Identity(
+    identity = Identity(
         frame=frame,
         given=given,
-        other_branch=chosen.kinematics is not None,
+        other_branch=chosen.branch is not None,
         angle=frame.angle(scan.coordinate)[order],
-        off=np.abs(wanted.miss).max(axis=0)[order],
-        off_by={name: float(np.abs(row).max()) for name, row in zip(points, wanted.miss, strict=True)},
-        rate_off=_rate_off(scan, frame, at, seen, best if chosen.kinematics is None else chosen.kinematics),
-        explanations=found,
-        closest=closest,
-        indistinct=groups,
+        off=np.abs(expected.miss).max(axis=0)[order],
+        off_by={name: float(np.abs(row).max()) for name, row in zip(points, expected.miss, strict=True)},
+        rate_off=_rate_off(scan, frame, at, seen, moving),
+        explanations=tuple(one.explanation for one in found),
+        closest=closest.explanation if closest else None,
+        indistinct=without_trace(search, at, moving) if isinstance(moving, Scene) else (),
         left=at.largest,
         floor=floor,
-        scene=best,
-        reference=chosen.kinematics,
     )
+    return identity, moving
 
 
 def _floor(scan: Scan, seen: Sighting, unit: float) -> float:
-    shape = 0.0 if scan.touching is None else OBLIQUE * scan.touching.shape_error
+    touching = scan.facts.touching
+    shape = 0.0 if touching is None else OBLIQUE * touching.shape_error
     return max(EXPLAINED, unit * shape / float(seen.lengths.min()))
 
 
 def _rounded(at: Laid, seen: Sighting, paths: Paths, given: GivenFrame, floor: float) -> Laid:
     """Rotation and crank zero as round numbers, where those leave no more than the fitted ones."""
-    # A coarser grid where the data are worse, or some round value would always be near.
-    grid = float(ROUND[0] if at.largest > 1e-4 else ROUND[1])
+    grid = float(COARSE_GRID if at.largest > 1e-4 else GRID)
     for name in ("rotation", "zero"):
         if getattr(given, name) is not None:
             at = at.at({name: getattr(given, name)})
@@ -142,19 +147,74 @@ def _wrapped(angle: float) -> float:
     return turn - 2.0 * np.pi if turn > np.pi + 1e-12 else turn
 
 
-def _frame(view: View, at: Laid, scan: Scan, shaft: tuple[float, float]) -> Frame:
-    anchor = (float(scan.anchor[0]), float(scan.anchor[1]), float(scan.anchor[2]))
-    return Frame(view, at.sense, at.rotation, at.zero, at.unit, anchor, shaft)
-
-
-def _rate_off(scan: Scan, frame: Frame, at: Laid, seen: Sighting, ruler: Scene | Kinematics) -> float | None:
+def _rate_off(scan: Scan, frame: Frame, at: Laid, seen: Sighting, moving: ExactReference) -> float | None:
     """Largest error of a point's derivative by the crank angle, over its length, against what was found."""
     if scan.slopes is None:
         return None
-    exact, off = ruler.motion(frame.angle(scan.coordinate), 1.0), []
+    exact, off = moving.motion(frame.angle(scan.coordinate), 1.0), []
     for k, (name, slope) in enumerate(scan.slopes.items()):
         # A point that is misplaced on its link is carried around by it.
         carried = 1j * frame.view.sense * scan.spins[name] * at.places[k] * seen.links[k]
         found = frame.turned(slope) + np.column_stack([carried.real, carried.imag])
         off.append(np.linalg.norm(frame.sense * found - exact.point(name).velocity, axis=1).max() / seen.lengths[k])
     return float(max(off))
+
+
+# -- from which side a model is seen, and on which branch it is --------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A view of a model with the frame that fits best; `branch` where it is another assembly branch."""
+
+    view: View
+    laid: Laid
+    branch: GenericReference | None
+
+
+def check_plane(scan: Scan) -> None:
+    """Refuse a model whose points do not move in one plane across the crank's axis."""
+    span = max(float(np.ptp(p, axis=0).max()) for p in scan.positions.values())
+    if span == 0.0 or not np.isfinite(span):
+        named = ", ".join(scan.positions)
+        raise InvalidInput(f"the crank turns and nothing moves, of {named}: the plane cannot be determined")
+    if scan.wander > IN_PLANE * max(span, 1.0):
+        raise InvalidInput(
+            f"the crank's axis itself moves, by {scan.wander:.3g} (of the model's unit of length) in a turn: there is "
+            "no plane of motion; the crank is to turn about a fixed axis"
+        )
+    for name, positions in scan.positions.items():
+        away = float(np.ptp(positions @ scan.axis))
+        if away > IN_PLANE * span:
+            raise InvalidInput(
+                f"{name} leaves the plane across the crank's axis by {away:.3g} (of the model's unit of length): the "
+                "plane of motion cannot be determined"
+            )
+
+
+def _chosen_view(scene: Scene, scan: Scan, points: tuple[str, ...], given: GivenFrame) -> _Candidate:
+    """View and assembly branch of the model: the machine's own branch unless another one is clearly nearer."""
+    turns = scene.mechanism().driver.sense
+    some = views(scan.axis, turns, given.plane)
+
+    def best(branch: GenericReference | None) -> _Candidate:
+        paths = paths_of(branch or scene, points)
+        tried = [
+            _Candidate(view, laid(sighting(scene, scan, points, view), paths, view.sense * turns, given), branch)
+            for view in some
+        ]
+        least = min(one.laid.rms for one in tried)
+        return next(one for one in tried if one.laid.rms <= ALIKE * least + NOTHING)
+
+    own = best(None)
+    if own.laid.largest <= NEAR:
+        return own
+    other = min(map(best, other_branches(scene)), key=lambda one: one.laid.rms, default=own)
+    return other if other.laid.rms < CLEARLY_BETTER * own.laid.rms else own
+
+
+def sighting(scene: Scene, scan: Scan, points: tuple[str, ...], view: View) -> Sighting:
+    """A scan's points in a view."""
+    paths = np.array([view.flat(scan.positions[name] - scan.anchor) for name in points])
+    links = np.exp(1j * view.sense * np.array([scan.turns[name] for name in points]))
+    return Sighting(scan.coordinate, paths, np.array([scene.lengths[name] for name in points]), links)

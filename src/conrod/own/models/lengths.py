@@ -1,4 +1,4 @@
-"""What explains that a model is not the machine: one length or one misplaced point first, then pairs, then three."""
+"""Smallest sets of wrong lengths or misplaced points with which a model is the machine after all."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ MOST_TOGETHER = 3
 
 @dataclass(frozen=True)
 class Length:
-    """One length as it was wanted and as it is found [m]; of all lengths together the factor."""
+    """One length as it is expected and as it is found [m]; of all lengths together the factor."""
 
     name: str
-    wanted: float
+    expected: float
     found: float
 
     @property
     def excess(self) -> float | None:
-        """Share by which it is too long; None for one that was to be zero."""
-        return None if self.wanted == 0.0 else self.found / self.wanted - 1.0
+        """Share by which it is too long; None for one that is expected to be zero."""
+        return None if self.expected == 0.0 else self.found / self.expected - 1.0
 
 
 @dataclass(frozen=True)
@@ -48,19 +48,25 @@ class Explanation:
 
     Attributes:
         left: largest distance that they leave, over the point's length.
-        scene: the machine with these lengths.
     """
 
     lengths: tuple[Length, ...]
     misplaced: tuple[Misplaced, ...]
     left: float
+
+
+@dataclass(frozen=True)
+class Solution:
+    """An explanation with the machine of its lengths and the frame that fits it."""
+
+    explanation: Explanation
     scene: Scene
     laid: Laid
 
 
 @dataclass(frozen=True)
 class Search:
-    """What is fitted.
+    """The paths to be explained.
 
     Attributes:
         floor: a distance, over the point's length, that is rounding or the error of a collision shape.
@@ -73,71 +79,66 @@ class Search:
     floor: float
 
     @property
+    def lengths(self) -> tuple[str, ...]:
+        """Names of the lengths, without that of all together."""
+        return tuple(name for name in length_names(self.scene) if name != ALL_LENGTHS)
+
+    @property
     def size(self) -> float:
-        """Of the machine [m], to tell small lengths by."""
-        return max(abs(length_of(self.scene, n)) for n in length_names(self.scene) if n != ALL_LENGTHS)
+        """Largest length of the machine [m], to judge small lengths by."""
+        return max(abs(length_of(self.scene, name)) for name in self.lengths)
 
 
 @dataclass(frozen=True)
 class _Change:
-    """What is not as it was wanted."""
+    """Lengths and points that are not as expected."""
 
     lengths: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
 
 
-def explanations(search: Search, start: Laid) -> tuple[tuple[Explanation, ...], Explanation | None]:
+def solutions(search: Search, start: Laid) -> tuple[tuple[Solution, ...], Solution | None]:
     """The smallest sets of changes that leave nothing, all of one size; and the closest one there is.
 
     Args:
-        start: the frame that the wanted lengths fit best.
+        start: the frame that the expected lengths fit best.
     """
-    closest: Explanation | None = None
+    closest: Solution | None = None
     for changes in _changes(search):
-        found = [e for e in (_explained(search, start, change) for change in changes) if e is not None]
-        closest = min([*found, *([closest] if closest else [])], key=lambda e: e.left, default=None)
-        enough = sorted((e for e in found if e.left <= search.floor), key=lambda e: len(e.misplaced))
+        found = [one for one in (_solved(search, start, change) for change in changes) if one is not None]
+        closest = min([*found, *([closest] if closest else [])], key=lambda one: one.explanation.left, default=None)
+        enough = [one for one in found if one.explanation.left <= search.floor]
         if enough:
+            enough.sort(key=lambda one: len(one.explanation.misplaced))
             return tuple(enough), enough[0]
     return (), closest
 
 
 def _changes(search: Search) -> Iterator[list[_Change]]:
     """Sets of changes, more and more together; all lengths at last."""
-    names = length_names(search.scene)
-    every = [*(_Change((name,)) for name in names), *(_Change((), (point,)) for point in search.points)]
+    every = [_Change((name,)) for name in length_names(search.scene)]
+    every += [_Change((), (point,)) for point in search.points]
     for count in range(1, MOST_TOGETHER + 1):
         yield [
             _Change(tuple(n for c in some for n in c.lengths), tuple(p for c in some for p in c.points))
             for some in combinations(every, count)
         ]
-    yield [_Change(tuple(name for name in names if name != ALL_LENGTHS))]
+    yield [_Change(search.lengths)]
 
 
 class _Fit:
-    """The unknowns of a fit in one vector: what of the frame is free, lengths, and places of points on their links."""
+    """The unknowns of a fit in one vector: free parts of the frame, lengths, and places of points on their links."""
 
-    def __init__(self, search: Search, start: Laid, change: _Change, scene: Scene | None = None) -> None:
-        self._search, self._start, self._change = search, start, change
-        self._scene = search.scene if scene is None else scene
+    def __init__(self, search: Search, start: Laid, change: _Change, scene: Scene) -> None:
+        self._search, self._start, self._change, self._scene = search, start, change, scene
         self._frame = free_of(search.given)
         self._rows = [search.points.index(point) for point in change.points]
+        self.names = [*self._frame, *change.lengths]  # of the unknowns, but for the places
         places = start.places[self._rows]
-        self.start = np.concatenate(
-            [
-                np.array([getattr(start, name) for name in self._frame]),
-                np.array([length_of(self._scene, name) for name in change.lengths]),
-                places.real,
-                places.imag,
-            ]
-        )
-        lengths = [1.0 if name == ALL_LENGTHS else search.size for name in change.lengths]
-        self.sizes = np.array([1.0] * len(self._frame) + lengths + [search.size] * (2 * len(self._rows)))
-
-    @property
-    def names(self) -> list[str]:
-        """Of the unknowns, but for the places."""
-        return [*self._frame, *self._change.lengths]
+        frame, lengths = [getattr(start, n) for n in self._frame], [length_of(scene, n) for n in change.lengths]
+        self.start = np.concatenate([frame, lengths, places.real, places.imag])
+        sizes = [1.0 if name == ALL_LENGTHS else search.size for name in change.lengths]
+        self.sizes = np.array([1.0] * len(self._frame) + sizes + [search.size] * (2 * len(self._rows)))
 
     def split(self, x: Array) -> tuple[Laid, Scene]:
         """The frame and the machine of the unknowns."""
@@ -154,9 +155,9 @@ class _Fit:
         return miss(self._search.seen, paths_of(scene, self._search.points), there)
 
 
-def _explained(search: Search, start: Laid, change: _Change) -> Explanation | None:
-    """A change with what of the frame is free, fitted; None where that leads to no machine."""
-    fit = _Fit(search, start, change)
+def _solved(search: Search, start: Laid, change: _Change) -> Solution | None:
+    """A change with the free parts of the frame, fitted; None where that leads to no machine."""
+    fit = _Fit(search, start, change, search.scene)
     try:
         there, scene = fit.split(least_distances(fit.left, fit.start, fit.sizes))
     except InvalidInput:
@@ -164,22 +165,20 @@ def _explained(search: Search, start: Laid, change: _Change) -> Explanation | No
     there = relaid(there, search.seen, paths_of(scene, search.points))
     away = dict(zip(search.points, np.abs(there.places).tolist(), strict=True))
     misplaced = tuple(Misplaced(point, away[point]) for point in change.points)
-    return Explanation(_told(search.scene, scene, change.lengths), misplaced, there.largest, scene, there)
+    return Solution(Explanation(_lengths(search, scene, change.lengths), misplaced, there.largest), scene, there)
 
 
-def _told(wanted: Scene, found: Scene, names: Sequence[str]) -> tuple[Length, ...]:
-    told = []
-    for name in names:
-        if name == ALL_LENGTHS:
-            others = [n for n in length_names(wanted) if n not in names and length_of(wanted, n) != 0.0]
-            factor = length_of(found, others[0]) / length_of(wanted, others[0]) if others else 1.0
-            told.append(Length(name, 1.0, factor))
-        else:
-            told.append(Length(name, length_of(wanted, name), length_of(found, name)))
-    return tuple(told)
+def _lengths(search: Search, found: Scene, names: Sequence[str]) -> tuple[Length, ...]:
+    expected = search.scene
+    others = [n for n in search.lengths if n not in names and length_of(expected, n) != 0.0]
+    factor = length_of(found, others[0]) / length_of(expected, others[0]) if others else 1.0
+    return tuple(
+        Length(name, length_of(expected, name), factor if name == ALL_LENGTHS else length_of(found, name))
+        for name in names
+    )
 
 
 def without_trace(search: Search, at: Laid, scene: Scene) -> tuple[tuple[str, ...], ...]:
-    """Groups of lengths, and what of the frame is free, that the given points cannot tell apart."""
-    fit = _Fit(search, at, _Change(tuple(name for name in length_names(scene) if name != ALL_LENGTHS)), scene)
+    """Groups of lengths, and free parts of the frame, that the given points cannot distinguish."""
+    fit = _Fit(search, at, _Change(search.lengths), scene)
     return indistinct(slopes(fit.left, fit.start, fit.sizes), fit.names, NO_TRACE)

@@ -11,8 +11,9 @@ import numpy as np
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.own.models.loading import listed, name_or_number
+from conrod.own.models.model_facts import OwnSettings
 from conrod.own.models.points import Crank
-from conrod.own.models.request import Drive, OwnSettings, Scan
+from conrod.own.models.request import Drive, Scan
 
 
 def needed_armature(model: mujoco.MjModel, scan: Scan, drive: Drive) -> float:

@@ -1,25 +1,26 @@
-"""A user's own model as plain data: what is asked of it, how it moves when its crank is held, and how when driven.
+"""A question about a user's model and the runs of it that are asked for, as plain data that need no engine.
 
-Lengths are in the model's own unit and frame, which nobody has told yet. Coordinates of the crank are those of its
-hinge [rad], positive about the hinge's axis.
+Lengths are in the model's own unit and frame, which are not known yet. Coordinates of the crank are those of its hinge
+[rad], positive about the hinge's axis.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from conrod.exact.motion import Array
+from conrod.own.models.model_facts import ModelFacts
 from conrod.runs.trajectory import Outcome, Settings
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where an observed point is in a model.
+    """Position of an observed point in a model.
 
     Attributes:
         point: name of the observed point.
-        kind: site, body or geom; empty where the name alone is to tell.
+        kind: site, body or geom; empty where the name alone decides.
     """
 
     point: str
@@ -32,7 +33,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Question:
-    """What a model is asked for.
+    """A model's points and crank, and the machine that it is to be.
 
     Attributes:
         crank: name of the hinge that is driven.
@@ -51,61 +52,6 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Wiring:
-    """What a model consists of, and how free it is.
-
-    Attributes:
-        joints: number of joints by kind: hinge, slide, ball, free.
-        closures: number of active equality constraints by kind: connect, weld, joint, tendon, ...
-        inactive: names of those that are switched off.
-        coordinates: degrees of freedom that the joints give.
-        rows: scalar equations of the closures.
-        rank: least and largest rank of their Jacobian along the turn.
-        idle: closures that close nothing which those before them do not.
-    """
-
-    joints: Mapping[str, int]
-    closures: Mapping[str, int]
-    inactive: tuple[str, ...]
-    coordinates: int
-    rows: int
-    rank: tuple[int, int]
-    idle: tuple[str, ...]
-
-    @property
-    def loops(self) -> int:
-        """Closures that close something."""
-        return sum(self.closures.values()) - len(self.idle)
-
-
-@dataclass(frozen=True)
-class Touching:
-    """Two geoms that make a higher pair.
-
-    Attributes:
-        shape_error: largest distance of the collision shape from the curve that its corners lie on.
-    """
-
-    geoms: tuple[str, str]
-    shape_error: float
-    corners: int
-
-
-@dataclass(frozen=True)
-class OwnSettings:
-    """The settings that a model comes with."""
-
-    timestep: float  # [s]
-    integrator: str
-    solver: str
-    iterations: int
-    tolerance: float
-    gravity: tuple[float, float, float]
-    closure_solref: tuple[tuple[float, float], ...]  # all that occur
-    closure_impedance: tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True)
 class Scan:
     """One turn of a model with its crank held at T angles, solved by its own constraints.
 
@@ -119,14 +65,9 @@ class Scan:
         rates: derivatives of the joint rates by the crank's (T, nv).
         anchor, axis: of the crank's hinge, a point and a unit vector.
         wander: how far anchor and axis move in a turn.
-        gap: largest violation that the closures keep, in their own units.
-        open_closure: which one it is.
-        stops: joints whose limits the turn leaves, with both.
-        remarks: what a user should know of how the model was treated.
     """
 
-    name: str
-    engine_version: str
+    facts: ModelFacts
     coordinate: Array
     positions: Mapping[str, Array]
     slopes: Mapping[str, Array] | None
@@ -137,13 +78,41 @@ class Scan:
     anchor: Array
     axis: Array
     wander: float
-    gap: float
-    open_closure: str
-    wiring: Wiring
-    touching: Touching | None
-    settings: OwnSettings
-    stops: tuple[str, ...] = field(default=())
-    remarks: tuple[str, ...] = field(default=())
+
+
+@dataclass(frozen=True)
+class Order:
+    """A run that is asked for.
+
+    Attributes:
+        settings: that stand in for the model's own; None for its own.
+        tolerance: of the solver; None for that of the settings.
+    """
+
+    label: str
+    settings: Settings | None = None
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Motion that is prescribed to a model's crank.
+
+    Attributes:
+        rate: of the crank's hinge [rad/s], of either sign.
+        start: its coordinate at the beginning [rad].
+        near: a state (nq,) on the way, from which the start is reached.
+        turns: number of turns.
+        ripple: largest deviation of the rate that is allowed, relative to it.
+        most_samples: a run of more is refused.
+    """
+
+    rate: float
+    start: float
+    near: Array
+    turns: float
+    ripple: float
+    most_samples: int
 
 
 @dataclass(frozen=True)
@@ -156,8 +125,8 @@ class DrivenRun:
         positions, velocities, accelerations: of the given points (K, 3).
         gap: largest violation of a closure in each sample (K,).
         warnings: of the engine, by name.
-        ripple: largest deviation of the rate from the wanted one, relative to it.
-        outcome: completed, unless the numbers alone say otherwise.
+        ripple: largest deviation of the rate from the prescribed one, relative to it.
+        outcome: completed, unless the numbers alone show otherwise.
     """
 
     armature: float
@@ -174,39 +143,3 @@ class DrivenRun:
     ripple: float
     outcome: Outcome
     reason: str
-
-
-@dataclass(frozen=True)
-class Order:
-    """A run that is asked for.
-
-    Attributes:
-        label: what it is called.
-        settings: that stand in for the model's own; None for its own.
-        tolerance: of the solver; None for that of the settings.
-    """
-
-    label: str
-    settings: Settings | None = None
-    tolerance: float | None = None
-
-
-@dataclass(frozen=True)
-class Drive:
-    """How a model is driven.
-
-    Attributes:
-        rate: of the crank's hinge [rad/s], of either sign.
-        start: its coordinate at the beginning [rad].
-        near: a state (nq,) on the way, from which the start is reached.
-        turns: how many.
-        ripple: largest deviation of the rate that is allowed, relative to it.
-        most_samples: a run of more is refused.
-    """
-
-    rate: float
-    start: float
-    near: Array
-    turns: float
-    ripple: float
-    most_samples: int

@@ -1,4 +1,4 @@
-"""Runs of a user's model against the exact motion: how each ended, and how far it was off."""
+"""Runs of a user's model against the exact motion: outcomes and errors."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference
+from conrod.own.error_curve import ErrorCurve, error_curve
 from conrod.own.models.frame import Frame
-from conrod.own.models.request import DrivenRun, Scan
-from conrod.runs.comparison import PointErrors, signed_error, track_errors
+from conrod.own.models.request import DrivenRun
+from conrod.runs.comparison import signed_error, track_errors
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 
@@ -24,8 +24,7 @@ class JudgedRun:
     """A run with its errors.
 
     Attributes:
-        label: what it is called.
-        errors: of each observed point, at the angle reached; None where it did not complete.
+        errors: by observed point and by quantity, over the crank angle [rad]; None where it did not complete.
         phase: largest deviation of the crank angle from the nominal one [rad].
         ripple: largest deviation of the rate, relative to it.
         gap: largest violation of a closure beyond that of the start, in the model's units.
@@ -36,7 +35,7 @@ class JudgedRun:
     reason: str
     armature: float
     steps_per_revolution: float
-    errors: Mapping[str, PointErrors] | None
+    errors: Mapping[str, Mapping[str, ErrorCurve]] | None
     phase: float
     ripple: float
     gap: float
@@ -46,30 +45,36 @@ class JudgedRun:
         """The largest error of a quantity over all points; None where the run did not complete."""
         if self.errors is None:
             return None
-        return max(float(getattr(getattr(e, quantity).size, measure)) for e in self.errors.values())
+        return max(float(getattr(curves[quantity].size, measure)) for curves in self.errors.values())
 
 
 @dataclass(frozen=True)
-class Reference:
-    """What runs are compared with.
+class Comparable:
+    """What a model's runs are compared with, and how they are seen.
 
     Attributes:
-        ruler: of the machine that the model is.
+        exact: the machine that the model is.
         speed: nominal, of the crank angle [rad/s].
-        size: of the mechanism [m].
-        roller_radius: of a machine whose follower may leave its cam [m].
         others: other assembly branches.
+        touching: whether a contact of the model places its follower.
     """
 
-    ruler: ExactReference
+    exact: ExactReference
     speed: float
-    size: float
-    roller_radius: float | None
-    others: tuple[Kinematics, ...]
+    others: tuple[ExactReference, ...]
+    frame: Frame
+    points: tuple[str, ...]
+    touching: bool
+
+    @property
+    def travel(self) -> float:
+        """Largest length of a point [m]."""
+        return max(self.exact.lengths.values())
 
 
-def tracks_of(run: DrivenRun, frame: Frame, points: tuple[str, ...]) -> dict[str, PointTracks]:
+def tracks_of(run: DrivenRun, to: Comparable) -> dict[str, PointTracks]:
     """A run's points in the document's frame."""
+    frame = to.frame
     instants = Instants(run.times, frame.angle(run.coordinate), frame.sense * run.rate, frame.sense * run.acceleration)
     return {
         name: PointTracks(
@@ -77,16 +82,16 @@ def tracks_of(run: DrivenRun, frame: Frame, points: tuple[str, ...]) -> dict[str
             Track(instants, frame.turned(run.velocities[name])),
             Track(instants, frame.turned(run.accelerations[name])),
         )
-        for name in points
+        for name in to.points
     }
 
 
-def judged(label: str, run: DrivenRun, frame: Frame, points: tuple[str, ...], scan: Scan, to: Reference) -> JudgedRun:
+def judged(label: str, run: DrivenRun, to: Comparable) -> JudgedRun:
     """A run with its outcome and its errors."""
-    tracks = tracks_of(run, frame, points)
-    verdict = _ending(run, frame, tracks, scan, to)
+    tracks = tracks_of(run, to)
+    verdict = _ending(run, tracks, to)
     completed = verdict.outcome is Outcome.COMPLETED
-    angle = frame.angle(run.coordinate)
+    angle = to.frame.angle(run.coordinate)
     phase = np.abs(angle - angle[0] - to.speed * run.times).max() if len(angle) else np.nan
     return JudgedRun(
         label=label,
@@ -94,7 +99,7 @@ def judged(label: str, run: DrivenRun, frame: Frame, points: tuple[str, ...], sc
         reason=verdict.reason,
         armature=run.armature,
         steps_per_revolution=2.0 * np.pi / abs(to.speed) / run.timestep,
-        errors=track_errors(tracks, to.speed, to.ruler) if completed else None,
+        errors=_curves(tracks, to) if completed else None,
         phase=float(phase),
         ripple=run.ripple,
         gap=float((run.gap - run.gap[0]).max()) if len(run.gap) else np.nan,
@@ -102,79 +107,86 @@ def judged(label: str, run: DrivenRun, frame: Frame, points: tuple[str, ...], sc
     )
 
 
-def difference(
-    one: DrivenRun, other: DrivenRun, frame: Frame, points: tuple[str, ...], to: Reference
-) -> dict[str, float]:
+def _curves(tracks: Mapping[str, PointTracks], to: Comparable) -> dict[str, dict[str, ErrorCurve]]:
+    return {
+        name: {q: error_curve(getattr(errors, q).angle, getattr(errors, q).error) for q in (*QUANTITIES, "total")}
+        for name, errors in track_errors(tracks, to.speed, to.exact).items()
+    }
+
+
+def difference(one: DrivenRun, other: DrivenRun, to: Comparable) -> dict[str, float]:
     """Largest difference of two runs' errors, each at the angle that it reached; normalised like errors."""
-    speed, largest = abs(to.speed), dict.fromkeys(QUANTITIES, 0.0)
-    first, second = tracks_of(one, frame, points), tracks_of(other, frame, points)
-    for name in points:
+    first, second = tracks_of(one, to), tracks_of(other, to)
+    largest = dict.fromkeys(QUANTITIES, 0.0)
+    for name in to.points:
         for power, quantity in enumerate(QUANTITIES):
-            gone = signed_error(getattr(first[name], quantity), to.ruler, name, quantity)
-            gone = gone - signed_error(getattr(second[name], quantity), to.ruler, name, quantity)
-            size = float(np.linalg.norm(gone, axis=1).max()) / (to.ruler.lengths[name] * speed**power)
+            errors = [signed_error(getattr(run[name], quantity), to.exact, name, quantity) for run in (first, second)]
+            norm = to.exact.lengths[name] * abs(to.speed) ** power
+            size = float(np.linalg.norm(errors[0] - errors[1], axis=1).max()) / norm
             largest[quantity] = max(largest[quantity], size)
     return largest
 
 
-def _ending(run: DrivenRun, frame: Frame, tracks: Mapping[str, PointTracks], scan: Scan, to: Reference) -> Verdict:
-    """How a run ended, told from its crank, its points and the violation of its closures; the first that applies."""
+def _ending(run: DrivenRun, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict:
+    """The outcome of a run, from its crank, its points and the violation of its closures; the first that applies."""
     if run.outcome is not Outcome.COMPLETED:
         return Verdict(run.outcome, run.reason)
-    off = _off(tracks, to.ruler)
+    off = np.array([signed_error(t.position, to.exact, name, "position") for name, t in tracks.items()])
     endings = [
-        _exploded(run, tracks, to.size),
+        _exploded(run, tracks, to),
         Verdict(Outcome.STALLED, "the drive was off its speed by half") if run.ripple > STALL else None,
-        _contact(off, tracks, frame, to) if scan.touching is not None else None,
-        _opened(run, frame, max(to.ruler.lengths.values())),
+        _contact(off, tracks, to) if to.touching else None,
+        _opened(run, to),
         _flipped(off, tracks, to),
     ]
     return next((verdict for verdict in endings if verdict is not None), Verdict(Outcome.COMPLETED))
 
 
-def _exploded(run: DrivenRun, tracks: Mapping[str, PointTracks], size: float) -> Verdict | None:
+def _exploded(run: DrivenRun, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict | None:
     places = np.array([t.position.values for t in tracks.values()])
-    away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / size
+    away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / to.exact.kinematics.size
     if away.max() <= OUT_OF_REACH:
         return None
     time = run.times[int(np.argmax(away > OUT_OF_REACH))]
     return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
 
 
-def _opened(run: DrivenRun, frame: Frame, travel: float) -> Verdict | None:
-    opened = frame.unit * float((run.gap - run.gap[0]).max())
-    if opened <= OPEN_GAP * travel:
+def _opened(run: DrivenRun, to: Comparable) -> Verdict | None:
+    opened = to.frame.unit * float((run.gap - run.gap[0]).max())
+    if opened <= OPEN_GAP * to.travel:
         return None
     return Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
 
 
-def _off(tracks: Mapping[str, PointTracks], ruler: ExactReference) -> Array:
-    """Positions minus exact ones (P, T, 2) [m]."""
-    return np.array([signed_error(t.position, ruler, name, "position") for name, t in tracks.items()])
+def _contact(off: Array, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict | None:
+    """Whether the follower is further from the crank's axis than the cam would have it, or nearer by a roller.
 
-
-def _contact(off: Array, tracks: Mapping[str, PointTracks], frame: Frame, to: Reference) -> Verdict | None:
-    """Whether the follower is further from the crank's axis than the cam would have it, or nearer by a roller."""
-    places = np.array([t.position.values for t in tracks.values()]) - np.array(frame.shaft)
+    Args:
+        off: positions minus exact ones (P, T, 2) [m].
+    """
+    places = np.array([t.position.values for t in tracks.values()]) - np.array(to.frame.shaft)
     outward = (off * places).sum(axis=2) / np.linalg.norm(places, axis=2)
-    if to.roller_radius is not None and outward.min() < -to.roller_radius:
+    contacts = to.exact.mechanism().cam_contacts
+    if contacts and outward.min() < -contacts[0].roller_radius:
         return Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
-    if outward.max() > LOST_GAP * max(to.ruler.lengths.values()):
+    if outward.max() > LOST_GAP * to.travel:
         return Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
     return None
 
 
-def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: Reference) -> Verdict | None:
-    """Whether the run is nearer to another branch where it is furthest from its own."""
+def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict | None:
+    """Whether the run is nearer to another branch where it is furthest from its own; arguments as `_contact`."""
     away = np.linalg.norm(off, axis=2)
-    if away.max() <= OPEN_GAP * max(to.ruler.lengths.values()):
+    if away.max() <= OPEN_GAP * to.travel:
         return None
     row, worst = np.unravel_index(int(np.argmax(away)), away.shape)
     name = list(tracks)[int(row)]
     position = tracks[name].position
+    angle = position.instants.angle[worst : worst + 1]
     for other in to.others:
-        there = other.motion(position.instants.angle[worst : worst + 1], to.speed).point(name).position[0]
+        there = other.motion(angle, to.speed).point(name).position[0]
         if np.linalg.norm(position.values[worst] - there) < 0.5 * away[row, worst]:
-            degrees = float(np.degrees(position.instants.angle[worst]))
-            return Verdict(Outcome.FLIPPED, f"{name} is on the other assembly branch at {degrees:.1f} deg")
+            return Verdict(
+                Outcome.FLIPPED, f"{name} is on the other assembly branch at {float(np.degrees(angle[0])):.1f} deg"
+            )
     return None

@@ -13,6 +13,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly
 from conrod.own.models.loading import check_finite, load_model, names_of_keyframes
+from conrod.own.models.model_facts import ModelFacts
 from conrod.own.models.own_settings import own_settings, remarks, stops
 from conrod.own.models.points import Crank, FoundPoint, find_crank, find_point
 from conrod.own.models.request import Question, Scan
@@ -49,7 +50,6 @@ class _Sample:
     anchor: Array
     axis: Array
     gap: tuple[float, str]
-    rank: int
 
 
 def scan(path: Path, question: Question) -> Scan:
@@ -112,38 +112,41 @@ def _assemble(assembly: Assembly, question: Question) -> None:
 def _scanned(prepared: Prepared, question: Question) -> Scan:
     assembly, model = prepared.assembly, prepared.model
     start = assembly.coordinate()
-    wired_at_start = mobility(assembly.model, assembly.data)
-    samples = []
+    ranks, samples = [mobility(assembly.model, assembly.data).rank], list[_Sample]()
     for turn in np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1):
         assembly.go(start + float(turn))
         samples.append(_sample(prepared))
+        ranks.append(mobility(assembly.model, assembly.data).rank)
     _check_return(samples, float(model.stat.extent))
-    wired = wiring(assembly, [wired_at_start.rank, *(s.rank for s in samples)])
-    last, samples = samples[-1], samples[:-1]
-    worst = max((s.gap for s in samples), key=lambda gap: gap[0])
-    by_contact = prepared.gap is not None
+    wired = wiring(assembly, ranks)
+    *samples, last = samples
+    first, by_contact = samples[0], prepared.gap is not None
     states = np.array([s.state for s in samples])
     named = [(k, place.point) for k, place in enumerate(question.places)]
-    return Scan(
+    gap, open_closure = max((s.gap for s in samples), key=lambda gap: gap[0])
+    facts = ModelFacts(
         name=model.names[: model.names.index(b"\0")].decode(errors="replace"),
         engine_version=mujoco.__version__,
+        wiring=wired,
+        touching=None if prepared.gap is None else touching(prepared.gap, model, first.axis),
+        settings=own_settings(model),
+        gap=gap,
+        open_closure=open_closure,
+        stops=stops(model, prepared.crank, states),
+        remarks=remarks(model, prepared.crank),
+    )
+    return Scan(
+        facts=facts,
         coordinate=np.array([s.coordinate for s in samples]),
         positions={n: np.array([s.positions[k] for s in samples]) for k, n in named},
         slopes=None if by_contact else {n: np.array([s.slopes[k] for s in samples]) for k, n in named},
-        turns={n: np.array([_turn(s.links[k], samples[0].links[k], s.axis) for s in samples]) for k, n in named},
+        turns={n: np.array([_turn(s.links[k], first.links[k], s.axis) for s in samples]) for k, n in named},
         spins={n: np.array([s.spins[k] @ s.axis for s in samples]) for k, n in named},
         states=states,
-        rates=_differences(model, [*samples, last]) if by_contact else np.array([s.rates for s in samples]),
-        anchor=samples[0].anchor,
-        axis=samples[0].axis,
-        wander=max(_wander(s, samples[0]) for s in samples),
-        gap=worst[0],
-        open_closure=worst[1],
-        wiring=wired,
-        touching=None if prepared.gap is None else touching(prepared.gap, model, samples[0].axis),
-        settings=own_settings(model),
-        stops=stops(model, prepared.crank, states),
-        remarks=remarks(model, prepared.crank),
+        rates=_differences(model, states, last.state) if by_contact else np.array([s.rates for s in samples]),
+        anchor=first.anchor,
+        axis=first.axis,
+        wander=max(_apart(s, first) for s in samples),
     )
 
 
@@ -162,7 +165,6 @@ def _sample(prepared: Prepared) -> _Sample:
         anchor=data.xanchor[crank.joint].copy(),
         axis=data.xaxis[crank.joint].copy(),
         gap=assembly.gap(),
-        rank=mobility(assembly.model, data).rank,
     )
 
 
@@ -173,6 +175,11 @@ def _turn(link: Array, before: Array, axis: Array) -> float:
     return float(np.arctan2(across @ axis, 0.5 * (np.trace(turned) - 1.0)))
 
 
+def _apart(one: _Sample, other: _Sample) -> float:
+    """Distance of two anchors or axes, the larger of both."""
+    return max(float(np.linalg.norm(one.anchor - other.anchor)), float(np.linalg.norm(one.axis - other.axis)))
+
+
 def _check_return(samples: list[_Sample], extent: float) -> None:
     first, last = samples[0], samples[-1]
     off = max(float(np.linalg.norm(b - a)) for a, b in zip(first.positions, last.positions, strict=True))
@@ -180,20 +187,12 @@ def _check_return(samples: list[_Sample], extent: float) -> None:
         raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
 
 
-def _wander(sample: _Sample, first: _Sample) -> float:
-    return max(float(np.linalg.norm(sample.anchor - first.anchor)), float(np.linalg.norm(sample.axis - first.axis)))
-
-
-def _differences(model: mujoco.MjModel, around: list[_Sample]) -> Array:
-    """Rates by central differences of a closed turn's states, whose last sample is its first again."""
-    count = len(around) - 1
+def _differences(model: mujoco.MjModel, states: Array, again: Array) -> Array:
+    """Rates (T, nv) by central differences of a closed turn's states (T, nq); `again` is the first a turn later."""
+    count = len(states)
+    # The last sample before the first one lies a turn further.
+    around = np.vstack([states[-1] - (again - states[0]), states, again])
     rates = np.empty((count, model.nv))
     for k in range(count):
-        before, after = around[k - 1 if k else count - 1], around[k + 1]
-        # The last sample before the first one lies a turn further.
-        width = 2.0 * 2.0 * np.pi / count
-        back = before.state.copy()
-        if not k:
-            back[:] = around[count - 1].state - (around[count].state - around[0].state)
-        mujoco.mj_differentiatePos(model, rates[k], width, back, after.state)
+        mujoco.mj_differentiatePos(model, rates[k], 4.0 * np.pi / count, around[k], around[k + 2])
     return rates

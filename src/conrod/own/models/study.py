@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from conrod.exact.reference import ExactReference, GenericReference
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
+from conrod.own.models.model_facts import ModelFacts
 from conrod.own.models.references import other_branches
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
-from conrod.own.models.runs import JudgedRun, Reference, difference, judged
+from conrod.own.models.runs import Comparable, JudgedRun, difference, judged
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
@@ -36,10 +36,11 @@ class ModelStudy:
     Attributes:
         file: as the user named it.
         scene_name, scene: the machine that it is to be.
+        model: its joints, closures and settings.
         tolerance: asked for, by quantity; None for the default of kinematic mode alone.
         runs: dynamic mode by label; empty where the model is too far off the machine.
         refused: presets that were not run, with the reason.
-        drive_share: what the drive changes by the solver's tolerance, by quantity; None where it was not told.
+        drive_share: change of the errors by the drive through the solver's tolerance, by quantity; None where unknown.
         points: that the runs are compared at.
     """
 
@@ -47,7 +48,7 @@ class ModelStudy:
     scene_name: str
     scene: Scene
     question: Question
-    scan: Scan
+    model: ModelFacts
     identity: Identity
     tolerance: Mapping[str, float] | None
     revolutions: float
@@ -88,7 +89,7 @@ class ModelStudy:
     def passed(self) -> bool:
         """Whether it is the machine, may turn, and its own settings carry it through the run as asked for."""
         own = self.own
-        if not self.is_machine or self.scan.stops or own is None:
+        if not self.is_machine or self.model.stops or own is None:
             return False
         return own.outcome is Outcome.COMPLETED and not self.exceeded()
 
@@ -112,46 +113,47 @@ def study(
         run: drives the model.
 
     Raises:
-        InvalidInput: its plane of motion or its frame cannot be told, or its runs cannot be made.
+        InvalidInput: its plane of motion or its frame cannot be determined, or its runs cannot be made.
     """
     name, machine = scene
-    identity = identify(machine, scan, given)
+    identity, moving = identify(machine, scan, given)
     points = _points(identity)
-    found = ModelStudy(file, name, machine, question, scan, identity, tolerance, revolutions, {}, {}, None, points)
+    found = ModelStudy(
+        file, name, machine, question, scan.facts, identity, tolerance, revolutions, {}, {}, None, points
+    )
     if identity.left > COMPARABLE:
         return found
     orders, refused = _orders(machine, scan, engine)
-    driven = dict(
-        zip(
-            orders, run(_drive(identity, machine, scan, revolutions, most_samples), tuple(orders.values())), strict=True
-        )
-    )
-    to = _reference(identity, machine)
-    runs = {label: judged(label, one, identity.frame, points, scan, to) for label, one in driven.items()}
+    made = run(_drive(identity, machine, scan, revolutions, most_samples), tuple(orders))
+    driven = {order.label: one for order, one in zip(orders, made, strict=True)}
+    others = other_branches(machine) if isinstance(moving, Scene) else (machine,)
+    to = Comparable(moving, machine.speed, others, identity.frame, points, scan.facts.touching is not None)
+    runs = {label: judged(label, one, to) for label, one in driven.items()}
     share = None
     if EXACT_SOLVER in runs and all(runs[label].errors is not None for label in (OWN, EXACT_SOLVER)):
-        share = difference(driven[OWN], driven[EXACT_SOLVER], identity.frame, points, to)
+        share = difference(driven[OWN], driven[EXACT_SOLVER], to)
     return replace(found, runs=runs, refused=refused, drive_share=share)
 
 
 def _points(identity: Identity) -> tuple[str, ...]:
     """Points that are where they should be on their links; all, where none is."""
-    every = tuple(identity.off_by)
-    wrong = {m.point for m in identity.closest.misplaced} if identity.explanations and identity.closest else set()
-    return tuple(p for p in every if p not in wrong) or every
+    misplaced = identity.explanations[0].misplaced if identity.explanations else ()
+    wrong = {one.point for one in misplaced}
+    return tuple(point for point in identity.off_by if point not in wrong) or tuple(identity.off_by)
 
 
-def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[dict[str, Order], dict[str, str]]:
+def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[list[Order], dict[str, str]]:
     """The model as it is, the same with an exact solver, and with the settings of each preset at its own step."""
-    steps = max(2, round(scene.period / scan.settings.timestep))
-    orders, refused = {OWN: Order(OWN)}, dict[str, str]()
-    if scan.settings.tolerance != 0.0:
-        orders[EXACT_SOLVER] = Order(EXACT_SOLVER, tolerance=0.0)
+    own = scan.facts.settings
+    steps = max(2, round(scene.period / own.timestep))
+    orders, refused = [Order(OWN)], dict[str, str]()
+    if own.tolerance != 0.0:
+        orders.append(Order(EXACT_SOLVER, tolerance=0.0))
     for preset in PRESETS:
         settings = engine.presets[preset](scene, steps)
         reason = engine.refusal(scene, settings)
         if reason is None:
-            orders[preset] = Order(preset, settings)
+            orders.append(Order(preset, settings))
         else:
             refused[preset] = reason
     return orders, refused
@@ -162,15 +164,4 @@ def _drive(identity: Identity, scene: Scene, scan: Scan, revolutions: float, mos
     frame, first = identity.frame, float(scan.coordinate[0])
     start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
     near = int(np.argmin(np.abs(scan.coordinate - start)))
-    rate = frame.sense * scene.speed
-    return Drive(rate, start, scan.states[near], revolutions, RIPPLE, most_samples)
-
-
-def _reference(identity: Identity, scene: Scene) -> Reference:
-    """The machine that the model is, with the lengths that were found, on its branch."""
-    contacts = scene.kinematics.mechanism.cam_contacts
-    ruler: ExactReference = identity.scene
-    others = other_branches(scene)
-    if identity.reference is not None:
-        ruler, others = GenericReference(identity.reference.mechanism, scene.speed), (scene.kinematics,)
-    return Reference(ruler, scene.speed, scene.kinematics.size, contacts[0].roller_radius if contacts else None, others)
+    return Drive(frame.sense * scene.speed, start, scan.states[near], revolutions, RIPPLE, most_samples)

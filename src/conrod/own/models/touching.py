@@ -11,7 +11,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly
 from conrod.own.models.loading import element_id, name_or_number
-from conrod.own.models.request import Touching
+from conrod.own.models.model_facts import Touching
 
 # Of the model's extent: how far the distance of two geoms is looked for, how far a follower is nudged to see it
 # change (the single precision of meshes makes it rough below), and what is no distance.

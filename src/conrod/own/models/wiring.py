@@ -1,4 +1,4 @@
-"""What a model consists of, and whether it has the freedom of the machine that it is to be."""
+"""Joints and closures of a model, and whether it has the freedom of the machine that it is to be."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from conrod.engines.mujoco.mobility import mobility
 from conrod.errors import InvalidInput
 from conrod.own.models.assembly import Assembly
 from conrod.own.models.loading import listed, name_or_number
+from conrod.own.models.model_facts import Wiring
 from conrod.own.models.points import JOINT_KINDS
-from conrod.own.models.request import Question, Wiring
+from conrod.own.models.request import Question
 
 # A joint that takes less than this share of a free direction does not move in it.
 MOVES = 1e-6
@@ -31,17 +32,17 @@ def check_freedom(assembly: Assembly, question: Question) -> None:
     count = mobility(assembly.model, assembly.data)
     if question.mobility <= count.freedom <= question.mobility + question.contacts:
         return
-    told = f"its mobility is {count.freedom} ({count.coordinates} degrees of freedom of its joints, of which its "
-    told += f"closures take {count.rank})"
-    wanted = f"that of the machine is {question.mobility}"
+    found = f"its mobility is {count.freedom} ({count.coordinates} degrees of freedom of its joints, of which its "
+    found += f"closures take {count.rank})"
+    required = f"that of the machine is {question.mobility}"
     if question.contacts:
-        wanted += f", or {question.mobility + question.contacts} where it is closed by contact"
+        required += f", or {question.mobility + question.contacts} where it is closed by contact"
     if count.freedom < question.mobility:
-        raise InvalidInput(f"{told}, {wanted}: its closures hold the crank")
+        raise InvalidInput(f"{found}, {required}: its closures hold the crank")
     moving = np.abs(assembly.left_free()).max(axis=0) > MOVES
     joints = dict.fromkeys(int(assembly.model.dof_jntid[i]) for i in np.flatnonzero(moving))
     names = listed(name_or_number(assembly.model, "joint", joint) for joint in joints)
-    raise InvalidInput(f"{told}, {wanted}: with the crank held, {names} can still move; is a closure missing?")
+    raise InvalidInput(f"{found}, {required}: with the crank held, {names} can still move; is a closure missing?")
 
 
 def wiring(assembly: Assembly, ranks: Sequence[int]) -> Wiring:

@@ -15,7 +15,6 @@ from conrod.report.charts.styles import colour, preset_style
 from conrod.report.numbers import ROUNDING
 
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
-MOST_SPANS = 360  # of a curve: the largest error in each is drawn
 MARKERS = 10
 
 
@@ -75,10 +74,8 @@ def _errors(axes: Axes, study: ModelStudy, runs: list[JudgedRun], quantity: str)
 def _curve(run: JudgedRun, quantity: str) -> tuple[Array, Array]:
     """Crank angle [deg] and the largest error over all points, the largest in each span."""
     assert run.errors is not None
-    series = [getattr(errors, quantity) for errors in run.errors.values()]
-    error = np.max([one.error for one in series], axis=0)
-    spans = np.array_split(np.arange(len(error)), min(MOST_SPANS, len(error)))
-    peaks = np.array([error[span].max() for span in spans])
-    angles = np.degrees(np.array([series[0].angle[span[len(span) // 2]] for span in spans]))
+    curves = [errors[quantity] for errors in run.errors.values()]
+    peaks = np.max([one.largest for one in curves], axis=0)
+    angles = np.degrees(curves[0].at)
     turns = float(np.ptp(angles)) or 360.0
     return on_grid(angles - 360.0 * np.round(angles[0] / 360.0), turns), np.maximum(peaks, ROUNDING / 10.0)

@@ -7,22 +7,27 @@ The report on a user's model, rendered.
 
 from __future__ import annotations
 
-import json
+from importlib.metadata import version
 from pathlib import Path
 from urllib.parse import quote
 
 from conrod.own.models.model_files import as_outputs_must_not_be
-from conrod.own.models.serialise import KEYS, model_document
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.folder import check_own_folder, holds_document
+from conrod.report.saved import json_text, plain
 from conrod.report.tables import paragraphs, table
 from conrod.report.user_model import words
 from conrod.report.user_model import words as run_words
 from conrod.report.user_model.figure import model_figure
 from conrod.report.validation.pages import FIGURES
 from conrod.studies.frame.files import Batch, check_apart, file_to_write, folder_to_write, single
+from conrod.studies.validation.serialise import environment
+
+SCHEMA = 2
+# Of the results, by which a report is known.
+KEYS = {"schema", "scene_name", "model", "identity", "runs"}
 
 
 def page_file(file: str) -> str:
@@ -62,7 +67,9 @@ def outputs_of(file: str, out: str | None, document: str | None) -> tuple[Path |
 
 def results_text(study: ModelStudy) -> str:
     """The results as JSON."""
-    return json.dumps(model_document(study), indent=1, allow_nan=False) + "\n"
+    judged = {"is_machine": study.is_machine, "passed": study.passed}
+    head = {"schema": SCHEMA, "conrod": version("conrod"), "environment": environment()}
+    return json_text({**head, **judged, **plain(study)})
 
 
 def results_file(study: ModelStudy, target: Path) -> Batch:
@@ -92,13 +99,13 @@ def model_page(study: ModelStudy, command: str) -> str:
     Args:
         command: what reproduces it.
     """
-    scan = study.scan
+    model = study.model
     blocks = [
         f"# {Path(study.file).name}: is it {study.scene_name}?",
         f"**{words.verdict(study)}**",
-        f"Model `{scan.name}`, crank `{study.question.crank}`, "
+        f"Model `{model.name}`, crank `{study.question.crank}`, "
         + ", ".join(f"{place.point} = `{place}`" for place in study.question.places)
-        + f". Reproduced by `{command}`, with MuJoCo {scan.engine_version}. Results: "
+        + f". Reproduced by `{command}`, with MuJoCo {model.engine_version}. Results: "
         f"[{document_file(study.file)}]({quote(document_file(study.file))}).",
         METHOD,
         f"![Distance from the exact paths, and errors of the runs]({quote(figure_file(study.file))})",
@@ -108,7 +115,7 @@ def model_page(study: ModelStudy, command: str) -> str:
         f"Paths, held to {numbers.measured(study.kinematic_tolerance)} of the travel:\n\n" + _list(words.paths(study)),
         "## How accurate are its own settings?",
         f"As it is: {run_words.own_settings(study)}.",
-        _list(list(scan.remarks)),
+        _list(list(model.remarks)),
         _runs(study),
         _list(run_words.drive(study)),
         "## What this cannot see",

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 from conrod.own.models.frame import Frame
 from conrod.own.models.lengths import Explanation, Length, Misplaced
+from conrod.own.models.model_facts import Wiring
 from conrod.own.models.references import ALL_LENGTHS
-from conrod.own.models.request import Wiring
 from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.report import numbers
@@ -72,7 +72,7 @@ def drive(study: ModelStudy) -> list[str]:
 
 def own_settings(study: ModelStudy) -> str:
     """The settings that the model comes with."""
-    has = study.scan.settings
+    has = study.model.settings
     softness = ", ".join(f"{a:g} {b:g}" for a, b in has.closure_solref) or "none"
     impedance = ", ".join(f"{a:g} {b:g}" for a, b in has.closure_impedance) or "none"
     return (
@@ -84,7 +84,7 @@ def own_settings(study: ModelStudy) -> str:
 
 MM = 1e3
 TOLD_TOGETHER = 4
-# Lengths that leave more than this share of what the wanted ones leave explain nothing.
+# Lengths that leave more than this share of what the expected ones leave explain nothing.
 NEAREST = 0.05
 # Shares beyond this are told as factors: 99.9 % too short says little.
 FEW = 0.5
@@ -94,8 +94,8 @@ def verdict(study: ModelStudy) -> str:
     """The answer in a sentence."""
     if not study.is_machine:
         return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
-    if study.scan.stops:
-        return f"It is {study.scene_name}, but limits keep it from its turn: {'; '.join(study.scan.stops)}."
+    if study.model.stops:
+        return f"It is {study.scene_name}, but limits keep it from its turn: {'; '.join(study.model.stops)}."
     own = study.own
     if own is None or own.outcome.slug != "completed":
         how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
@@ -158,12 +158,12 @@ def degrees(angle: float) -> str:
 
 def wiring(study: ModelStudy) -> list[str]:
     """Joints, closures, freedom and what closes nothing."""
-    has, scan = study.scan.wiring, study.scan
+    has, model = study.model.wiring, study.model
     told = [f"{_counted(has)}; {_plural(has.loops, 'loop')}; the machine has {machine_joints(study.scene)}"]
     low, high = has.rank
     taken = f"{high}" if low == high else f"{low} to {high}, as it turns,"
-    free = has.coordinates - high - (1 if scan.touching else 0)
-    contact = f" and the contact of {' and '.join(scan.touching.geoms)} 1" if scan.touching else ""
+    free = has.coordinates - high - (1 if model.touching else 0)
+    contact = f" and the contact of {' and '.join(model.touching.geoms)} 1" if model.touching else ""
     told.append(
         f"mobility {free} along the whole turn: {has.coordinates} degrees of freedom, of which closures take {taken}"
         f"{contact}"
@@ -172,8 +172,8 @@ def wiring(study: ModelStudy) -> list[str]:
         told.append(f"redundant, they close nothing that the others do not: {', '.join(has.idle)}")
     if has.inactive:
         told.append(f"switched off: {', '.join(has.inactive)}")
-    if scan.gap > 1e-9:
-        told.append(f"{scan.open_closure} cannot close: {numbers.measured(scan.gap)} remain of it, in its own unit")
+    if model.gap > 1e-9:
+        told.append(f"{model.open_closure} cannot close: {numbers.measured(model.gap)} remain of it, in its own unit")
     return told
 
 
@@ -198,7 +198,7 @@ def machine_joints(scene: Scene) -> str:
 
 def other_kinds(study: ModelStudy) -> str:
     """Where the model has joints of other kinds than the machine: which; empty where they agree."""
-    has, wanted = study.scan.wiring, [type(joint).__name__ for joint in study.scene.mechanism().joints]
+    has, wanted = study.model.wiring, [type(joint).__name__ for joint in study.scene.mechanism().joints]
     pins = has.joints.get("hinge", 0) + has.closures.get("connect", 0)
     slides = has.joints.get("slide", 0)
     if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")) or has.idle:
@@ -216,7 +216,7 @@ def _plural(count: int, name: str) -> str:
 
 def paths(study: ModelStudy) -> list[str]:
     """How the points' paths compare with the exact ones, and what explains the difference."""
-    identity, shape = study.identity, study.scan.touching
+    identity, shape = study.identity, study.model.touching
     off = ", ".join(
         f"{name} {numbers.measured(size)} of its travel ({numbers.measured(MM * size * study.scene.lengths[name])} mm)"
         for name, size in identity.off_by.items()
@@ -231,12 +231,12 @@ def paths(study: ModelStudy) -> list[str]:
         told.append(f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm")
     if identity.other_branch:
         told.append(
-            "it is on the other assembly branch, its lengths as they are wanted; where it is to be seen from the other "
+            "it is on the other assembly branch, its lengths as expected; where it is to be seen from the other "
             "side of its plane, --plane says so"
         )
     told += _explained(study)
     for group in identity.indistinct:
-        told.append(f"these points cannot tell apart: {', '.join(group)}")
+        told.append(f"these points cannot distinguish: {', '.join(group)}")
     missing = [p.name for p in study.scene.mechanism().observed if p.name not in identity.off_by]
     if missing:
         told.append(f"not given, so not judged: {', '.join(missing)}")
@@ -249,9 +249,9 @@ def _explained(study: ModelStudy) -> list[str]:
         told = [f"{explanation(e)}; that leaves {numbers.measured(e.left)}" for e in identity.explanations]
         if len(told) == 1:
             return told
-        return [f"{len(told)} explanations leave nothing; the paths cannot tell them apart", *told[:TOLD_TOGETHER]]
+        return [f"{len(told)} explanations leave nothing; the paths cannot distinguish them", *told[:TOLD_TOGETHER]]
     if identity.closest is None:
-        return [] if identity.other_branch else ["all lengths are as they are wanted"]
+        return [] if identity.other_branch else ["all lengths are as expected"]
     told = [f"no lengths explain it: what comes nearest leaves {numbers.measured(identity.closest.left)} of the travel"]
     if identity.closest.left < NEAREST * identity.largest:
         told.append(f"nearest: {explanation(identity.closest)}")
@@ -265,18 +265,18 @@ def explanation(found: Explanation) -> str:
 
 
 def length(one: Length) -> str:
-    """'rod is 0.01 % too long: 325.0325 mm, wanted 325 mm'."""
+    """'rod is 0.01 % too long: 325.0325 mm instead of 325 mm'."""
     excess = one.excess
     if excess is None:
-        return f"{one.name} is {MM * one.found:.6g} mm, wanted 0 mm"
+        return f"{one.name} is {MM * one.found:.6g} mm instead of 0 mm"
     way = "long" if excess > 0.0 else "short"
     share = f"{numbers.rounded(100.0 * abs(excess), 2):g} % too {way}"
     if one.name == ALL_LENGTHS:
         return (
-            f"all lengths are {share}" if abs(excess) < FEW else f"all lengths are {one.found:.4g} times those wanted"
+            f"all lengths are {share}" if abs(excess) < FEW else f"all lengths are {one.found:.4g} times those expected"
         )
     digits = max(6, 2 - math.floor(math.log10(abs(excess) or 1.0)) + 1)
-    return f"{one.name} is {share}: {MM * one.found:.{min(digits, 15)}g} mm, wanted {MM * one.wanted:.6g} mm"
+    return f"{one.name} is {share}: {MM * one.found:.{min(digits, 15)}g} mm instead of {MM * one.expected:.6g} mm"
 
 
 def misplaced(one: Misplaced) -> str:
