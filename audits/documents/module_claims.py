@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from audits.documents.module_linkages import SixBar
+from audits.pin_instant import size, turned
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.own.printed.judging import Kind, Verdict
-from audits.pin_instant import size, turned
 from conrod.scenes.catalogue import catalogue_scene
 
 TWO_SLIDERS = "two-slider-linkage"  # Example 4.10 in the catalogue

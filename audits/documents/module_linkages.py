@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from audits.pin_instant import PinInstant, Vectors, size, turned
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Prismatic, Revolute
-from audits.pin_instant import PinInstant, Vectors, size, turned
 from conrod.scenes.catalogue import catalogue_scene
 
 SIX_BAR = "six-bar"  # in the catalogue
