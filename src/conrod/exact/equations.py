@@ -1,7 +1,4 @@
-"""All equations of a mechanism together, its joints' and its driver's, in the stacked poses of its bodies.
-
-Whether the wheels of rolling pairs are held where they touch.
-"""
+"""All equations of a mechanism together, its joints' and its driver's, in the stacked poses of its bodies."""
 
 from __future__ import annotations
 

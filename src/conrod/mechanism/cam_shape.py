@@ -1,4 +1,4 @@
-"""Whether a cam that is made from a motion law can be: with its roller, and as a convex shape."""
+"""Limits of a cam that is made from a motion law: undercutting by its roller, and concave parts."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Quantities as people write them: "80mm", "500rpm", "12.5" (SI).
-
-Checks that a number is one, and within its range.
-"""
+"""Quantities as people write them ("80mm", "500rpm", "12.5" in SI), and checks of numbers and their ranges."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Bodies of a file: points, mass, inertia and centre of gravity.
-
-How bodies and joints hang together: the order in which they are taken, whatever the order of the file.
-"""
+"""Bodies of a file, and the order in which bodies and joints are taken, whatever their order in the file."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Cam profiles of a file: one of a named shape, arc by arc, or from a motion law.
-
-The profile of a file's cam that is made from a motion law.
-"""
+"""Cam profiles of a file: one of a named shape, arc by arc, or from a motion law."""
 
 from __future__ import annotations
 
@@ -16,9 +13,15 @@ from conrod.mechanism.files.fields import Fields
 from conrod.mechanism.files.numbers import ANGLE, COORDINATE, LENGTH, Measure, shown
 from conrod.mechanism.motion_laws import DWELL, LAWS
 
-MOST_ARCS = 2000
+MOST_ARCS, MOST_SEGMENTS = 2000, 100
 # Of the largest radius: what written digits may leave between the end of an arc and the start of the next.
 JOINED = 1e-6
+# What they may leave of a turn, and of the largest lift.
+CLOSED = 1e-6
+# A motion is sampled every half degree where its joints are looked for.
+SHORTEST = math.radians(1.0)
+OVER = Measure("rad", SHORTEST, TURN)
+SENSES = {"counter-clockwise": 1, "clockwise": -1}
 
 
 def read_profile(fields: Fields, roller_radius: float) -> Profile:
@@ -37,7 +40,7 @@ def read_profile(fields: Fields, roller_radius: float) -> Profile:
         case "arcs":
             profile = _arcs(fields)
         case _:
-            profile = read_law(fields, roller_radius)
+            profile = _law(fields, roller_radius)
     fields.end()
     return profile
 
@@ -101,21 +104,8 @@ def _point(arc: Arc, normal: float) -> tuple[float, float]:
     return (arc.centre[0] + arc.radius * math.cos(normal), arc.centre[1] + arc.radius * math.sin(normal))
 
 
-MOST_SEGMENTS = 100
-SENSES = {"counter-clockwise": 1, "clockwise": -1}
-# A motion is sampled every half degree where its joints are looked for.
-SHORTEST = math.radians(1.0)
-OVER = Measure("rad", SHORTEST, TURN)
-# What written digits may leave: of a turn, and of the largest lift.
-CLOSED = 1e-6
-
-
-def read_law(fields: Fields, roller_radius: float) -> LawProfile:
-    """The profile of a law, for a roller [m].
-
-    Raises:
-        InvalidInput: the segments do not close, or the roller would cut into the cam.
-    """
+def _law(fields: Fields, roller_radius: float) -> LawProfile:
+    """The profile of a law, for a roller [m]; refused where the roller would cut into the cam."""
     base = fields.number("base_radius", LENGTH, "base radius of the cam")
     offset = fields.number("offset", COORDINATE, "offset of the follower's line from the shaft, to the left of it", 0.0)
     begin = fields.number("begin", ANGLE, "direction in the cam's frame where its first segment begins", 0.0)

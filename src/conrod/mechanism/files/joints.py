@@ -1,7 +1,4 @@
-"""Joints of a file.
-
-The driver of a file: which joint, which way, how fast, and whether it turns or makes one pass.
-"""
+"""Joints of a file, and its driver: which joint, which way, how fast, and whether it turns or makes one pass."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ from conrod.mechanism.files.cams import read_profile
 from conrod.mechanism.files.fields import Fields
 from conrod.mechanism.files.numbers import ANGLE, COORDINATE, LENGTH, SHOWN, SPEED, shown
 from conrod.mechanism.files.places import ORIGIN, Place, Places, check_apart
-from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Revolute
 from conrod.mechanism.rolling import Rack, Rolling
 
 MOST_JOINTS = 200
@@ -117,11 +114,7 @@ def _line(fields: Fields, name: str, places: Places) -> tuple[Place, float]:
     start, stop = (places.found(f"{fields.at(name)}[{k}]", some) for k, some in enumerate(given))
     if start.body != stop.body or math.dist(start.point, stop.point) < LENGTH.lowest:
         raise InvalidInput(f"{fields.at(name)}: two different points of one body are wanted")
-    return start, _direction(start.point, stop.point)
-
-
-def _direction(start: Point, stop: Point) -> float:
-    return math.atan2(stop[1] - start[1], stop[0] - start[0])
+    return start, math.atan2(stop.point[1] - start.point[1], stop.point[0] - start.point[0])
 
 
 def _gear(fields: Fields, name: str, places: Places) -> Rolling:
@@ -136,7 +129,7 @@ def _gear(fields: Fields, name: str, places: Places) -> Rolling:
     if "ring" in fields:
         ring = fields.choice("ring", (first.body, second.body))
         signed[(first.body, second.body).index(ring)] *= -1.0
-    return _rolling_pair(fields, name, first, second, signed[0], signed[1])
+    return Rolling(name, first.body, second.body, first.point, second.point, signed[0], signed[1], _offset(fields))
 
 
 def _rolling(fields: Fields, name: str, places: Places) -> Rolling:
@@ -145,11 +138,7 @@ def _rolling(fields: Fields, name: str, places: Places) -> Rolling:
     radius = fields.number("radius", LENGTH, f"radius of {wheel.body}")
     track_radius = fields.number("track_radius", LENGTH, f"radius of the track on {track.body}")
     sign = -1.0 if fields.choice("shape", ("convex", "concave"), "convex") == "concave" else 1.0
-    return _rolling_pair(fields, name, wheel, track, radius, sign * track_radius)
-
-
-def _rolling_pair(fields: Fields, name: str, a: Place, b: Place, radius_a: float, radius_b: float) -> Rolling:
-    return Rolling(name, a.body, b.body, a.point, b.point, radius_a, radius_b, _offset(fields))
+    return Rolling(name, wheel.body, track.body, wheel.point, track.point, radius, sign * track_radius, _offset(fields))
 
 
 def _offset(fields: Fields) -> float:

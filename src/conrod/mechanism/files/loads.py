@@ -68,10 +68,7 @@ def _tables(fields: Fields, kind: str) -> list[tuple[Fields, str]]:
 
 def _made(table: Fields, along: Coordinate, law: Law) -> Load:
     table.end()
-    try:
-        return Load(table.place, along, law)
-    except InvalidInput as error:
-        raise InvalidInput(str(error)) from None
+    return Load(table.place, along, law)
 
 
 def _constant(table: Fields, bodies: tuple[str, ...]) -> ConstantForce:
