@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import mujoco
 import numpy as np
@@ -18,13 +19,16 @@ from conrod.own.models.loading import name_or_number
 LEAST_IMPEDANCE, MOST_IMPEDANCE = 1e-4, 0.9999
 
 
+Holder = Literal["body", "dof", "tendon"]
+
+
 @dataclass(frozen=True)
 class Closure:
     """One equality constraint that can be hardened.
 
     Attributes:
         index: of the equality.
-        bodies, dofs, tendons: whose inverse weights its regularisation is taken from.
+        holder, ends: whose inverse weights its regularisation is taken from, by index.
         curved: MuJoCo's acceleration of it lacks the part of the velocity: it opens with the square of its time
             constant, hardened or not.
     """
@@ -32,9 +36,8 @@ class Closure:
     index: int
     name: str
     kind: str
-    bodies: tuple[int, ...] = ()
-    dofs: tuple[int, ...] = ()
-    tendons: tuple[int, ...] = ()
+    holder: Holder
+    ends: tuple[int, ...]
     curved: bool = False
 
 
@@ -51,12 +54,12 @@ def closure(model: mujoco.MjModel, index: int) -> Closure:
     """An equality as a closure."""
     name, kind = name_or_number(model, "equality", index), kind_of(model, index)
     if ties_bodies(model, index):
-        return Closure(index, name, kind, bodies=bodies_of(model, index))
+        return Closure(index, name, kind, "body", bodies_of(model, index))
     ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
     bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
     if kind == "joint":
-        return Closure(index, name, kind, dofs=tuple(int(model.jnt_dofadr[joint]) for joint in ends), curved=bent)
-    return Closure(index, name, kind, tendons=ends, curved=bent or any(not is_fixed(model, end) for end in ends))
+        return Closure(index, name, kind, "dof", tuple(int(model.jnt_dofadr[joint]) for joint in ends), bent)
+    return Closure(index, name, kind, "tendon", ends, bent or any(not is_fixed(model, end) for end in ends))
 
 
 def called(model: mujoco.MjModel, sort: str, index: int) -> str:
@@ -140,8 +143,8 @@ def _unit(model: mujoco.MjModel, one: Closure) -> str:
         return "m"
     if one.kind == "joint":
         joint = int(model.eq_obj1id[one.index])
-    elif is_fixed(model, one.tendons[0]):
-        joint = int(model.wrap_objid[model.tendon_adr[one.tendons[0]]])
+    elif is_fixed(model, one.ends[0]):
+        joint = int(model.wrap_objid[model.tendon_adr[one.ends[0]]])
     else:
         return "m"
     return "rad" if mujoco.mjtJoint(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE else "m"

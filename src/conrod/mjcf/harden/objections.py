@@ -46,7 +46,7 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
     """Closures that seem to be meant to give way."""
     given, softer, dragged = list[str](), list[str](), list[str]()
     for one in closures:
-        if any(model.body_mocapid[body] >= 0 for body in one.bodies):
+        if one.holder == "body" and any(model.body_mocapid[body] >= 0 for body in one.ends):
             dragged.append(one.name)
         elif model.eq_solref[one.index, 0] <= 0.0:
             given.append(one.name)
@@ -83,7 +83,7 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
 
 def touching_scaled(model: mujoco.MjModel, weights: Weights) -> tuple[str, ...]:
     """Geoms that can collide and joint limits whose own weights are scaled."""
-    joints = sorted({int(model.dof_jntid[dof]) for dof in weights.dofs})
+    joints = sorted({int(model.dof_jntid[dof]) for dof in weights.indices["dof"]})
     limits = [joint for joint in joints if model.jnt_limited[joint]]
     return (
         *(called(model, "geom", geom) for geom in _colliding(model, weights)),
@@ -98,7 +98,9 @@ def _colliding(model: mujoco.MjModel, weights: Weights) -> list[int]:
     able = [
         geom in paired or bool(model.geom_contype[geom] or model.geom_conaffinity[geom]) for geom in range(model.ngeom)
     ]
-    return [geom for geom in range(model.ngeom) if able[geom] and int(model.geom_bodyid[geom]) in weights.bodies]
+    return [
+        geom for geom in range(model.ngeom) if able[geom] and int(model.geom_bodyid[geom]) in weights.indices["body"]
+    ]
 
 
 def _with_friction(model: mujoco.MjModel, weights: Weights) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.mjcf.harden.closures import Closure, called, impedance
+from conrod.mjcf.harden.closures import Closure, Holder, called, impedance
 from conrod.mjcf.harden.results import Request
 from conrod.own.models.loading import listed
 
@@ -26,35 +26,38 @@ INTEGRATORS = ("RK4", "keep")
 
 @dataclass(frozen=True)
 class Weights:
-    """Inverse weights that are scaled: indices into `body_invweight0`, `dof_invweight0`, `tendon_invweight0`."""
+    """Inverse weights that are scaled: indices by whose they are, of a body, a degree of freedom or a tendon."""
 
-    bodies: tuple[int, ...]
-    dofs: tuple[int, ...]
-    tendons: tuple[int, ...]
+    indices: Mapping[Holder, tuple[int, ...]]
 
     @classmethod
     def of(cls, closures: Sequence[Closure]) -> Weights:
-        """Those of closures; the world has none to scale."""
-        return cls(
-            tuple(sorted({body for one in closures for body in one.bodies} - {0})),
-            tuple(sorted({dof for one in closures for dof in one.dofs})),
-            tuple(sorted({tendon for one in closures for tendon in one.tendons})),
-        )
+        """Those of closures; the world, body 0, has none to scale."""
+        ends: dict[Holder, set[int]] = {"body": set(), "dof": set(), "tendon": set()}
+        for one in closures:
+            ends[one.holder].update(one.ends)
+        ends["body"].discard(0)
+        return cls({holder: tuple(sorted(found)) for holder, found in ends.items()})
 
     def values(self, model: mujoco.MjModel) -> Array:
-        """What they are in a model, in a row."""
-        parts = (
-            model.body_invweight0[list(self.bodies)],
-            model.dof_invweight0[list(self.dofs)],
-            model.tendon_invweight0[list(self.tendons)],
-        )
-        return np.concatenate([np.ravel(part) for part in parts])
+        """Weights of a model, in a row."""
+        arrays = (getattr(model, f"{holder}_invweight0")[list(chosen)] for holder, chosen in self.indices.items())
+        return np.concatenate([np.ravel(array) for array in arrays])
 
     def scale(self, model: mujoco.MjModel, factor: float) -> None:
         """Multiply them, in place."""
-        model.body_invweight0[list(self.bodies)] *= factor
-        model.dof_invweight0[list(self.dofs)] *= factor
-        model.tendon_invweight0[list(self.tendons)] *= factor
+        for holder, chosen in self.indices.items():
+            getattr(model, f"{holder}_invweight0")[list(chosen)] *= factor
+
+    def names(self, model: mujoco.MjModel) -> tuple[str, ...]:
+        """Names of what they belong to; of a degree of freedom that of its joint."""
+        return tuple(name for holder in self.indices for name in self.names_of(model, holder))
+
+    def names_of(self, model: mujoco.MjModel, holder: Holder) -> tuple[str, ...]:
+        """Names of the bodies, joints or tendons among them."""
+        if holder == "dof":
+            return tuple(called(model, "joint", int(model.dof_jntid[dof])) for dof in self.indices[holder])
+        return tuple(called(model, holder, index) for index in self.indices[holder])
 
 
 @dataclass(frozen=True)
@@ -123,8 +126,6 @@ def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: s
 
 # -- as Python -------------------------------------------------------------------------------------------------------
 
-FIELDS = (("bodies", "body_invweight0"), ("dofs", "dof_invweight0"), ("tendons", "tendon_invweight0"))
-
 
 def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
     """The same edit, ready to paste; with the whole path of the file it gives the same model wherever it is run."""
@@ -135,16 +136,14 @@ def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
         f"model = mujoco.MjModel.{reader}({str(path)!r})",
         "# after mj_setConst, which makes these anew: again",
     ]
-    nothing = Weights((), (), ())
-    for attribute, field in FIELDS:
-        indices = getattr(recipe.weights, attribute)
+    for holder, indices in recipe.weights.indices.items():
         if indices:
-            names = scaled_names(model, replace(nothing, **{attribute: indices}))
-            lines.append(f"model.{field}[{list(indices)}] *= {recipe.factor!r}  # {_on_one_line(names)}")
+            names = _on_one_line(recipe.weights.names_of(model, holder))
+            lines.append(f"model.{holder}_invweight0[{list(indices)}] *= {recipe.factor!r}  # {names}")
     for constant in dict.fromkeys(constant for _, constant in recipe.time_constants):
-        indices = [index for index, value in recipe.time_constants if value == constant]
-        names = tuple(called(model, "equality", index) for index in indices)
-        lines.append(f"model.eq_solref[{indices}, 0] = {constant!r}  # {_on_one_line(names)}")
+        slowed = [index for index, value in recipe.time_constants if value == constant]
+        names = _on_one_line(tuple(called(model, "equality", index) for index in slowed))
+        lines.append(f"model.eq_solref[{slowed}, 0] = {constant!r}  # {names}")
     if recipe.integrator:
         lines.append(f"model.opt.integrator = mujoco.mjtIntegrator.mjINT_{recipe.integrator}")
     if recipe.newton:
@@ -155,13 +154,3 @@ def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
 def _on_one_line(names: tuple[str, ...]) -> str:
     """Names as a comment: a line break in one would end it."""
     return " ".join(listed(names).split())
-
-
-def scaled_names(model: mujoco.MjModel, weights: Weights) -> tuple[str, ...]:
-    """What the scaled weights belong to."""
-    joints = [int(model.dof_jntid[dof]) for dof in weights.dofs]
-    return (
-        *(called(model, "body", body) for body in weights.bodies),
-        *(called(model, "joint", joint) for joint in joints),
-        *(called(model, "tendon", tendon) for tendon in weights.tendons),
-    )

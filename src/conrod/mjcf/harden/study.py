@@ -13,7 +13,7 @@ from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures, loops_of
 from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, edited, largest, measure, stands
 from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
-from conrod.mjcf.harden.recipe import Recipe, python_lines, recipe_for, scaled_names
+from conrod.mjcf.harden.recipe import Recipe, python_lines, recipe_for
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
 from conrod.mjcf.harden.runs import Pace, Start, start_of
 from conrod.own.models.loading import check_finite, keyframe_to_start_from, load_model
@@ -69,7 +69,7 @@ def _hardened(path: Path, request: Request) -> HardenedModel:
         start_closed=start.closed,
         loops=loops_of(model, closures),
         factor=recipe.factor,
-        scaled=scaled_names(model, recipe.weights),
+        scaled=recipe.weights.names(model),
         lines=python_lines(model, recipe, path.absolute()),
         touching_scaled=touching_scaled(model, recipe.weights),
         **{field.name: getattr(measured, field.name) for field in fields(measured)},
