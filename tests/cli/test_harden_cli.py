@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from conrod.cli import main
+from tests.support.command_line import conrod
 
 LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"
 WITH_A_MESH = (
@@ -20,19 +20,6 @@ WITH_A_MESH = (
 )
 ARM = '<mujoco><worldbody><body name="a"><joint/><geom size="0.1" pos="0.3 0 0"/></body></worldbody>{}</mujoco>'
 SOFT = ARM.format('<equality><connect name="belt" body1="a" anchor="0.3 0 0" solref="0.5 1"/></equality>')
-
-
-def harden(*arguments: str | Path) -> int:
-    """The command in this process; its exit status."""
-    before = sys.argv
-    sys.argv = ["conrod", "harden", *map(str, arguments)]
-    try:
-        main()
-    except SystemExit as end:
-        return int(str(end.code))
-    finally:
-        sys.argv = before
-    return 0
 
 
 @pytest.fixture
@@ -53,12 +40,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_not_touched(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(folder)
     before = Path("legged.xml").stat()
     # A time constant of its own, so that all kinds of lines are there.
-    arguments = (
+    arguments = [
         "--keyframe",
         "swing",
         "--seconds",
@@ -69,9 +56,10 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
         "hard.mjb",
         "--json",
         "hard.json",
-    )
-    assert harden("legged.xml", *arguments) == 0
-    out = capsys.readouterr().out
+    ]
+    done = conrod("harden", "legged.xml", *arguments)
+    assert done.returncode == 0
+    out = done.stdout
     lines = out.split("in Python:\n", 1)[1].split("note:", 1)[0]
     for field in ("body_invweight0", "dof_invweight0", "eq_solref", "integrator"):
         assert field in lines
@@ -115,33 +103,31 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
     ],
     ids=["no loop", "soft"],
 )
-def test_what_should_not_be_hardened_is_not_written(
-    text: str, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_should_not_be_hardened_is_not_written(text: str, why: str, tmp_path: Path) -> None:
     (tmp_path / "model.xml").write_text(text)
-    assert harden(tmp_path / "model.xml", "-o", tmp_path / "hard.mjb", "--seconds", "0.1") == 1
-    assert f"not hardened: {why}" in capsys.readouterr().out
+    done = conrod("harden", "model.xml", "-o", "hard.mjb", "--seconds", "0.1", cwd=tmp_path)
+    assert done.returncode == 1
+    assert f"not hardened: {why}" in done.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["model.xml"]
 
 
 @pytest.mark.usefixtures("at_once")
-def test_a_hardened_model_is_not_hardened_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_hardened_model_is_not_hardened_again(tmp_path: Path) -> None:
     model = mujoco.MjModel.from_xml_path(str(LEGGED))
     model.body_invweight0[:] *= 1e-8
     model.dof_invweight0[:] *= 1e-8
     mujoco.mj_saveModel(model, str(tmp_path / "hard.mjb"), None)
-    assert harden(tmp_path / "hard.mjb") == 1
-    assert "hardened already" in capsys.readouterr().out
+    done = conrod("harden", str(tmp_path / "hard.mjb"))
+    assert done.returncode == 1
+    assert "hardened already" in done.stdout
 
 
-def test_a_file_that_is_no_model_is_told_though_it_is_looked_at_in_another_process(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_is_no_model_is_told_though_it_is_looked_at_in_another_process(tmp_path: Path) -> None:
     (tmp_path / "rubbish.mjb").write_text("rubbish" * 1000)
-    assert harden(tmp_path / "rubbish.mjb") == 2
-    error = capfd.readouterr().err
-    assert error.count("\n") == 1
-    assert "rubbish.mjb: MuJoCo cannot load it" in error
+    done = conrod("harden", "rubbish.mjb", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "rubbish.mjb: MuJoCo cannot load it" in done.stderr
 
 
 def linked(folder: Path) -> None:
@@ -160,6 +146,7 @@ def linked(folder: Path) -> None:
         (("model.xml", "--keyframe", "swung"), "did you mean 'swing'?"),
         (("model.xml", "--seconds", "nan"), "--seconds nan"),
         (("model.xml", "--seconds", "1e9"), "out of range"),
+        (("model.xml", "--seconds", "0.001"), "out of range"),
         (("model.xml", "--solref", "soft"), "--solref 'soft'"),
         (("model.xml", "--solref", "-1"), "--solref '-1'"),
         (("model.xml", "--integrator", "rk4"), "choose from RK4, keep"),
@@ -178,11 +165,7 @@ def linked(folder: Path) -> None:
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
 def test_bad_input_is_told_in_one_line_and_nothing_is_written(
-    arguments: tuple[str, ...],
-    says: str,
-    tmp_path: Path,
-    capfd: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     files = {
@@ -195,9 +178,9 @@ def test_bad_input_is_told_in_one_line_and_nothing_is_written(
     for name, text in files.items():
         Path(name).write_text(text)
     linked(tmp_path)
-    assert harden(*arguments) == 2
-    error = capfd.readouterr().err
-    assert error.count("\n") == 1
-    assert says in error
+    done = conrod("harden", *arguments)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert says in done.stderr
     assert {path.name: path.read_text() for path in tmp_path.iterdir() if not path.is_symlink()} == files
     assert sorted(path.name for path in tmp_path.iterdir() if path.is_symlink()) == ["link.mjb", "there"]
