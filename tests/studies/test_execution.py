@@ -322,11 +322,7 @@ from pathlib import Path
 from typing import Any
 sys.path.insert(0, {tests!r})
 import cell_tasks
-<<<<<<< HEAD
-from conrod.studies.execution.dispatch import run_cells
-=======
 from conrod.studies.execution.dispatch import run_cases
->>>>>>> 129a721 (Cases perform themselves; studies are pursued in the frame; plain data by msgspec)
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
 
