@@ -31,13 +31,14 @@ from conrod.scenes.catalogue import (
 )
 from conrod.scenes.catalogue.chain import CHAIN
 from conrod.scenes.catalogue.page import page
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.execution.validation import run_jobs
+from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
-from conrod.studies.validation.job import Job, jobs_of
 from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import Result, SceneStudy
+from conrod.studies.validation.study import ValidationCase, validation_cases
 from tests.support.command_line import conrod
 
 NAMES = catalogue_names()
@@ -133,9 +134,9 @@ def test_the_wheel_has_the_files(tmp_path: Path) -> None:
 
 
 def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:
-    for job in jobs_of({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan):
-        result = job.run()
-        assert result.passed is not False, (job.label, result.reason, result.exceeded())
+    for case in validation_cases({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan):
+        result = case.run()
+        assert result.passed is not False, (name, engine, case.preset, result.reason, result.exceeded())
         assert result.outcome != "unsupported" or result.reason
 
 
@@ -188,9 +189,9 @@ def test_a_model_with_a_wrong_length_is_found_out(engine: str) -> None:
 # -- many at a time --------------------------------------------------------------------------------------------------
 
 
-def few_jobs(steps: int = 60) -> list[Job]:
+def few_cases(steps: int = 60) -> list[ValidationCase]:
     scenes: dict[str, Scene] = {name: catalogue_scene(name) for name in QUICK_MACHINES}
-    return jobs_of(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0))
+    return validation_cases(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0))
 
 
 def told(result: Result) -> str:
@@ -199,20 +200,19 @@ def told(result: Result) -> str:
         return repr(result)
 
 
-def test_results_do_not_depend_on_how_many_run_at_a_time() -> None:
-    jobs, seen = few_jobs(), list[str]()
-    with LocalProcesses(2) as two:
-        together = run_jobs(jobs, two, lambda job: seen.append(job.label))
-    alone = [job.run() for job in jobs]
-    assert [told(result) for result in together] == [told(result) for result in alone]
-    assert [(r.scene, r.preset) for r in together] == [(job.name, job.preset) for job in jobs]
-    assert sorted(seen) == sorted(job.label for job in jobs)
+def test_results_do_not_depend_on_how_many_run_at_a_time_nor_on_the_way_through_the_ledger(tmp_path: Path) -> None:
+    cases = few_cases()
+    with Ledger.open(tmp_path / "ledger") as ledger, LocalProcesses(2) as two:
+        kept = run_cases(cases, ledger, two)
+    alone = [case.run() for case in cases]
+    assert [told(case.result(kept[case.key])) for case in cases] == [told(result) for result in alone]
+    assert [(r.scene, r.preset) for r in alone] == [(case.name, case.preset) for case in cases]
     # Negative control: another number of steps is seen.
-    assert told(together[1]) != told(few_jobs(61)[1].run())
+    assert told(alone[1]) != told(few_cases(61)[1].run())
 
 
-class Fatal(Job):
-    """A job that kills its process."""
+class Fatal(ValidationCase):
+    """A case that kills its process."""
 
     def run(self) -> Result:
         import os
@@ -220,11 +220,14 @@ class Fatal(Job):
         os.abort()
 
 
-def test_a_job_that_kills_its_process_costs_itself_alone() -> None:
-    first, *others = few_jobs()
-    fatal = Fatal(first.name, first.scene, first.engine, "tuned", first.plan)
-    with LocalProcesses(1) as executor:
-        crashed, *rest = run_jobs([fatal, *others], executor, lambda job: None)
+def test_a_case_that_kills_its_process_costs_itself_alone(tmp_path: Path) -> None:
+    kinematic, tuned, *others = few_cases()
+    fatal = Fatal(tuned.name, tuned.scene, tuned.engine, tuned.preset, tuned.plan)
+    cases = [kinematic, fatal, *others]
+    with Ledger.open(tmp_path / "ledger") as ledger, LocalProcesses(1) as executor:
+        kept = run_cases(cases, ledger, executor)
+    crashed = fatal.result(kept[fatal.key])
+    rest = [case.result(kept[case.key]) for case in (kinematic, *others)]
     assert (crashed.outcome, crashed.passed, crashed.errors) == ("crashed", False, None)
     assert {result.outcome for result in rest} == {"completed"}
 
@@ -235,8 +238,9 @@ def test_a_job_that_kills_its_process_costs_itself_alone() -> None:
 @pytest.fixture(scope="module")
 def studied() -> SceneStudy:
     name = "swinging-four-bar"
-    jobs = jobs_of({name: catalogue_scene(name)}, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(200))
-    return SceneStudy(name, catalogue_scene(name), tuple(job.run() for job in jobs))
+    scenes = {name: catalogue_scene(name)}
+    cases = validation_cases(scenes, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(200))
+    return SceneStudy(name, scenes[name], tuple(case.run() for case in cases))
 
 
 def test_the_index_tells_what_is_allowed_and_what_an_engine_cannot_do(studied: SceneStudy, tmp_path: Path) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import os
 import subprocess
 import sys
+import tempfile
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,10 @@ from typing import Any
 import pytest
 
 from conrod.cli import main
+
+# What is run again and again by many tests is kept here: no test reads or writes the ledger of whoever runs them.
+_FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
+os.environ.setdefault("CONROD_LEDGER", str(Path(_FOLDER.name) / "ledger.sqlite"))
 
 
 def conrod(*arguments: str, cwd: Path | None = None, ledger: Path | None = None) -> subprocess.CompletedProcess[str]:

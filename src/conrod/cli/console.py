@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
-from typing import Any
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.markup import escape
 from rich.padding import Padding
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from conrod.engines import Engine, engine_names
+from conrod.engines import engine_names
 from conrod.errors import unknown_choice
 from conrod.report.numbers import SHOWN_UNITS
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.validation.prose import described
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
-from conrod.studies.execution.validation import run_jobs
 from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
-from conrod.studies.validation.job import jobs_of
-from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import Result, SceneStudy
 
 # Without a terminal there is no width to fit; tables then keep their columns whole.
@@ -38,26 +32,6 @@ def console(plain_width: int = PLAIN_WIDTH) -> Console:
     # A user's file or body may be called ":key:".
     out = Console(highlight=False, emoji=False)
     return out if out.is_terminal else Console(highlight=False, emoji=False, width=plain_width)
-
-
-# -- progress --------------------------------------------------------------------------------------------------------
-
-
-def run_with_progress(
-    scenes: Mapping[str, Scene],
-    engines: Sequence[Engine[Any]],
-    presets: Mapping[str, tuple[str, ...]],
-    plan: Plan,
-    executor: Executor,
-) -> list[SceneStudy]:
-    """Run everything, with a bar on standard error where that is a terminal."""
-    jobs = jobs_of(scenes, engines, presets, plan)
-    err = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        bar = progress.add_task("", total=len(jobs))
-        found = run_jobs(jobs, executor, lambda job: progress.update(bar, advance=1, description=job.label))
-    return [SceneStudy(name, scenes[name], tuple(r for r in found if r.scene == name)) for name in scenes]
 
 
 # -- verdicts --------------------------------------------------------------------------------------------------------

@@ -96,6 +96,21 @@ def check_unused(bundle: Any, subject: str) -> None:
 
 
 @dataclass(frozen=True)
+class RunOptions:
+    """How runs are made and where they are kept; None where nothing was given."""
+
+    ledger: str | None = None
+    fresh: bool = False
+    jobs: int | None = None
+    cluster: str | None = None
+    cell_timeout: float | None = None
+    cell_memory: str | None = None
+
+
+of_runs = bundled("how", RunOptions, RUNS)
+
+
+@dataclass(frozen=True)
 class MotionOptions:
     """What was given; None where nothing was."""
 

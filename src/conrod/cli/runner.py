@@ -8,10 +8,11 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar
 
 import click
 
+from conrod.cli.options import RunOptions
 from conrod.cli.progress import CostBar, ProgressBar, RoundsBar
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
@@ -19,24 +20,21 @@ from conrod.studies.execution.costs import time_cases
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.case import Case
+from conrod.studies.frame.files import check_apart
 from conrod.studies.frame.ledger import Ledger, default_path
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
+from conrod.studies.frame.study import Study, pursue
 from conrod.studies.frame.timing import Timing
 
+Found = TypeVar("Found")
 CELL_TIMEOUT = 600.0  # [s]
 
 
 @dataclass(frozen=True)
-class Options:
-    """How runs are made; None where nothing was asked for."""
+class Options(RunOptions):
+    """How runs are made, understood."""
 
-    ledger: str | None
-    fresh: bool
-    jobs: int | None
-    cluster: str | None
-    cell_timeout: float | None
-    cell_memory: str | None
     retime: bool = False
 
     def __post_init__(self) -> None:
@@ -69,6 +67,10 @@ class Options:
             from conrod.studies.execution.cluster import DaskCluster
 
             return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
+        return self.processes()
+
+    def processes(self) -> LocalProcesses:
+        """Processes of this machine."""
         jobs = available_cores() if self.jobs is None else self.jobs
         return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory)
 
@@ -89,9 +91,15 @@ class Runner:
 
     @classmethod
     @contextmanager
-    def of(cls, options: Options) -> Iterator[Self]:
-        """A runner on the ledger that the options name; an interrupt says how to go on."""
+    def of(cls, options: RunOptions, document: Path | None = None) -> Iterator[Self]:
+        """A runner on the ledger that the options name; an interrupt says how to go on.
+
+        Args:
+            document: file that is written when all is done, which the ledger must not be.
+        """
+        options = options if isinstance(options, Options) else Options(**vars(options))
         path = options.ledger_file
+        check_apart({"the ledger": path, **({"--json": document} if document else {})})
         with Ledger.open(path) as ledger:
             try:
                 yield cls(ledger, options)
@@ -118,6 +126,11 @@ class Runner:
                 return {cell.key: answered[cell.key] for cell in cells}
 
             yield answer
+
+    def pursue(self, study: Study[Found], description: str = "runs") -> Found:
+        """The findings of a study."""
+        with self.answering(description) as run:
+            return pursue([study], run)[0]
 
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
         """As `run`, one cell at a time on this machine, for cases that tell how long something takes."""

@@ -12,7 +12,7 @@ import click
 from conrod.cli import options
 from conrod.cli import options as exit_status
 from conrod.cli.model_options import ModelOptions, of_a_model
-from conrod.cli.options import MotionOptions, TableOptions, check_unused, of_a_motion, of_a_table
+from conrod.cli.options import MotionOptions, RunOptions, TableOptions, check_unused, of_a_motion, of_a_table
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
 @click.option("--steps-per-rev", type=int, metavar="N", help="Time steps a revolution [1000; for contact 62832].")
 @click.option("--revolutions", type=int, metavar="K", help=f"Turns of the crank [{DEFAULT_REVOLUTIONS}].")
 @options.assignments
-@options.jobs
+@options.of_runs
 @click.option("--tolerance", metavar="Q=T,...", help="Judge every preset by these, e.g. position=1e-4,velocity=1e-3.")
 @of_a_motion
 @of_a_model
@@ -54,13 +54,15 @@ def validate(
     motion: MotionOptions,
     model: ModelOptions,
     table: TableOptions,
+    how: RunOptions,
     quantity: str | None,
     **asked: Any,
 ) -> None:
     """Compare engines with the exact motion: the SCENEs named, or all that have a closed form, in both engines.
 
     A SCENE is one that `conrod show` lists, or a mechanism file of one's own (.toml); the word `catalogue` stands for
-    all machines of the catalogue. A FILE is judged instead, against the machine
+    all machines of the catalogue. Results are kept in the ledger: the same command goes on where it stopped, and asked
+    again it runs nothing. A FILE is judged instead, against the machine
     that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of any tool as a table (.csv, .parquet, .npz).
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
@@ -72,7 +74,7 @@ def validate(
             check_unused(bundle, "a scene: it is for a file")
         if scene is not None:
             raise InvalidInput(f"--scene {scene} is for a file; a scene is named as it is: conrod validate {scene}")
-        _validate_machines(subjects, quantity, motion, asked)
+        _validate_machines(subjects, quantity, motion, how, asked)
         return
     if len(subjects) > 1:
         others = [name for name in subjects if name != files[0]]
@@ -83,9 +85,9 @@ def validate(
     if quantity is not None:
         raise InvalidInput("--quantity does not go with a file: it is for scenes")
     check_unused(motion, "a file: it is for scenes")
-    for option in ("jobs", "figures"):
-        if asked.pop(option, None) is not None:
-            raise InvalidInput(f"--{option} does not go with a file: it is for scenes")
+    check_unused(how, "a file: it is for scenes")
+    if asked.pop("figures") is not None:
+        raise InvalidInput("--figures does not go with a file: it is for scenes")
     if files[0].lower().endswith(MODELS):
         from conrod.cli.validate_model import validate_model
 
@@ -110,7 +112,7 @@ def _check_endings(subjects: Sequence[str], scene: str | None) -> None:
 
 
 def _validate_machines(
-    scenes: tuple[str, ...], quantity: str | None, motion: MotionOptions, asked: Mapping[str, Any]
+    scenes: tuple[str, ...], quantity: str | None, motion: MotionOptions, how: RunOptions, asked: Mapping[str, Any]
 ) -> None:
     """Scenes: their motion at constant crank speed, the forces in it, or their motion without a drive."""
     if quantity is not None and motion.motion is not None:
@@ -118,38 +120,38 @@ def _validate_machines(
     if motion.motion is not None:
         from conrod.cli.validate_motion import validate_motion
 
-        validate_motion(scenes, motion, **asked)
+        validate_motion(scenes, motion, how, **asked)
         return
     check_unused(motion, "a crank at constant speed: it is for --motion free and --motion torque")
     if quantity is not None:
         from conrod.cli.validate_forces import validate_forces
 
-        validate_forces(scenes, quantity, **asked)
+        validate_forces(scenes, quantity, how, **asked)
         return
-    validate_scenes(scenes, **asked)
+    validate_scenes(scenes, how, **asked)
 
 
 def validate_scenes(
     scenes: tuple[str, ...],
+    how: RunOptions,
     engine: str | None,
     preset: str | None,
     steps_per_rev: int | None,
     revolutions: int | None,
     assignments: tuple[str, ...],
-    jobs: int | None,
     tolerance: str | None,
     out: str | None,
     document: str | None,
     figures: str | None,
 ) -> None:
     """Scenes in engines."""
-    from conrod.cli.console import print_verdicts, run_with_progress
-    from conrod.cli.runner import available_cores
+    from conrod.cli.console import print_verdicts
+    from conrod.cli.runner import Runner
     from conrod.report.charts.styles import figures_of
     from conrod.scenes.catalogue import CATALOGUE
-    from conrod.studies.execution.local import LocalProcesses
     from conrod.studies.frame.files import naming, write_together
     from conrod.studies.frame.resolve_arguments import make_plan, select_engines, select_presets, select_scenes
+    from conrod.studies.validation.study import validation
 
     chosen = select_scenes(scenes, assignments)
     engines = select_engines(engine)
@@ -166,14 +168,15 @@ def validate_scenes(
         "--tolerance": tolerance,
         "--figures": FEW_FIGURES if figures is None and CATALOGUE in scenes else figures,
     }
-    with LocalProcesses(available_cores() if jobs is None else jobs) as executor:
-        studies = run_with_progress(chosen, engines, presets, plan, executor)
+    with Runner.of(how, file) as runner:
+        studies = runner.pursue(validation(chosen, engines, presets, plan))
         with naming("standard output"):
             print_verdicts(studies)
         # All is rendered before anything is written, and then written together: an interrupt leaves all or nothing.
         batches = [_results_file(studies, file)] if file else []
         if folder:
-            batches.append(_report(studies, folder, scenes, asked, assignments, executor))
+            with runner.options.processes() as executor:
+                batches.append(_report(studies, folder, scenes, asked, assignments, executor))
     write_together(batches)
     if folder:
         click.echo(f"report: {folder / 'README.md'}")

@@ -7,46 +7,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import replace
-from typing import Any
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from conrod.cli import options as exit_status
+from conrod.cli.options import RunOptions
 from conrod.cli.outputs import outputs
-from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.force_words import hidden_words, tolerance_reasons, unseen_words
 from conrod.report.forces import KIND, ForceFindings, force_findings, verdicts_table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
-from conrod.studies.execution.validation import run_jobs
 from conrod.studies.forces.exact import GROUPS
-from conrod.studies.forces.results import ForceStudy
-from conrod.studies.forces.seen import seen_of
-from conrod.studies.forces.study import ForcePlan, force_jobs
-
-
-def run_forces(
-    scenes: Mapping[str, Scene],
-    engines: Sequence[Engine[Any]],
-    presets: Mapping[str, tuple[str, ...]],
-    plan: ForcePlan,
-    executor: Executor,
-) -> list[ForceStudy]:
-    """Run everything, with a bar on standard error where that is a terminal."""
-    jobs = force_jobs(scenes, engines, presets, plan)
-    err = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        bar = progress.add_task("", total=len(jobs))
-        found = run_jobs(jobs, executor, lambda job: progress.update(bar, advance=1, description=job.label))
-    return [
-        ForceStudy(name, scene, tuple(r for r in found if r.scene == name), seen_of(scene, plan.quantities))
-        for name, scene in scenes.items()
-    ]
 
 
 def print_force_verdicts(found: Sequence[ForceFindings]) -> None:
@@ -66,13 +37,13 @@ DEFAULT_REVOLUTIONS = 2
 def validate_forces(
     scenes: tuple[str, ...],
     quantity: str,
+    how: RunOptions,
     *,
     engine: str | None,
     preset: str | None,
     steps_per_rev: int | None,
     revolutions: int | None,
     assignments: tuple[str, ...],
-    jobs: int | None,
     tolerance: str | None,
     out: str | None,
     document: str | None,
@@ -80,9 +51,8 @@ def validate_forces(
 ) -> None:
     """Compare drive torque, reactions and contact forces of engines with the exact ones."""
     from conrod.cli.reproduction import reproduction
-    from conrod.cli.runner import available_cores
-    from conrod.studies.execution.local import LocalProcesses
-    from conrod.studies.forces.study import ForcePlan
+    from conrod.cli.runner import Runner
+    from conrod.studies.forces.study import ForcePlan, force_study
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import (
         make_plan,
@@ -110,8 +80,8 @@ def validate_forces(
         "--revolutions": None if turns == DEFAULT_REVOLUTIONS else turns,
         "--tolerance": tolerance,
     }
-    with LocalProcesses(available_cores() if jobs is None else jobs) as executor:
-        found = [force_findings(study) for study in run_forces(chosen, engines, presets, plan, executor)]
+    with Runner.of(how, files.file) as runner:
+        found = [force_findings(study) for study in runner.pursue(force_study(chosen, engines, presets, plan))]
     with naming("standard output"):
         print_force_verdicts(found)
     command = reproduction("validate", scenes, options, assignments, files.folder) if files.folder else None

@@ -70,8 +70,8 @@ def run_cases(
         if watcher is not None:
             watcher.advanced(case, measurement)
 
-    # In the order of the keys, which is as good as shuffled: the rate so far is then the rate to come.
-    _run([waiting[key] for key in sorted(waiting)], executor, keep)
+    # Long ones first; else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
+    _run(sorted(waiting.values(), key=lambda case: (-case.effort, case.key)), executor, keep)
     return ledger.measurements(by_key)
 
 

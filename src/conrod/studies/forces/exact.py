@@ -48,20 +48,16 @@ def groups_of(mechanism: Mechanism, asked: tuple[str, ...]) -> tuple[str, ...]:
 
 
 STEPS = 1000
-AS_ASKED = "as asked for"
 
 
 def tolerance_of(
-    mechanism: Mechanism, preset: Preset[Any], steps: int, groups: Mapping[str, object], asked: Mapping[str, float]
+    mechanism: Mechanism, preset: Preset[Any], steps: int, groups: Mapping[str, object]
 ) -> tuple[dict[str, float], str]:
     """By group what is allowed, and why; nothing of presets of which nothing is required.
 
     Args:
         groups: those that are looked at.
-        asked: what the user allows, by group; then nothing else is judged.
     """
-    if asked:
-        return {group: value for group, value in asked.items() if group in groups}, AS_ASKED
     if mechanism.cam_contacts:
         # Where the acceleration jumps all forces do: their largest errors are one step of the jump.
         bar = preset.forces.allowed.get("contact")

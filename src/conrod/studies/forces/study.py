@@ -1,15 +1,12 @@
-"""Forces in a scene by an engine's account, at constant crank speed, against the exact ones.
-
-One result that a validation of forces asks for, to be had in any process.
-"""
+"""Forces in a scene by an engine's account, at constant crank speed, against the exact ones."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
-from conrod.engines import Engine, engine_named
+from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, ReportsForces, capability
 from conrod.engines.engine import run_of
 from conrod.engines.forces import ForceTracks, nothing_told
@@ -18,9 +15,13 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.forces.exact import GROUPS, groups_of, peaks_of, quantities_of, tolerance_of
 from conrod.studies.forces.measuring import Measured, likenesses, stamps_of
-from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult
+from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult, ForceStudy
+from conrod.studies.forces.seen import seen_of
+from conrod.studies.frame.engine_case import EngineCase
+from conrod.studies.frame.study import Study
 from conrod.studies.validation.plan import Plan, refinement_path
 
+AS_ASKED = "as asked for"
 NO_CONTACT = "no joint of the machine acts by contact"
 
 
@@ -53,8 +54,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     tracks = _forces(engine, scene, settings, revolutions, start)
     result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_told(result, tracks))
     if result.outcome != Outcome.COMPLETED.slug:
-        failed = result.outcome != Outcome.UNSUPPORTED.slug and bool(result.tolerance)
-        return replace(result, passed=False if failed else None)
+        return judged(result, plan.run.tolerance)
     peaks = peaks_of(scene)
     stamps = stamps_of(scene, tracks, steps, start)
     measured = Measured(scene, tracks, peaks, stamps)
@@ -71,16 +71,30 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
         finest = ForcePoint(steps, result.outcome, judged_sizes(errors))
         points = _refine(scene, engine, result, plan, finest, peaks)
         result = replace(result, refinement=points, order=_orders(result, points))
-    # Whoever gives tolerances is judged by these alone.
-    mistaken = not plan.run.tolerance and bool(result.mistaken())
-    return replace(result, passed=not (result.exceeded() or mistaken) if result.tolerance else None)
+    return judged(result, plan.run.tolerance)
+
+
+def judged(result: ForceResult, asked: Mapping[str, float] | None = None) -> ForceResult:
+    """The result with the verdict by its tolerances.
+
+    Args:
+        asked: tolerances by group that take the place of its own. Whoever gives them is judged by these alone, not by
+            the wrong masses that the errors look like.
+    """
+    if result.outcome == Outcome.UNSUPPORTED.slug:
+        return result
+    if asked:
+        allowed = {group: value for group, value in asked.items() if group in result.groups}
+        result = replace(result, tolerance=allowed, reason_of_tolerance=AS_ASKED)
+    passed = result.outcome == Outcome.COMPLETED.slug and not result.exceeded() and bool(asked or not result.mistaken())
+    return replace(result, passed=passed if result.tolerance else None)
 
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
     """A result without what is measured."""
     mechanism, steps = scene.kinematics.mechanism, plan.run.steps(scene)
     groups = {group: quantities_of(mechanism, group) for group in groups_of(mechanism, plan.quantities)}
-    tolerance, reason = tolerance_of(mechanism, engine.presets[preset], steps, groups, plan.run.tolerance or {})
+    tolerance, reason = tolerance_of(mechanism, engine.presets[preset], steps, groups)
     return ForceResult(
         scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
         settings=None, steps_per_revolution=steps, revolutions=plan.run.revolutions, groups=groups,
@@ -155,46 +169,67 @@ def _orders(result: ForceResult, points: tuple[ForcePoint, ...]) -> dict[str, fl
 
 
 @dataclass(frozen=True)
-class ForceJob:
-    """A scene in an engine with a preset.
+class ForceCase(EngineCase[ForceResult]):
+    """Forces in a scene by an engine's account with a preset, along its refinement path."""
 
-    Attributes:
-        name: of the scene, for people.
-    """
+    study: ClassVar[str] = "forces"
+    kind: ClassVar[type[Any]] = ForceResult
+    quantities: ClassVar[tuple[str, ...]] = GROUPS
+    measures: ClassVar[tuple[str, ...]] = ("max", "rms", "between")
 
-    name: str
-    scene: Scene = field(repr=False)
-    engine: str
-    preset: str
     plan: ForcePlan
 
     @property
-    def label(self) -> str:
-        """What is under way, for people."""
-        return f"{self.name} {self.engine} {self.preset}"
-
-    @property
-    def steps(self) -> int:
-        """Steps per revolution, which say about how long it takes."""
+    def effort(self) -> float:
         return self.plan.run.steps(self.scene)
 
     def run(self) -> ForceResult:
-        """The result."""
-        return validate_forces(self.name, self.scene, engine_named(self.engine), self.preset, self.plan)
+        assert self.preset is not None
+        by_rule = replace(self.plan, run=replace(self.plan.run, tolerance=None))
+        return validate_forces(self.name, self.scene, self.made_by, self.preset, by_rule)
 
     def ended(self, outcome: Outcome, reason: str) -> ForceResult:
-        """The result where the process that ran it did not live to give one."""
-        result = started(self.name, self.scene, engine_named(self.engine), self.preset, self.plan)
-        return replace(result, outcome=outcome.slug, reason=reason, passed=False if result.tolerance else None)
+        assert self.preset is not None
+        result = started(self.name, self.scene, self.made_by, self.preset, self.plan)
+        return judged(replace(result, outcome=outcome.slug, reason=reason), self.plan.run.tolerance)
+
+    def judged(self, found: ForceResult) -> ForceResult:
+        return judged(found, self.plan.run.tolerance) if self.plan.run.tolerance else found
+
+    def determined_by(self) -> dict[str, Any]:
+        steps = self.plan.run.steps(self.scene)
+        path = refinement_path(self.scene, steps) if self.plan.refined else ()
+        settings = [self.made_by.presets[str(self.preset)](self.scene, n).as_dict() for n in (steps, *path)]
+        return {
+            "settings": settings[0],
+            "refined": settings[1:],
+            "revolutions": self.plan.run.revolutions,
+            "start_angle": 0.0,
+            "quantities": self.plan.quantities,
+        }
 
 
-def force_jobs(
+def force_study(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, tuple[str, ...]], plan: ForcePlan
-) -> list[ForceJob]:
-    """All jobs: scene by scene, engine by engine, each preset."""
-    return [
-        ForceJob(name, scene, engine.name, preset, plan)
+) -> Study[list[ForceStudy]]:
+    """The study of some scenes: one round of cases, scene by scene, engine by engine, each preset.
+
+    Args:
+        presets: to run, by engine name.
+    """
+    cases = [
+        ForceCase(name, scene, engine.name, preset, plan)
         for name, scene in scenes.items()
         for engine in engines
         for preset in presets[engine.name]
+    ]
+    results = yield cases
+    return [
+        ForceStudy(
+            name,
+            scene,
+            tuple(case.result(results[case.key]) for case in cases if case.name == name),
+            seen_of(scene, plan.quantities),
+        )
+        for name, scene in scenes.items()
     ]

@@ -29,6 +29,11 @@ class Case(ABC):
     name: str
     scene: Scene = field(repr=False)
 
+    @property
+    def effort(self) -> float:
+        """How long it takes against other cases, about: those that take long begin first."""
+        return 0.0
+
     @abstractmethod
     def perform(self) -> Measurement:
         """The result, in the process that calls.

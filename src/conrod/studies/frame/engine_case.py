@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from conrod.engines import Engine, engine_named
-from conrod.runs.outcome import Outcome
 from conrod.runs.plain import plain, restore
+from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import RESULT_VERSION, Case
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import MEASURES, Measurement
 
 
 class Validated(Protocol):
@@ -28,8 +27,12 @@ class Validated(Protocol):
     def reason(self) -> str: ...
     @property
     def passed(self) -> bool | None: ...
+    def largest(self, quantity: str, measure: str = "max", /) -> float | None:
+        """Largest error of a quantity; None where there is none."""
 
 
+# Of a result, those that have a column of their own in a table of many results.
+COLUMNS = ("closure", "phase", "drive", "prediction")
 Found = TypeVar("Found", bound=Validated)
 
 
@@ -46,6 +49,8 @@ class EngineCase(Case, Generic[Found]):
 
     study: ClassVar[str]
     kind: ClassVar[type[Any]]  # of the result
+    quantities: ClassVar[tuple[str, ...]]  # whose errors a result has
+    measures: ClassVar[tuple[str, ...]] = MEASURES
     version: ClassVar[int] = 1  # raised when the same run would come out otherwise, or mean something else
 
     engine: str
@@ -69,10 +74,6 @@ class EngineCase(Case, Generic[Found]):
         """The result with the verdict by the tolerances that are asked for."""
 
     @abstractmethod
-    def sizes(self, found: Found) -> dict[str, Mapping[str, float]]:
-        """Errors by quantity, each max, rms and the like, for a table of many results; empty unless completed."""
-
-    @abstractmethod
     def determined_by(self) -> dict[str, Any]:
         """All besides scene, engine and preset that determines the result, as plain values."""
 
@@ -82,8 +83,16 @@ class EngineCase(Case, Generic[Found]):
 
     def perform(self) -> Measurement:
         found = self.run()
-        kept = {"sizes": self.sizes(found), "passed": found.passed, "result": plain(found)}
-        return Measurement(found.outcome, found.reason, beside=kept)
+        sizes = {
+            q: {m: size for m in self.measures if (size := found.largest(q, m)) is not None} for q in self.quantities
+        }
+        kept = {"sizes": sizes, "passed": found.passed, "result": plain(found)}
+        columns = {name: getattr(found, name, None) for name in COLUMNS}
+        return Measurement(found.outcome, found.reason, **columns, beside=kept)
+
+    def _sizes(self, found: Found, quantity: str) -> dict[str, float]:
+        sizes = {measure: found.largest(quantity, measure) for measure in self.measures}
+        return {measure: size for measure, size in sizes.items() if size is not None}
 
     def result(self, measurement: Measurement) -> Found:
         """The result that a measurement of this case holds, judged by the tolerances that are asked for.

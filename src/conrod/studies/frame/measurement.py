@@ -11,6 +11,7 @@ import numpy as np
 from conrod.exact.motion import Array
 
 QUANTITIES = ("position", "velocity", "acceleration")
+MEASURES = ("max", "rms", "final")
 Sizes = Mapping[str, float]
 
 

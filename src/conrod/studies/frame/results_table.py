@@ -17,10 +17,8 @@ from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.measurement import MEASURES, QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
-
-MEASURES = ("max", "rms", "final")
 
 
 def tidy_row(
@@ -29,27 +27,31 @@ def tidy_row(
     """The row of a run; what it does not have is None.
 
     Columns, in this order:
-        key, scene, kind; parameter.NAME [SI], of a machine from a file its mechanism as JSON; engine, engine_version;
-        setting.NAME [SI];
+        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`; parameter.NAME [SI], of a
+        machine from a file its mechanism as JSON; engine, engine_version; preset, of such a result; setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
+        passed: the verdict by conrod's own tolerances, of such a result;
         position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
         closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
         predicted_position, _velocity, _acceleration: told from the joints alone, and each with _difference;
-        seconds_per_revolution [s], reference_seconds [s], ratio, machine.
+        seconds_per_revolution [s], reference_seconds [s], ratio, machine;
+        of forces torque, reactions, contact, and of free motion angle, energy: each _max, _rms or _final.
     """
     settings = dict(identity["settings"])
-    steps = settings.pop("steps_per_revolution")
+    steps = settings.pop("steps_per_revolution", None)
     return {
         "key": key,
         "scene": name,
         "kind": identity["scene"],
+        "study": identity.get("study"),
         **{f"parameter.{n}": _plain(value) for n, value in identity["parameters"].items()},
         "engine": identity["engine"],
         "engine_version": identity["engine_version"],
+        "preset": identity.get("preset"),
         **{f"setting.{n}": _plain(value) for n, value in settings.items()},
         "steps_per_revolution": steps,
-        "revolutions": identity["revolutions"],
-        "start_angle": identity["start_angle"],
+        "revolutions": identity.get("revolutions"),
+        "start_angle": identity.get("start_angle"),
         "result_version": identity["result_version"],
         **_measured(measurement),
         **_timed(timing),
@@ -67,15 +69,20 @@ def _measured(measurement: Measurement | None) -> dict[str, Any]:
     m = measurement if measurement is not None else Measurement(outcome="")
     closure, phase, drive, prediction = m.closure or {}, m.phase or {}, m.drive or {}, m.prediction or {}
     told = {q: prediction.get(q, {}) for q in QUANTITIES}
+    kept = m.beside or {}
+    sizes: Mapping[str, Mapping[str, float]] = kept.get("sizes", {})
+    largest = {f"{q}_{measure}": size for q, found in sizes.items() for measure, size in found.items()}
     return {
         "outcome": m.outcome or None,
         "reason": m.reason or None,
+        "passed": kept.get("passed"),
         **{f"{q}_{measure}": m.largest(q, measure) for q in COMPARED for measure in MEASURES},
         **{f"closure_{q}": closure.get(q) for q in QUANTITIES},
         **{f"phase_{measure}": phase.get(measure) for measure in ("max", "final")},
         **{f"drive_{q}": drive.get(q) for q in ("speed", "acceleration")},
         **{f"predicted_{q}": told[q].get("predicted") for q in QUANTITIES},
         **{f"predicted_{q}_difference": told[q].get("difference") for q in QUANTITIES},
+        **largest,
     }
 
 

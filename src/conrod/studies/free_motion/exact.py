@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
 # Of the largest push of a contact, what rounding may make of one that is none.
 NO_PULL = 1e-9
 TURN_SAMPLES = 1441
+COURSES_KEPT = 4  # by a process that runs one engine and preset after the other
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,12 @@ class ExactCourse:
     turn: ExactTurn | None = None
 
 
+@lru_cache(COURSES_KEPT)
 def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
-    """The exact motion of a scene.
+    """The exact motion of a scene; kept for the next that asks.
+
+    Args:
+        plan: without tolerances.
 
     Raises:
         InvalidInput: the start contradicts the joints or is a rest that nothing ends, a force is not finite, what moves

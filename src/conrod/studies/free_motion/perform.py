@@ -1,28 +1,29 @@
-"""An engine's free motion against the exact one, along a refinement path of the step.
-
-What a validation of free motion asks for, to be had in any process: first the exact motions, then the engines'.
-"""
+"""An engine's free motion against the exact one, along a refinement path of the step."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from conrod.engines import Engine, engine_named
+from conrod.engines import Engine
 from conrod.engines.capabilities import FreeMotion, Lacking, capability
 from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.convergence import observed_order
+from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
+from conrod.studies.frame.engine_case import EngineCase
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import Results, Study
 from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
 from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
-from conrod.studies.free_motion.results import ExactTold, MotionCurves, MotionResult, MotionStudy, StepPoint
+from conrod.studies.free_motion.results import QUANTITIES, ExactTold, MotionCurves, MotionResult, MotionStudy, StepPoint
 from conrod.studies.validation.results import sizes_of
 
 CURVE_SAMPLES, SPANS = 721, 240
@@ -130,90 +131,95 @@ def _curves(times: Array, angle: Array, error: Array, energy: Array) -> MotionCu
 
 
 @dataclass(frozen=True)
-class ExactJob:
-    """The exact motion of a scene."""
+class MotionCase(EngineCase[MotionResult]):
+    """A scene's motion without a prescribed crank in an engine with a preset, along its refinement path."""
 
-    name: str
-    scene: Scene = field(repr=False)
+    study: ClassVar[str] = "motion"
+    kind: ClassVar[type[Any]] = MotionResult
+    quantities: ClassVar[tuple[str, ...]] = QUANTITIES
+
     plan: MotionPlan
 
     @property
-    def label(self) -> str:
-        """What is under way, for people."""
-        return f"{self.name} exact"
-
-    @property
-    def steps(self) -> int:
-        """About how long it takes, against others."""
+    def effort(self) -> float:
         return len(self.scene.kinematics.mechanism.bodies)
 
-    def run(self) -> ExactCourse:
-        """The motion; raises InvalidInput as `exact_course`."""
-        return exact_course(self.name, self.scene, self.plan)
-
-    def ended(self, outcome: Outcome, reason: str) -> ExactCourse:
-        """There is nothing to compare with.
-
-        Raises:
-            InvalidInput: always.
-        """
-        raise InvalidInput(f"{self.name}: the exact motion could not be had: {outcome.slug}: {reason}")
-
-
-@dataclass(frozen=True)
-class MotionJob:
-    """A scene in an engine with a preset."""
-
-    name: str
-    course: ExactCourse = field(repr=False)
-    engine: str
-    preset: str
-    plan: MotionPlan
-
     @property
-    def label(self) -> str:
-        """What is under way, for people."""
-        return f"{self.name} {self.engine} {self.preset}"
-
-    @property
-    def steps(self) -> int:
-        """About how long it takes, against others."""
-        return self.course.grid.steps * len(self.course.mechanism.bodies)
+    def course(self) -> ExactCourse:
+        """The exact motion; raises InvalidInput as `exact_course`."""
+        return exact_course(self.name, self.scene, replace(self.plan, tolerance=None))
 
     def run(self) -> MotionResult:
-        """The result."""
-        return run_motion(self.name, self.course, engine_named(self.engine), self.preset, self.plan)
+        return run_motion(self.name, self.course, self.made_by, str(self.preset), self.plan)
+
+    def perform(self) -> Measurement:
+        measurement = super().perform()
+        return replace(measurement, beside={**(measurement.beside or {}), "exact": plain(exact_told(self.course))})
 
     def ended(self, outcome: Outcome, reason: str) -> MotionResult:
-        """The result where the process that ran it did not live to give one."""
-        engine, grid = engine_named(self.engine), self.course.grid
+        course, preset = self.course, str(self.preset)
+        tolerance = self.plan.judged_by(self.made_by.presets[preset])
         return MotionResult(
-            self.name, self.plan.motion, self.engine, engine.version, self.preset, grid.step,
-            float(self.course.motion.times[-1]), outcome.slug, reason, self.plan.leaving,
-            self.plan.judged_by(engine.presets[self.preset]),
+            self.name, self.plan.motion, self.engine, self.made_by.version, preset, course.grid.step,
+            float(course.motion.times[-1]), outcome.slug, reason, self.plan.leaving, tolerance,
         )  # fmt: skip
 
+    def judged(self, found: MotionResult) -> MotionResult:
+        return replace(found, tolerance=self.plan.judged_by(self.made_by.presets[found.preset]))
 
-def motion_jobs(
-    courses: Mapping[str, ExactCourse],
-    engines: Sequence[Engine[Any]],
-    presets: Mapping[str, tuple[str, ...]],
-    plan: MotionPlan,
-) -> list[MotionJob]:
-    """Scene by scene, engine by engine, each preset of those to run, by engine name."""
-    return [
-        MotionJob(name, course, engine.name, preset, plan)
-        for name, course in courses.items()
-        for engine in engines
-        for preset in presets[engine.name]
-    ]
+    def facts(self) -> dict[str, Any]:
+        return {"scene": self.name}
+
+    def determined_by(self) -> dict[str, Any]:
+        plan = self.plan
+        return {
+            "settings": {},
+            "motion": plan.motion,
+            "seconds": plan.seconds,
+            "step": plan.step,
+            "leaving": plan.leaving,
+        }
+
+
+def exact_told(course: ExactCourse) -> ExactTold:
+    """What is told of an exact motion."""
+    motion = course.motion
+    angle = crank_angle(course.mechanism, motion.poses)
+    return ExactTold(motion.drift, motion.continuation, motion.times, angle)
 
 
 def motion_study(
-    name: str, scene: Scene, course: ExactCourse, plan: MotionPlan, results: Sequence[MotionResult]
-) -> MotionStudy:
-    """All that was found of a scene."""
-    mechanism, motion = scene.kinematics.mechanism, course.motion
-    left_out = tuple(load.name for load in mechanism.loads if plan.motion == FREE and drives(load, mechanism))
-    told = ExactTold(motion.drift, motion.continuation, motion.times, crank_angle(mechanism, motion.poses))
-    return MotionStudy(name, scene, plan.motion, left_out, told, tuple(results))
+    scenes: Mapping[str, Scene],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, tuple[str, ...]],
+    plan: MotionPlan,
+) -> Study[list[MotionStudy]]:
+    """The study of some scenes: one round of cases, scene by scene, engine by engine, each preset.
+
+    Args:
+        presets: to run, by engine name.
+    """
+    cases = [
+        MotionCase(name, scene, engine.name, preset, plan)
+        for name, scene in scenes.items()
+        for engine in engines
+        for preset in presets[engine.name]
+    ]
+    results = yield cases
+    return [
+        _study_of(name, scene, [case for case in cases if case.name == name], results) for name, scene in scenes.items()
+    ]
+
+
+def _study_of(name: str, scene: Scene, cases: Sequence[MotionCase], results: Results) -> MotionStudy:
+    measurements = [results[case.key] for case in cases]
+    kept = next((m.beside["exact"] for m in measurements if m.beside), None)
+    told = exact_told(cases[0].course) if kept is None else restore(ExactTold, kept)
+    found = tuple(case.result(measurement) for case, measurement in zip(cases, measurements, strict=True))
+    return MotionStudy(name, scene, cases[0].plan.motion, left_out(scene, cases[0].plan), told, found)
+
+
+def left_out(scene: Scene, plan: MotionPlan) -> tuple[str, ...]:
+    """Names of the loads that drive the crank, and do not act."""
+    mechanism = scene.kinematics.mechanism
+    return tuple(load.name for load in mechanism.loads if plan.motion == FREE and drives(load, mechanism))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -64,51 +65,42 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     """Measure the engine: one run, its refinement path, and the verdict."""
     steps = plan.steps(scene)
     settings = engine.presets[preset](scene, steps)
+    start, revolutions = run_of(scene, steps, plan.revolutions)
+    empty = partial(result_of, name, scene, engine, "dynamic", preset=preset, steps=steps)
     refusal = engine.refusal(scene, settings)
     if refusal:
-        return result_of(
-            name,
-            scene,
-            engine,
-            "dynamic",
-            preset=preset,
-            outcome=Outcome.UNSUPPORTED,
-            reason=refusal,
-            steps=steps,
-            revolutions=plan.revolutions,
-        )
-    start, revolutions = run_of(scene, steps, plan.revolutions)
+        return empty(outcome=Outcome.UNSUPPORTED, reason=refusal, revolutions=plan.revolutions)
     trajectory = whole_run(engine, scene, settings, revolutions, start)
-    tolerance = _tolerance(scene, engine, preset, settings, plan)
-    result = result_of(
-        name,
-        scene,
-        engine,
-        "dynamic",
-        preset=preset,
-        settings=settings.as_dict(),
-        steps=steps,
-        revolutions=revolutions,
-        outcome=trajectory.outcome,
-        reason=trajectory.reason,
-        tolerance=tolerance,
-    )
-    judged = bool(tolerance.judged())
+    result = empty(
+        settings=settings.as_dict(), revolutions=revolutions, outcome=trajectory.outcome, reason=trajectory.reason,
+        tolerance=_tolerance(scene, engine, preset, settings),
+    )  # fmt: skip
     comparison = compare(trajectory, scene) if trajectory.outcome is Outcome.COMPLETED else None
     finest = RefinementPoint(steps, trajectory.outcome.slug, **_worst(comparison.points if comparison else None))
     refinement = _refine(scene, engine, preset, plan, finest, (start, revolutions))
     result = replace(result, refinement=refinement, order=_orders(refinement))
     if comparison is None:
-        return replace(result, passed=False if judged else None)
-    result = _compared(result, scene, trajectory, comparison)
-    passed = not result.exceeded() if judged else None
-    if engine.presets[preset].judged and printed_table.applies(scene):
-        printed = printed_table.compare_with_print(scene, engine, preset)
-        met = printed is not None and printed.engine_agrees == printed.exact_agrees
-        result = replace(result, printed=printed)
-        # Whoever gives tolerances is judged by these alone.
-        passed = passed and (met or plan.tolerance is not None)
-    return replace(result, passed=passed)
+        return judged(result)
+    result = judged(_compared(result, scene, trajectory, comparison))
+    if not engine.presets[preset].judged or not printed_table.applies(scene):
+        return result
+    printed = printed_table.compare_with_print(scene, engine, preset)
+    met = printed is not None and printed.engine_agrees == printed.exact_agrees
+    return replace(result, printed=printed, passed=result.passed and met)
+
+
+def judged(result: Result, asked: Mapping[str, float] | None = None) -> Result:
+    """The result of a run with the verdict by its tolerances.
+
+    Args:
+        asked: tolerances by quantity that take the place of its own.
+    """
+    if result.outcome == Outcome.UNSUPPORTED.slug:
+        return result
+    if asked:
+        result = replace(result, tolerance=Tolerance(**asked, reason="as asked for"))
+    passed = result.outcome == Outcome.COMPLETED.slug and not result.exceeded()
+    return replace(result, passed=passed if result.tolerance.judged() else None)
 
 
 def _compared(result: Result, scene: Scene, trajectory: Trajectory, comparison: Comparison) -> Result:
@@ -125,10 +117,8 @@ def _compared(result: Result, scene: Scene, trajectory: Trajectory, comparison: 
     )
 
 
-def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any, plan: Plan) -> Tolerance:
-    """What a run is judged by: what was asked for, else what the engine's own law allows a judged preset."""
-    if plan.tolerance:
-        return Tolerance(**plan.tolerance, reason="as asked for")
+def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any) -> Tolerance:
+    """What a run is judged by: what the engine's own law allows a judged preset."""
     if not engine.presets[preset].judged:
         return Tolerance()
     law = expected_error(engine, scene, settings)

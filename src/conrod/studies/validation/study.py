@@ -1,0 +1,92 @@
+"""`validate`: scenes in engines at constant crank speed, in kinematic mode and with each preset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from conrod.engines import Engine
+from conrod.engines.engine import default_steps, judged_preset
+from conrod.runs.comparison import QUANTITIES as COMPARED
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
+from conrod.studies.frame.engine_case import EngineCase
+from conrod.studies.frame.study import Study
+from conrod.studies.validation.kinematic_proof import validate_kinematic
+from conrod.studies.validation.plan import Plan, judged, refinement_path, validate_dynamic
+from conrod.studies.validation.results import Mode, Result, SceneStudy, result_of
+
+
+@dataclass(frozen=True)
+class ValidationCase(EngineCase[Result]):
+    """A scene in an engine with a preset and along its refinement path; in kinematic mode where there is no preset."""
+
+    study: ClassVar[str] = "validate"
+    kind: ClassVar[type[Any]] = Result
+    quantities: ClassVar[tuple[str, ...]] = COMPARED
+
+    plan: Plan
+
+    @property
+    def mode(self) -> Mode:
+        """Kinematic without a preset."""
+        return "kinematic" if self.preset is None else "dynamic"
+
+    @property
+    def effort(self) -> float:
+        return self.plan.steps(self.scene)
+
+    def run(self) -> Result:
+        if self.preset is None:
+            return validate_kinematic(self.name, self.scene, self.made_by)
+        return validate_dynamic(self.name, self.scene, self.made_by, self.preset, self.plan)
+
+    def ended(self, outcome: Outcome, reason: str) -> Result:
+        steps, turns = (None, 1.0) if self.preset is None else (self.plan.steps(self.scene), self.plan.revolutions)
+        found = result_of(
+            self.name, self.scene, self.made_by, self.mode, preset=self.preset, steps=steps, revolutions=turns,
+            outcome=outcome, reason=reason,
+        )  # fmt: skip
+        required = self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
+        return replace(found, passed=False if required else None)
+
+    def judged(self, found: Result) -> Result:
+        return found if self.preset is None or not self.plan.tolerance else judged(found, self.plan.tolerance)
+
+    def determined_by(self) -> dict[str, Any]:
+        preset, steps, turns = judged_preset(self.made_by), default_steps(self.scene), 1.0
+        path: tuple[int, ...] = ()
+        if self.preset is not None:
+            preset, steps, turns = self.preset, self.plan.steps(self.scene), self.plan.revolutions
+            path = refinement_path(self.scene, steps)
+        settings = [self.made_by.presets[preset](self.scene, n).as_dict() for n in (steps, *path)]
+        return {"settings": settings[0], "refined": settings[1:], "revolutions": turns, "start_angle": 0.0}
+
+
+def validation_cases(
+    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
+) -> list[ValidationCase]:
+    """Scene by scene, engine by engine: kinematic mode, then each preset.
+
+    Args:
+        presets: to run, by engine name.
+    """
+    return [
+        ValidationCase(name, scene, engine.name, preset, plan)
+        for name, scene in scenes.items()
+        for engine in engines
+        for preset in (None, *presets[engine.name])
+    ]
+
+
+def validation(
+    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
+) -> Study[list[SceneStudy]]:
+    """The study of some scenes: one round of cases; arguments as of `validation_cases`."""
+    cases = validation_cases(scenes, engines, presets, plan)
+    results = yield cases
+    return [
+        SceneStudy(name, scene, tuple(case.result(results[case.key]) for case in cases if case.name == name))
+        for name, scene in scenes.items()
+    ]
