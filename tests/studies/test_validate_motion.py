@@ -212,7 +212,7 @@ def test_bad_usage_is_one_line_and_status_2(arguments: tuple[str, ...], said: st
     done = conrod("validate", "pendulum", *arguments)
     assert done.returncode == 2
     assert said in done.stderr
-    assert done.stderr.splitlines()[-1].startswith("conrod: thrust: ")
+    assert len(done.stderr.strip().splitlines()) == 1
 
 
 SLIDER_CRANK = """
