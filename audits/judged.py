@@ -23,7 +23,7 @@ PAGES = {"000": "shear-press", "001": "course-module", "002": "power-hacksaw", "
 def audited(document: str) -> Audited:
     """Return a document with its verdicts; raises as `audit` does."""
     verdicts = audit(document)
-    return Audited(PAGES[document], f"Document {document}", TITLES[document], verdicts, NOTES[document])
+    return Audited(f"Document {document}", TITLES[document], verdicts, NOTES[document])
 
 
 def audit(document: str) -> tuple[Verdict, ...]:

@@ -1,9 +1,4 @@
-"""What document 001 asks for and does not print.
-
-What document 002's listing computes when it is run, as a table.
-
-Document 004's series against the geometry, for every cam, as tables.
-"""
+"""More about three of the documents: answers not printed, the listing as MATLAB runs it, the series for every cam."""
 
 from __future__ import annotations
 
@@ -13,21 +8,30 @@ from audits.cam_survey import LARGEST_PRESSURE_ANGLE, CamSurvey, surveys
 from audits.documents.module_answers import answers
 from audits.formulas.published import SAME
 from audits.listing_survey import runs
-from conrod.report.audit.words import plain, share_text, signless
+from conrod.report.markdown import table_text
 from conrod.report.numbers import quantity
-from conrod.report.tables import paragraphs, table
+from conrod.report.printed_values import escaped, share_text, unsigned_zero
+from conrod.report.table import table
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return table_text(table(head, rows))
+
+
+def _paragraphs(*blocks: str) -> str:
+    return "\n\n".join(blocks)
 
 
 def module_section() -> str:
     """The answers, with their computation."""
     rows = [
-        [str(a.line), plain(a.place), plain(a.quantity), quantity(a.value, 6), plain(a.unit), plain(a.why)]
+        [str(a.line), escaped(a.place), escaped(a.quantity), quantity(a.value, 6), escaped(a.unit), escaped(a.why)]
         for a in answers()
     ]
-    return paragraphs(
+    return _paragraphs(
         "## Asked for and not printed",
         "What the examples ask and leave open, from their printed lengths and speeds.",
-        table(["line", "where", "quantity", "value", "unit", "computation"], rows),
+        _table(["line", "where", "quantity", "value", "unit", "computation"], rows),
     )
 
 
@@ -61,7 +65,7 @@ def saw_section() -> str:
         "Largest values in size over the turn; *off by* is the largest deviation from the exact motion at the speed "
         "that is meant, as a share of its peak."
     )
-    return paragraphs("## The MATLAB listing as MATLAB runs it", SAW_METHOD, told, table(head, rows))
+    return _paragraphs("## The MATLAB listing as MATLAB runs it", SAW_METHOD, told, _table(head, rows))
 
 
 def _number(value: float) -> str:
@@ -100,7 +104,7 @@ def cam_section() -> str:
     """The tables with their figures."""
     found = surveys()
     broken = [f"R = {s.base:g}, rho = {s.flank:g}" for s in found if not s.keeps_the_rule]
-    return paragraphs(
+    return _paragraphs(
         "## The truncated series for every cam",
         CAM_METHOD,
         _worst(found),
@@ -128,14 +132,14 @@ def _worst(found: Sequence[CamSurvey]) -> str:
         rows.append(
             [name, f"{cam.base:g}", f"{cam.flank:g}", f"{_size(error)} {UNITS[k]}", f"{100.0 * max(shares):.1f} %"]
         )
-    return table(["worst case", "R [mm]", "rho [mm]", "error of the series", "of the exact peak"], rows)
+    return _table(["worst case", "R [mm]", "rho [mm]", "error of the series", "of the exact peak"], rows)
 
 
 def _series_table(found: Sequence[CamSurvey], k: int) -> str:
     unit = UNITS[k]
     head = ["R [mm]", "rho [mm]", f"exact peak [{unit}]", "error on the flank", "error on the nose",
             "jump at C, series", "jump at C, exact"]  # fmt: skip
-    return table(
+    return _table(
         head,
         [
             [
@@ -154,7 +158,7 @@ def _series_table(found: Sequence[CamSurvey], k: int) -> str:
 def _joint_b_table(found: Sequence[CamSurvey]) -> str:
     head = ["R [mm]", "rho [mm]", "B [°]", "C [°]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
             "jerk at B, series [mm/s³]", "exact [mm/s³]"]  # fmt: skip
-    return table(
+    return _table(
         head,
         [
             [
@@ -170,7 +174,7 @@ def _joint_b_table(found: Sequence[CamSurvey]) -> str:
 
 def _pressure_table(found: Sequence[CamSurvey]) -> str:
     head = ["R [mm]", "rho [mm]", "largest [°]", "at [°]", "as printed [°]", f"within {LARGEST_PRESSURE_ANGLE:g}°"]
-    return table(
+    return _table(
         head,
         [
             [
@@ -194,4 +198,4 @@ def _size(value: float) -> str:
 
 
 def _jump(value: float, peak: float) -> str:
-    return signless(quantity(float(value), 4)) if abs(value) > NOISE * peak else "0"
+    return unsigned_zero(quantity(float(value), 4)) if abs(value) > NOISE * peak else "0"

@@ -67,18 +67,19 @@ def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
     written(here, HEADING + GOOD + GOOD.replace("-33.3", "-33.4"), "My table.csv")
     result = run("My table.csv", "--out", "found")
     assert result.exit_code == 0
-    assert result.output.endswith("report: found/README.md\n")
-    assert sorted(path.name for path in (here / "found").iterdir()) == ["README.md", "my-table.md", "results.json"]
-    results = json.loads((here / "found" / "results.json").read_text(encoding="utf-8"))
-    assert results["command"] == "conrod audit 'My table.csv' --out found"
-    assert [item["verdict"] for item in results["audit"]["my-table"]["items"]] == [
-        "agrees",
-        "not reproducible as printed",
-    ]
-    # A page that the next report does not have goes.
+    assert result.output.endswith("report: found/my-table.md\n")
+    names = sorted(path.name for path in (here / "found").iterdir())
+    assert names == ["README.md", "data", "my-table.md", "results.json"]
+    entry = json.loads((here / "found" / "results.json").read_text(encoding="utf-8"))["parts"]["my-table"]
+    assert entry["command"] == "conrod audit 'My table.csv' --out found"
+    findings = json.loads((here / "found" / entry["data"]).read_text(encoding="utf-8"))
+    assert [item["kind"] for item in findings["verdicts"]] == ["AGREES", "NOT_REPRODUCIBLE"]
+    # Pages of other files stay, and all are rendered again from what was saved.
+    page = (here / "found" / "my-table.md").read_text(encoding="utf-8")
     written(here, HEADING + GOOD, "other.csv")
     assert run("other.csv", "--out", "found").exit_code == 0
-    assert not (here / "found" / "my-table.md").exists()
+    assert CliRunner().invoke(cli, ["report", "found", "--out", "again"]).exit_code == 0
+    assert (here / "again" / "my-table.md").read_text(encoding="utf-8") == page
 
 
 def test_a_table_is_tied_to_a_mechanism_file_beside_it(here: Path) -> None:
@@ -87,9 +88,9 @@ def test_a_table_is_tied_to_a_mechanism_file_beside_it(here: Path) -> None:
     assert "1" in run(written(here, HEADING + row)).output.splitlines()[1].split()
     from conrod.own.printed.user_file import audit_file
 
-    own = audit_file(here / "values.csv", "values").verdicts
+    own = audit_file(here / "values.csv").verdicts
     written(here, HEADING + row.replace("mine.toml", "slider-crank"), "shipped.csv")
-    shipped = audit_file(here / "shipped.csv", "shipped").verdicts
+    shipped = audit_file(here / "shipped.csv").verdicts
     assert [(v.exact, v.kind) for v in own] == [(v.exact, v.kind) for v in shipped]
 
 
@@ -134,7 +135,7 @@ def test_a_report_replaces_nothing_that_is_not_its_own(here: Path) -> None:
     written(here, HEADING + GOOD)
     (here / "mine").mkdir()
     (here / "mine" / "README.md").write_text("mine", encoding="utf-8")
-    assert "README.md that is not the report of an audit" in refusal("values.csv", "--out", "mine")
+    assert "README.md that is not of this report" in refusal("values.csv", "--out", "mine")
     assert (here / "mine" / "README.md").read_text(encoding="utf-8") == "mine"
 
 

@@ -33,8 +33,9 @@ from conrod.report.figure import Figure
 
 F = TypeVar("F")
 
-# By name, the module whose `KIND` it is: a kind is imported when a folder holds one.
-KINDS: Mapping[str, str] = {
+# By name, the module whose `KIND` it is: a kind is imported when a folder holds one. An application may add its own.
+KINDS: dict[str, str] = {
+    "printed-values": "conrod.report.printed_values",
     "forces": "conrod.report.forces",
     "motion": "conrod.report.free_motion",
 }

@@ -13,14 +13,12 @@ class Audited:
     """Verdicts on one document or table.
 
     Attributes:
-        name: of its page, a plain word.
         document: name of the user's file, or "Document" and the number of one of the four.
         title: of the document.
         verdicts: in the order of the items.
         notes: doubts about the verdicts, a sentence or two each.
     """
 
-    name: str
     document: str
     title: str
     verdicts: tuple[Verdict, ...]

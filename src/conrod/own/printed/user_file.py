@@ -16,11 +16,8 @@ MECHANISM_FILE = ".toml"
 MOST_BYTES = 4 * 1024 * 1024  # 10 000 rows of 400 characters
 
 
-def audit_file(path: Path, name: str) -> Audited:
+def audit_file(path: Path) -> Audited:
     """The verdicts on a file.
-
-    Args:
-        name: of its page in a report.
 
     Raises:
         InvalidInput: it cannot be read or used; names the file, the row and the field.
@@ -28,7 +25,7 @@ def audit_file(path: Path, name: str) -> Audited:
     verdicts = audit_table(str(path), _text(path), lambda machine: _scene(machine, path.parent))
     documents = dict.fromkeys(verdict.document for verdict in verdicts)
     title = ", ".join(documents) if str(path) not in documents else f"Printed values of {path.name}"
-    return Audited(name, path.name, title, verdicts)
+    return Audited(path.name, title, verdicts)
 
 
 def _text(path: Path) -> str:
