@@ -385,7 +385,7 @@ def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, turns
         assert configurations.loop is None
 
 
-@pytest.mark.parametrize("rate", [20.0, -20.0])
+@pytest.mark.parametrize("rate", [20.0, pytest.param(-20.0, marks=pytest.mark.slow)])
 def test_wheels_whose_turns_never_come_out_keep_their_energy(rate: float) -> None:
     motion = ForwardDynamics(wheels(math.sqrt(0.5))).motion(np.linspace(0.0, 1.0, 21), rate)
     assert motion.drift < 1e-11

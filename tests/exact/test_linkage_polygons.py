@@ -23,7 +23,7 @@ from linkages import (
 )
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage.accelerations import coincident_parts, contact_acceleration, link_parts, path_parts
+from conrod.exact.linkage.accelerations import coincident_parts, path_parts
 from conrod.exact.linkage.points import linkage_points
 from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, left_of, linkage_state
@@ -60,18 +60,11 @@ def both(state: LinkageState) -> tuple[Polygon, Polygon]:
 # -- they close -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("mechanism", LINKAGES, ids=NAMES)
+@pytest.mark.parametrize("mechanism", [*LINKAGES, EVERY_SCENE["cam-follower"].mechanism()], ids=[*NAMES, "cam"])
 @pytest.mark.parametrize("acceleration", [0.0, 11.0])
 def test_polygons_close(mechanism: Mechanism, acceleration: float) -> None:
     for polygon in both(at(mechanism, 0.25, 7.0, acceleration)):
         assert len(polygon.vectors) >= 3
-        assert polygon.gap <= 1e-12
-
-
-@pytest.mark.parametrize("name", EVERY_SCENE)
-def test_polygons_of_every_scene_close(name: str) -> None:
-    scene = EVERY_SCENE[name]
-    for polygon in both(linkage_state(scene.kinematics, 2.0, scene.speed)):
         assert polygon.gap <= 1e-12
 
 
@@ -225,20 +218,6 @@ def test_the_image_of_a_link_is_its_figure_turned_and_scaled() -> None:
         assert m == pytest.approx(a + (b - a) / 3.0, abs=1e-13 * polygon.size)
 
 
-@pytest.mark.parametrize(("track", "wheel"), [(0.3, 0.1), (1.0, 0.02), (-0.3, 0.1)])
-def test_the_contact_points_acceleration_is_the_courses_formula(track: float, wheel: float) -> None:
-    # Document 001, figures 6.12, 6.13: omega^2 r R / (R + r) on a convex track, omega^2 r R / (R - r) in a concave one.
-    mechanism = planetary_wheel(track, wheel)
-    state = at(mechanism, 0.3, 4.0, 2.0)
-    rolling = mechanism.joints[-1]
-    assert isinstance(rolling, Rolling)
-    expected = state.angular_velocities["wheel"] ** 2 * wheel * abs(track) / abs(track + wheel)
-    found = contact_acceleration(state, rolling)
-    assert length(found) == pytest.approx(expected, rel=1e-11)
-    radial = state.links["arm"].arm((1.0, 0.0))
-    assert abs(float(found @ left_of(radial))) <= 1e-11 * length(found)
-
-
 # -- names ----------------------------------------------------------------------------------------------------------
 
 
@@ -267,31 +246,6 @@ def test_three_links_on_one_pin_share_a_point() -> None:
 # -- printed values -------------------------------------------------------------------------------------------------
 
 
-def test_example_5_6_velocities() -> None:
-    # Document 001, example 5.6, at the 60 rad/s that its solution uses; printed with two digits.
-    state = at(example_5_6(), 0.0, 60.0)
-    polygon = velocity_polygon(state)
-    printed = {"V_A": 6.6, "V_B": 5.8, "V_B/A": 6.4}
-    assert {name: round(length(polygon.vector(name).value), 1) for name in printed} == printed
-    assert abs(state.angular_velocities["coupler"]) == pytest.approx(6.4 / 0.21, rel=1e-12)
-    # Printed as 30.47 too, although 5.8 / 0.145 is 40.
-    assert state.angular_velocities["rocker"] == pytest.approx(40.0, rel=1e-12)
-
-
-def test_example_4_10_velocities() -> None:
-    polygon = velocity_polygon(at(example_4_10(), 0.0, 104.72))
-    for name, printed, last in (("V_A", 14.66, 0.01), ("V_B", 12.69, 0.01), ("V_C", 3.8, 0.1)):
-        assert length(polygon.vector(name).value) == pytest.approx(printed, abs=last)
-
-
-def test_example_6_15_velocities_within_what_its_drawing_was_read_to() -> None:
-    # Two angles were fitted to the printed velocities, which were measured in a drawing.
-    polygon = velocity_polygon(at(example_6_15(), 0.0, -600.0 * RPM))
-    printed = {"V_A": 12.5, "V_B": 12.2, "V_C": 7.4, "V_D": 6.4, "V_B/A": 4.0, "V_D/C": 9.4}
-    for name, value in printed.items():
-        assert length(polygon.vector(name).value) == pytest.approx(value, abs=0.6), name
-
-
 def test_example_6_15_accelerations_of_the_recovered_geometry() -> None:
     # Normal parts follow from speeds: printed 781.25 from 12.5^2 / .2; a tangential one from the printed polygon.
     polygon = acceleration_polygon(at(example_6_15(), 0.0, -600.0 * RPM))
@@ -311,13 +265,3 @@ def test_example_6_18_velocities_and_the_accelerations_that_follow_from_them() -
     assert length(accelerations.vector("A^n_B/A").value) == pytest.approx(100.0, rel=1e-12)
     # Printed 320, measured in a drawn polygon; the recovered geometry gives 315.6.
     assert length(accelerations.vector("A^t_B").value) == pytest.approx(320.0, abs=5.0)
-
-
-def test_parts_of_a_link_point_to_the_other_point_and_across() -> None:
-    state = at(example_5_6(), 0.0, 60.0)
-    coupler = state.links["coupler"]
-    parts = link_parts(state, "coupler", (0.21, 0.0), (0.0, 0.0))
-    arm = coupler.place((0.21, 0.0)) - coupler.place((0.0, 0.0))
-    assert length(parts.normal) == pytest.approx(6.4**2 / 0.21, rel=1e-12)  # V_B/A^2 / AB
-    assert float(parts.normal @ arm) < 0.0
-    assert abs(float(parts.tangential @ arm)) <= 1e-12 * length(parts.tangential) * length(arm)

@@ -288,9 +288,3 @@ def test_an_error_names_the_file(tmp_path: Path, content: bytes, expected: str) 
         read_scene(path)
     assert str(told.value).startswith(f"{path}: ")
     assert expected in str(told.value)
-
-
-def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
-    for path in (tmp_path, tmp_path / "missing.toml", Path("/dev/zero")):
-        with pytest.raises(InvalidInput, match=str(path)):
-            read_scene(path)

@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.mechanism.files.toml_file import MOST_BYTES
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.execution.isolation import isolated
 from tests.support import mutants
@@ -64,7 +63,7 @@ def test_mutants_are_refused_in_one_line_or_move() -> None:
 
 
 def test_mutants_that_move_do_not_crash_an_engine() -> None:
-    answer = isolated(tried, SHIPPED[-1], range(8), True, timeout=300.0)
+    answer = isolated(tried, SHIPPED[-1], range(5), True, timeout=300.0)
     assert isinstance(answer, Counter), answer
 
 
@@ -79,26 +78,6 @@ def test_what_hangs_is_seen() -> None:
     # Negative control of the time limit.
     with pytest.raises(TimeoutError), in_time("a loop", 0.05):
         sum(k for k in iter(int, 1))
-
-
-@pytest.mark.parametrize(
-    ("content", "expected"),
-    [
-        (b"", "there is no 'name'"),
-        (b"\xff\xfe", "no text in UTF-8"),
-        (b"a = 1\n" * 2, "no TOML"),
-        (b"#" * (MOST_BYTES + 1), "too large"),
-        (b"a = " + b"[" * 5000, "too deep|no TOML"),
-        (b"\x00", "no TOML"),
-    ],
-    ids=["empty", "no-utf-8", "twice", "huge", "deep", "null"],
-)
-def test_files_that_are_none(tmp_path: Path, content: bytes, expected: str) -> None:
-    path = tmp_path / "own.toml"
-    path.write_bytes(content)
-    with pytest.raises(InvalidInput, match=expected) as told:
-        read_scene(path)
-    mutants.one_line(told.value)
 
 
 def test_a_roller_on_the_axis_of_its_cam_is_refused(tmp_path: Path) -> None:

@@ -12,16 +12,12 @@ from rolling_machines import (
     MACHINES,
     PASS,
     PIVOT,
-    PLANET,
-    RING,
     SPEED,
-    SUN,
     TOOTH,
     WHEEL,
     driven,
     gear_pair,
     inverted_slider_crank,
-    planetary_gear,
     poses_of,
     rack_and_wheel,
     swinging_four_bar,
@@ -32,8 +28,6 @@ from rolling_machines import (
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
 from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
-from conrod.exact.motion import Array
-from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic
 from conrod.mechanism.rolling import Rack, Rolling
 from conrod.runs.outcome import joint_gaps
@@ -79,30 +73,6 @@ def test_rolling_pairs_count_as_higher_pairs_and_leave_one_freedom(name: str) ->
 
 
 # -- exact motion ----------------------------------------------------------------------------------------------------
-
-
-def _turn(machine: GenericReference, body: str, angle: Array = ANGLES) -> Array:
-    return poses_of(machine, body, angle)[:, 2]
-
-
-def test_gears_turn_by_the_ratio_of_their_radii_and_a_ring_in_the_same_sense() -> None:
-    np.testing.assert_allclose(_turn(driven(gear_pair()), "wheel"), -TOOTH / WHEEL * ANGLES, atol=1e-12)
-    np.testing.assert_allclose(_turn(driven(gear_pair(TOOTH, -WHEEL)), "wheel"), TOOTH / WHEEL * ANGLES, atol=1e-12)
-
-
-def test_planetary_gear_turns_by_willis_formula() -> None:
-    machine = driven(planetary_gear())
-    np.testing.assert_allclose(_turn(machine, "planet"), (1.0 + SUN / PLANET) * ANGLES, atol=1e-12)
-    np.testing.assert_allclose(_turn(machine, "ring"), (1.0 + SUN / RING) * ANGLES, atol=1e-12)
-    free, sun = driven(planetary_gear("sun")), (2.0 / 3.0) ** 2 * ANGLES
-    np.testing.assert_allclose(_turn(free, "ring"), ANGLES + SUN / RING * (ANGLES - sun), atol=1e-12)
-
-
-def test_rack_takes_its_wheel_along() -> None:
-    machine = driven(rack_and_wheel())
-    way = poses_of(machine, "rack", ANGLES)[:, 0] - 0.4
-    # The line's left is up: a rack that moves to the right beneath its wheel turns it counter-clockwise.
-    np.testing.assert_allclose(_turn(machine, "wheel"), way / WHEEL, atol=1e-12)
 
 
 def test_wheel_that_rolls_along_a_track_never_comes_back_and_is_exact_all_the_way() -> None:

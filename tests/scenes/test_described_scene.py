@@ -11,12 +11,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
 import conrod
-from conrod import MuJoCoSettings, PymunkSettings, compare, run
+from conrod import MuJoCoSettings
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
@@ -163,25 +162,3 @@ def test_a_scene_arrives_in_another_process() -> None:
 def test_braces_in_a_text_are_not_filled_in() -> None:
     scene = scene_of(changed(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
     assert scene.description.format().startswith("A {crank} of {0.__class__}.")
-
-
-# -- engines ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("path", [SLIDER_CRANK, FOUR_BAR], ids=lambda path: path.stem)
-def test_hardened_mujoco_runs_a_file_at_its_accuracy(path: Path) -> None:
-    scene = read_scene(path)
-    assert error(scene, MuJoCoSettings.hardened(scene, 1000)) < 1e-8
-
-
-@pytest.mark.parametrize("path", [SLIDER_CRANK, FOUR_BAR], ids=lambda path: path.stem)
-def test_pymunk_runs_a_file_with_an_error_of_order_two(path: Path) -> None:
-    scene = read_scene(path)
-    coarse, fine = (error(scene, PymunkSettings.tuned(scene, steps)) for steps in (1000, 2000))
-    assert coarse / fine == pytest.approx(4.0, rel=0.1)
-
-
-def error(scene: DescribedScene, settings: MuJoCoSettings | PymunkSettings) -> float:
-    """Largest error of position over a turn, or over the pass."""
-    low, high = scene.span or (0.0, 2.0 * np.pi)
-    return compare(run(scene, settings, (high - low) / (2.0 * np.pi), low), scene).worst("position")

@@ -164,23 +164,11 @@ def coincident_point(mechanism: Mechanism, joint: Joint) -> tuple[str, str, Poin
             assert_never(joint)
 
 
-def contact_acceleration(state: LinkageState, joint: Mesh) -> Array:
+def rolling_acceleration(state: LinkageState, joint: Mesh) -> Array:
     """Acceleration of the point of `b` in contact against that of `a`; (2,) [m/s^2].
 
-    The two have one velocity, and accelerations that differ along the common normal alone. With `a` fixed its length
-    is omega^2 r R / (R + r) for a wheel r on a convex track R, R - r under the line on a concave one, omega^2 r on a
-    flat one (document 001, figures 6.12 to 6.14).
-    """
-    centre = joint_centre(state, joint)
-    assert centre is not None
-    a, b = state.links[joint.a], state.links[joint.b]
-    return b.acceleration_at(b.own(centre[:2])) - a.acceleration_at(a.own(centre[:2]))
-
-
-def rolling_acceleration(state: LinkageState, joint: Mesh) -> Array:
-    """The same from the links' turning alone, omega^2 r R / (R + r) along the normal with signed radii; (2,) [m/s^2].
-
-    With omega their relative angular velocity.
+    The two have one velocity, and accelerations that differ along the common normal alone, by omega^2 r R / (R + r)
+    with signed radii and their relative angular velocity omega (document 001, figures 6.12 to 6.14).
     """
     a, b = state.links[joint.a], state.links[joint.b]
     turning = (b.angular_velocity - a.angular_velocity) ** 2
