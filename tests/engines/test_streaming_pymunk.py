@@ -164,12 +164,9 @@ def test_a_converged_iteration_leaves_rounding_and_a_short_one_does_not(
 
 
 def test_a_bias_other_than_the_engine_has_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    from conrod.engines.pymunk import pieces
-    from conrod.engines.pymunk import pieces as left_over
-
-    told = left_over.gap_rate_left
+    told = dynamics.gap_rate_left
     monkeypatch.setattr(
-        pieces, "gap_rate_left", lambda form, settings, *at: told(form, replace(settings, error_bias=0.5), *at)
+        dynamics, "gap_rate_left", lambda form, settings, *at: told(form, replace(settings, error_bias=0.5), *at)
     )
     assert largest_left(SAW, iterations=1000) > 1e-6
 

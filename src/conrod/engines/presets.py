@@ -6,20 +6,44 @@ Nothing else in conrod knows a preset by name, but for the conventions `STOCK` a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from collections.abc import Iterable, Mapping
+from dataclasses import Field, dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 
 from conrod.runs.trajectory import Settings
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Machine
 
+
+class FieldSettings(Settings, Protocol):
+    """Settings that are a frozen dataclass, whose fields are varied."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+
 AnySettings = TypeVar("AnySettings", bound=Settings)
+AnyFields = TypeVar("AnyFields", bound=FieldSettings)
 MadeSettings_co = TypeVar("MadeSettings_co", bound=Settings, covariant=True)
 
 STOCK = "stock"  # by convention the preset that has an engine as it comes, which studies compare others with
 CUSTOM = "custom"  # the name of settings that are those of no preset
+
+
+def with_fields(settings: AnyFields, **fields: Any) -> AnyFields:
+    """The settings with these values, which are then those of no preset."""
+    return replace(settings, preset=CUSTOM, **fields)
+
+
+def as_preset(
+    settings: AnyFields, presets: Mapping[str, Preset[AnyFields]], machine: Machine, unused: Iterable[str] = ()
+) -> AnyFields:
+    """The preset that the settings of a machine are, if they are one; fields that the machine makes no use of apart."""
+    for name, rule in presets.items():
+        preset = rule(machine, settings.steps_per_revolution)
+        if replace(settings, preset=name, **{field: getattr(preset, field) for field in unused}) == preset:
+            return preset
+    return settings
 
 
 class MakesSettings(Protocol[MadeSettings_co]):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal
 
 from conrod.engines.presets import Preset
@@ -90,6 +90,12 @@ def grid_named(name: str) -> Grid:
         if grid == name:
             return grid
     raise unknown_choice("grid", name, GRIDS)
+
+
+def texts_of(rule: Any) -> dict[str, str]:
+    """The knobs of a rule that is a dataclass, and where each stands."""
+    values = {one.name: getattr(rule, one.name) for one in fields(rule)}
+    return {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
 
 
 def distinct(rules: Iterable[Rule]) -> tuple[Rule, ...]:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Generic
 
-from conrod.engines.presets import AnySettings
+from conrod.engines.presets import AnyFields, with_fields
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Machine
 
 
-class Variations(ABC, Generic[AnySettings]):
-    """What studies vary of an engine's settings; each engine says which of its fields that is."""
+class Variations(ABC, Generic[AnyFields]):
+    """Variations of settings with fields `iterations`, `rounded_state`, `cam_vertices` and `gravity`."""
 
     @abstractmethod
     def refined(
-        self, machine: Machine, settings: AnySettings, steps_per_revolution: int, softness_follows: bool
-    ) -> AnySettings:
+        self, machine: Machine, settings: AnyFields, steps_per_revolution: int, softness_follows: bool
+    ) -> AnyFields:
         """The same settings at another number of steps per revolution.
 
         Args:
@@ -25,48 +25,48 @@ class Variations(ABC, Generic[AnySettings]):
         """
 
     @abstractmethod
-    def converged(self, machine: Machine, settings: AnySettings, times: int = 1) -> AnySettings:
+    def converged(self, machine: Machine, settings: AnyFields, times: int = 1) -> AnyFields:
         """With as many iterations as stand for infinitely many, or a multiple of them."""
 
     @abstractmethod
-    def less_regularised(self, machine: Machine, settings: AnySettings) -> AnySettings | None:
+    def less_regularised(self, machine: Machine, settings: AnyFields) -> AnyFields | None:
         """With less regularisation of what closes the joints or of the contacts; None where there is none."""
 
     @abstractmethod
-    def restabilised(self, machine: Machine, settings: AnySettings) -> AnySettings | None:
+    def restabilised(self, machine: Machine, settings: AnyFields) -> AnyFields | None:
         """With another stabilisation of what closes the joints or of the contacts; None where there is none."""
 
     @abstractmethod
-    def stabilised(self, machine: Machine, settings: AnySettings, steps: float) -> AnySettings:
+    def stabilised(self, machine: Machine, settings: AnyFields, steps: float) -> AnyFields:
         """With a time constant of so many steps, of what closes the joints or, of a cam, of the contacts.
 
         Guards of the engine against short ones are off where they would act.
         """
 
     @abstractmethod
-    def regularised(self, machine: Machine, settings: AnySettings, share: float) -> AnySettings | None:
+    def regularised(self, machine: Machine, settings: AnyFields, share: float) -> AnyFields | None:
         """With so much regularisation; None where the engine has none.
 
         Args:
             share: in (0, 1], of what the engine puts on a joint by itself; of a contact what impedance lacks of 1.
         """
 
-    @abstractmethod
-    def iterated(self, settings: AnySettings, iterations: int) -> AnySettings:
+    def iterated(self, settings: AnyFields, iterations: int) -> AnyFields:
         """With so many iterations of the solver at most."""
+        return with_fields(settings, iterations=iterations)
 
-    @abstractmethod
-    def rounded(self, settings: AnySettings, single: bool) -> AnySettings:
+    def rounded(self, settings: AnyFields, single: bool) -> AnyFields:
         """With the state rounded to single precision after each step, or not."""
+        return with_fields(settings, rounded_state=single)
 
-    @abstractmethod
-    def faceted(self, settings: AnySettings, vertices: int) -> AnySettings:
+    def faceted(self, settings: AnyFields, vertices: int) -> AnyFields:
         """With a polygon of about so many vertices for each cam."""
+        return with_fields(settings, cam_vertices=vertices)
 
-    @abstractmethod
-    def gravity_switched(self, settings: AnySettings) -> AnySettings:
+    def gravity_switched(self, settings: AnyFields) -> AnyFields:
         """Without gravity, or with it where there was none."""
+        return with_fields(settings, gravity=not vars(settings)["gravity"])
 
     @abstractmethod
-    def formal_order(self, settings: AnySettings) -> float:
+    def formal_order(self, settings: AnyFields) -> float:
         """Order that the description of the integrator promises, over smooth forces."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import PIECE, Machine
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.recorder import Recorder, ended_by_engine
 from conrod.engines.mujoco.settings import MuJoCoSettings
@@ -16,8 +16,8 @@ from conrod.runs.outcome import Verdict, judge
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track, Trajectory
 
 
-def pieces(
-    machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float, steps: int
+def run(
+    machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)

@@ -10,7 +10,8 @@ from typing import Any
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.mujoco.settings import PRESETS, STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
-from conrod.engines.rule import Grid, Rule, distinct
+from conrod.engines.presets import as_preset
+from conrod.engines.rule import Grid, Rule, distinct, texts_of
 
 # Where a time constant stands: in seconds, in steps, or in shares of the period.
 STOCK_CONSTANT = "0.02 s"
@@ -48,7 +49,7 @@ class MuJoCoRule(Rule):
         return self.stabilisation in STEP_CONSTANTS
 
     def knobs(self) -> dict[str, str]:
-        return _texts(self)
+        return texts_of(self)
 
     def settings(self, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
         """Settings whose armature and all that is not a knob are those of the stock preset."""
@@ -61,7 +62,10 @@ class MuJoCoRule(Rule):
             tolerance=self.tolerance,
             **self.own_settings(time_constant(self.stabilisation, machine, steps_per_revolution)),
         )
-        return _named(made, machine)
+        contact = bool(machine.kinematics.mechanism.cam_contacts)
+        return as_preset(
+            made, PRESETS, machine, ("solref", "solimp") if contact else ("contact_solref", "contact_solimp")
+        )
 
     @abstractmethod
     def own_settings(self, constant: float) -> dict[str, Any]:
@@ -185,18 +189,3 @@ def _said(rule: Any, names: tuple[str, ...]) -> list[str]:
     }
     values = {name: getattr(rule, name) for name in names}
     return [words.get(name, "{}").format(v) for name, v in values.items() if v != usual[name]]
-
-
-def _texts(rule: Any) -> dict[str, str]:
-    values = {field.name: getattr(rule, field.name) for field in fields(rule)}
-    return {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
-
-
-def _named(settings: MuJoCoSettings, machine: Machine) -> MuJoCoSettings:
-    """The preset that these settings are, if they are one; what this machine has none of does not count."""
-    unused = ("solref", "solimp") if machine.kinematics.mechanism.cam_contacts else ("contact_solref", "contact_solimp")
-    for name, rule in PRESETS.items():
-        preset = rule(machine, settings.steps_per_revolution)
-        if replace(settings, preset=name, **{field: getattr(preset, field) for field in unused}) == preset:
-            return preset
-    return settings

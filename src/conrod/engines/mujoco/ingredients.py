@@ -10,7 +10,7 @@ from typing import Any
 
 from conrod.engines.engine import Machine
 from conrod.engines.ingredients import Ingredient, Quantity, Way, dressed, fields_of, part, undressed, with_fields
-from conrod.engines.mujoco.model_edits import dressing_refusal
+from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.optional_ingredients import carried
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
 
@@ -138,5 +138,5 @@ def ingredients(machine: Machine, minimal: MuJoCoSettings) -> tuple[Ingredient[M
     found = (*carried(mechanism, minimal), *needed(contact, minimal))
     # What is added is what must apply; of what the model consists of, it is what is missing then.
     return tuple(
-        one for one in found if not dressing_refusal(mechanism, (one.removed if one.minimal else one.added)(minimal))
+        one for one in found if not edit_refusal(mechanism, (one.removed if one.minimal else one.added)(minimal))
     )

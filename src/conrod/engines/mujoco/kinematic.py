@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 
@@ -20,9 +18,10 @@ from conrod.mechanism.mechanism import CamContact
 NEWTON_STEPS = 20
 
 
-def solve(machine: Machine, settings: MuJoCoSettings, angle: Array) -> KinematicResult:
+def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     """The crank held at each angle, the rest placed by the engine's own equations."""
-    made = build(machine, replace(settings, hardening=None))
+    settings = MuJoCoSettings.tuned(machine, 1000)
+    made = build(machine, settings)
     data = mujoco.MjData(made.model)
     contacts = made.tree.mechanism.cam_contacts
     rows, course = [], StraightAhead()

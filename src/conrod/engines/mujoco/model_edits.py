@@ -270,7 +270,7 @@ def dress_up(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     """Edit a complete model as its settings say.
 
     Raises:
-        InvalidInput: a name is none of `EDITS`, or does not apply to the machine, see `dressing_refusal`.
+        InvalidInput: a name is none of `EDITS`, or does not apply to the machine, see `edit_refusal`.
     """
     for name in settings.dressing:
         if name not in EDITS:
@@ -280,7 +280,7 @@ def dress_up(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
             edit(root, tree, settings)
 
 
-def dressing_refusal(mechanism: Mechanism, settings: MuJoCoSettings) -> str | None:
+def edit_refusal(mechanism: Mechanism, settings: MuJoCoSettings) -> str | None:
     """None, or the reason why a model of a mechanism cannot be dressed like this."""
     for name in settings.dressing:
         if name in OF_CONTACT and not mechanism.cam_contacts:

@@ -13,6 +13,7 @@ from conrod.engines.massless_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.presets import with_fields
 from conrod.engines.tree import tree_of
 from conrod.engines.variations import Variations
 
@@ -32,7 +33,7 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
     ) -> MuJoCoSettings:
         """The softness is the time constants; MuJoCo itself raises one below two steps to two steps."""
         h = step_length(machine, steps_per_revolution)
-        same = replace(settings, preset="custom", steps_per_revolution=steps_per_revolution, timestep=h)
+        same = with_fields(settings, steps_per_revolution=steps_per_revolution, timestep=h)
         if not softness_follows:
             return same
         return replace(
@@ -43,7 +44,7 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
 
     def converged(self, machine: Machine, settings: MuJoCoSettings, times: int = 1) -> MuJoCoSettings:
         iterations = times * max(NEWTON_ITERATIONS, settings.iterations)
-        return replace(settings, preset="custom", solver="Newton", iterations=iterations, tolerance=0.0)
+        return with_fields(settings, solver="Newton", iterations=iterations, tolerance=0.0)
 
     def less_regularised(self, machine: Machine, settings: MuJoCoSettings) -> MuJoCoSettings:
         """Loops hardened, or hardened ten times further.
@@ -64,7 +65,7 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
     def stabilised(self, machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
         """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
         guarded = settings.refsafe and steps >= LEAST_CONSTANT
-        same = replace(settings, preset="custom", refsafe=guarded)
+        same = with_fields(settings, refsafe=guarded)
         if machine.kinematics.mechanism.cam_contacts:
             return replace(same, contact_solref=(steps * settings.timestep, settings.contact_solref[1]))
         return replace(same, solref=(steps * settings.timestep, settings.solref[1]))
@@ -73,20 +74,8 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
         """Loops by hardening; contacts, which it is not for, by an impedance that does not change with the overlap."""
         if machine.kinematics.mechanism.cam_contacts:
             impedance = (1.0 - share, 1.0 - share, *settings.contact_solimp[2:])
-            return replace(settings, preset="custom", contact_solimp=impedance)
-        return replace(settings, preset="custom", hardening=share)
-
-    def iterated(self, settings: MuJoCoSettings, iterations: int) -> MuJoCoSettings:
-        return replace(settings, preset="custom", iterations=iterations)
-
-    def rounded(self, settings: MuJoCoSettings, single: bool) -> MuJoCoSettings:
-        return replace(settings, preset="custom", rounded_state=single)
-
-    def faceted(self, settings: MuJoCoSettings, vertices: int) -> MuJoCoSettings:
-        return replace(settings, preset="custom", cam_vertices=vertices)
-
-    def gravity_switched(self, settings: MuJoCoSettings) -> MuJoCoSettings:
-        return replace(settings, preset="custom", gravity=not settings.gravity)
+            return with_fields(settings, contact_solimp=impedance)
+        return with_fields(settings, hardening=share)
 
     def formal_order(self, settings: MuJoCoSettings) -> float:
         return FORMAL_ORDERS[settings.integrator]

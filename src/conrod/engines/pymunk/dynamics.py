@@ -8,19 +8,27 @@ from dataclasses import dataclass
 import numpy as np
 import pymunk
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import PIECE, Machine
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.pymunk.built import Build, Loading
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.points import Staggered, point_tracks, staggered
+from conrod.engines.pymunk.points import Staggered, body_states, observed_points, point_tracks, staggered
+from conrod.engines.pymunk.residual import gap_rate_left
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
-from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import judge
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track, Trajectory
+from conrod.runs.trajectory import (
+    BodyStates,
+    BodyTracks,
+    Instants,
+    Piece,
+    PointTracks,
+    SolverState,
+    Track,
+    Trajectory,
+)
 
 KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
 
@@ -40,6 +48,18 @@ class Stretch:
     points: Mapping[str, PointTracks]
     centres: Array
     rates: Array
+
+
+def run(
+    machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+) -> Iterator[Piece]:
+    """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
+    made = started(machine, settings, start_angle)
+    whole, clock = round(settings.steps_per_revolution * revolutions), start_angle / machine.speed
+    for stretch in stretches(machine, made, settings, start_angle, whole, steps):
+        piece = _piece(machine, settings, revolutions, made.form, stretch, clock)
+        clock = float(piece.clock[-1])
+        yield piece
 
 
 def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> Build:
@@ -79,19 +99,39 @@ def stretches(
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
 
 
-def trajectory_of(machine: Machine, settings: PymunkSettings, revolutions: float, stretch: Stretch) -> Trajectory:
-    """A stretch of a run, judged by itself."""
+def _piece(
+    machine: Machine, settings: PymunkSettings, revolutions: float, form: ModelForm, stretch: Stretch, clock: float
+) -> Piece:
+    """A stretch of a run, judged by itself.
+
+    Args:
+        clock: at the sample before the stretch, or at the start [s].
+    """
     verdict = judge(machine.kinematics, stretch.bodies, machine.speed)
-    return Trajectory(
-        engine="pymunk",
-        engine_version=pymunk.version,
-        settings=settings,
-        speed=machine.speed,
-        revolutions=revolutions,
-        outcome=verdict.outcome,
-        reason=verdict.reason,
-        points=stretch.points,
-        bodies=stretch.bodies,
+    samples = len(stretch.bodies.position.poses)
+    # Chipmunk has no clock. A user keeps one, step by step: `accumulate` adds in this order, with its rounding.
+    ticks = np.full(samples + (stretch.first > 0), settings.timestep)
+    ticks[0] = clock
+    with np.errstate(all="ignore"):
+        left = gap_rate_left(form, settings, stretch.centres, stretch.rates)
+    return Piece(
+        trajectory=Trajectory(
+            engine="pymunk",
+            engine_version=pymunk.version,
+            settings=settings,
+            speed=machine.speed,
+            revolutions=revolutions,
+            outcome=verdict.outcome,
+            reason=verdict.reason,
+            points=stretch.points,
+            bodies=stretch.bodies,
+        ),
+        first_step=stretch.first,
+        clock=np.add.accumulate(ticks)[-samples:],
+        warnings={},
+        # The iteration has no test of its own, and takes all it may.
+        solver=None if left is None else SolverState(settings.iterations, left, of_rates=True),
+        drive_torque=None,
     )
 
 
@@ -162,30 +202,3 @@ def _states(form: ModelForm, centres: Array, rates: Array, after: Array | None) 
     """Poses and rates of the frames of all links from those of the engine's centres of gravity."""
     poses, speeds = form.completed(body_states(form.mechanism, centres, rates), after)
     return poses, speeds
-
-
-def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
-    """Poses and rates of the body frames from those of the centres of gravity."""
-    poses, speeds = centres.copy(), rates.copy()
-    for i, body in enumerate(mechanism.bodies):
-        cx, cy = body.centre_of_gravity
-        if cx == cy == 0.0:
-            continue
-        c, s, spin = np.cos(centres[:, 3 * i + 2]), np.sin(centres[:, 3 * i + 2]), rates[:, 3 * i + 2]
-        rx, ry = c * cx - s * cy, s * cx + c * cy
-        poses[:, 3 * i] -= rx
-        poses[:, 3 * i + 1] -= ry
-        speeds[:, 3 * i] += spin * ry
-        speeds[:, 3 * i + 1] -= spin * rx
-    return poses, speeds
-
-
-def observed_points(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Position and velocity of the observed points, (T, 2) each."""
-    bodies = pose_jets(mechanism, [poses, rates])
-    positions, velocities = {}, {}
-    for observed in mechanism.observed:
-        x, y = bodies[observed.body].point(observed.point)
-        positions[observed.name] = np.column_stack([x.coefficients[0], y.coefficients[0]])
-        velocities[observed.name] = np.column_stack([x.coefficients[1], y.coefficients[1]])
-    return positions, velocities

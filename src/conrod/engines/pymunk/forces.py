@@ -26,9 +26,9 @@ import numpy as np
 from conrod.engines.engine import Machine
 from conrod.engines.forces import DRIVE, EDITED, ForceTracks, nothing_told
 from conrod.engines.massless_rod import BODY
-from conrod.engines.pymunk.dynamics import body_states, body_tracks, started
+from conrod.engines.pymunk.dynamics import body_tracks, started
 from conrod.engines.pymunk.loads import advance_loaded
-from conrod.engines.pymunk.points import Staggered, staggered
+from conrod.engines.pymunk.points import Staggered, body_states, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.stepping import advance
 from conrod.exact.dynamics.inverse import component_names

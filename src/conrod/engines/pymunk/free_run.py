@@ -21,9 +21,9 @@ import numpy as np
 
 from conrod.engines.free_run import FreeRun, free_energy, free_verdict
 from conrod.engines.pymunk.built import Build
-from conrod.engines.pymunk.dynamics import body_states
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes, advance_free_loaded
+from conrod.engines.pymunk.points import body_states
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build_free
 from conrod.engines.pymunk.stepping import advance_free, state

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import BODY, ROD_FORMS
+from conrod.engines.presets import as_preset
 from conrod.engines.pymunk.settings import PRESETS, STOCK_BIAS, PymunkSettings
-from conrod.engines.rule import Grid, Rule, distinct
+from conrod.engines.rule import Grid, Rule, distinct, texts_of
 
 # Share of an error that is left after a second: Chipmunk's default, the same for a machine ten times as fast, none.
 BIASES = {"stock": STOCK_BIAS, "stock^10": STOCK_BIAS**10, "0": 0.0}
@@ -36,7 +36,7 @@ class JointRule(Rule):
         return self.error_bias == "0"
 
     def knobs(self) -> dict[str, str]:
-        return _texts(self)
+        return texts_of(self)
 
     def settings(self, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
         tuned = PymunkSettings.tuned(machine, steps_per_revolution)
@@ -50,7 +50,7 @@ class JointRule(Rule):
         # What concerns contact has no part in a machine without one, and must not keep it from being a preset.
         if self.error_bias == "0":
             made = replace(made, collision_bias=0.0, collision_slop=tuned.collision_slop)
-        return _named(made, machine)
+        return as_preset(made, PRESETS, machine)
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class ContactRule(Rule):
         return self.bias == "0" and self.slop != "stock"
 
     def knobs(self) -> dict[str, str]:
-        return _texts(self)
+        return texts_of(self)
 
     def settings(self, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
         tuned = PymunkSettings.tuned(machine, steps_per_revolution)
@@ -87,7 +87,7 @@ class ContactRule(Rule):
             collision_slop=slops[self.slop],
             cam_vertices=self.vertices,
         )
-        return _named(made, machine)
+        return as_preset(made, PRESETS, machine)
 
 
 def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:
@@ -116,16 +116,3 @@ def _contact_rules(grid: Grid) -> tuple[Rule, ...]:
 
 def _iterations(text: str) -> str:
     return "16 (1 + mass ratio) iterations" if text == AS_TUNED else f"{text} iterations"
-
-
-def _texts(rule: Any) -> dict[str, str]:
-    return {field.name: str(getattr(rule, field.name)) for field in fields(rule)}
-
-
-def _named(settings: PymunkSettings, machine: Machine) -> PymunkSettings:
-    """With the name of the preset that these settings are, if they are."""
-    for name, rule in PRESETS.items():
-        preset = rule(machine, settings.steps_per_revolution)
-        if replace(settings, preset=name) == preset:
-            return preset
-    return settings

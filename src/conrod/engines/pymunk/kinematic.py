@@ -13,8 +13,8 @@ from conrod.engines.crank_sweep import StraightAhead, approached
 from conrod.engines.engine import Machine
 from conrod.engines.fixed_point import close_gap
 from conrod.engines.pymunk.built import Build
-from conrod.engines.pymunk.dynamics import body_states, observed_points
 from conrod.engines.pymunk.law import shape_error
+from conrod.engines.pymunk.points import body_states, observed_points
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.exact.motion import Array
@@ -30,8 +30,9 @@ RATE_DONE = 1e-13  # of the machine's size times the crank's speed, left in a jo
 DONE = 1e-16
 
 
-def solve(machine: Machine, settings: PymunkSettings, angle: Array) -> KinematicResult:
+def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     """The crank held at each angle, the rest placed by the engine's own joints (or its distance query)."""
+    settings = PymunkSettings.tuned(machine, 1000)
     still = replace(settings, iterations=ITERATIONS, gravity=False, error_bias=0.0)
     made = build(machine, still)
     _make_equal(made)

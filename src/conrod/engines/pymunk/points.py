@@ -1,7 +1,4 @@
-"""The instants that pymunk's positions and velocities, and conrod's accelerations, belong to.
-
-Motion of the observed points, straight from the centres of gravity: what a run must record costs least this way.
-"""
+"""The instants that pymunk's samples belong to, and the motion of points and links at them."""
 
 from __future__ import annotations
 
@@ -10,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.exact.cache_blocks import chunks
+from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism, ObservedPoint
 from conrod.runs.trajectory import Instants, PointTracks, Track
@@ -149,3 +147,30 @@ def _differences(velocities: Array, h: float) -> Array:
         np.subtract(velocities[rows.start + 1 : rows.stop + 1], velocities[rows], out=here)
         here /= h
     return accelerations
+
+
+def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
+    """Poses and rates of the body frames from those of the centres of gravity."""
+    poses, speeds = centres.copy(), rates.copy()
+    for i, body in enumerate(mechanism.bodies):
+        cx, cy = body.centre_of_gravity
+        if cx == cy == 0.0:
+            continue
+        c, s, spin = np.cos(centres[:, 3 * i + 2]), np.sin(centres[:, 3 * i + 2]), rates[:, 3 * i + 2]
+        rx, ry = c * cx - s * cy, s * cx + c * cy
+        poses[:, 3 * i] -= rx
+        poses[:, 3 * i + 1] -= ry
+        speeds[:, 3 * i] += spin * ry
+        speeds[:, 3 * i + 1] -= spin * rx
+    return poses, speeds
+
+
+def observed_points(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Position and velocity of the observed points, (T, 2) each."""
+    bodies = pose_jets(mechanism, [poses, rates])
+    positions, velocities = {}, {}
+    for observed in mechanism.observed:
+        x, y = bodies[observed.body].point(observed.point)
+        positions[observed.name] = np.column_stack([x.coefficients[0], y.coefficients[0]])
+        velocities[observed.name] = np.column_stack([x.coefficients[1], y.coefficients[1]])
+    return positions, velocities

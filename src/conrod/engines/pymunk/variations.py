@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from conrod.engines.engine import Machine, step_length
 from conrod.engines.massless_rod import DISTANCE_JOINT
+from conrod.engines.presets import with_fields
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 from conrod.engines.variations import Variations
 
@@ -29,7 +30,7 @@ class PymunkVariations(Variations[PymunkSettings]):
     ) -> PymunkSettings:
         """The softness is the share of an error left after a second; a slop is a way fallen, and follows h squared."""
         h = step_length(machine, steps_per_revolution)
-        same = replace(settings, preset="custom", steps_per_revolution=steps_per_revolution, timestep=h)
+        same = with_fields(settings, steps_per_revolution=steps_per_revolution, timestep=h)
         if not softness_follows:
             return same
         # What is left after a step, bias^h, is what keeps its size.
@@ -44,7 +45,7 @@ class PymunkVariations(Variations[PymunkSettings]):
     def converged(self, machine: Machine, settings: PymunkSettings, times: int = 1) -> PymunkSettings:
         needed = PymunkSettings.tuned(machine, settings.steps_per_revolution).iterations
         iterations = times * ENOUGH_ITERATIONS * max(needed, settings.iterations)
-        return replace(settings, preset="custom", iterations=iterations)
+        return with_fields(settings, iterations=iterations)
 
     def less_regularised(self, machine: Machine, settings: PymunkSettings) -> PymunkSettings | None:
         """Half the slop of the contacts; joints have no regularisation."""
@@ -66,24 +67,12 @@ class PymunkVariations(Variations[PymunkSettings]):
         """
         bias = math.exp(-1.0 / (steps * settings.timestep))
         if machine.kinematics.mechanism.cam_contacts:
-            return replace(settings, preset="custom", collision_bias=bias)
-        return replace(settings, preset="custom", error_bias=bias)
+            return with_fields(settings, collision_bias=bias)
+        return with_fields(settings, error_bias=bias)
 
     def regularised(self, machine: Machine, settings: PymunkSettings, share: float) -> None:
         """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
         return
-
-    def iterated(self, settings: PymunkSettings, iterations: int) -> PymunkSettings:
-        return replace(settings, preset="custom", iterations=iterations)
-
-    def rounded(self, settings: PymunkSettings, single: bool) -> PymunkSettings:
-        return replace(settings, preset="custom", rounded_state=single)
-
-    def faceted(self, settings: PymunkSettings, vertices: int) -> PymunkSettings:
-        return replace(settings, preset="custom", cam_vertices=vertices)
-
-    def gravity_switched(self, settings: PymunkSettings) -> PymunkSettings:
-        return replace(settings, preset="custom", gravity=not settings.gravity)
 
     def formal_order(self, settings: PymunkSettings) -> float:
         return STAGGERED_ORDER

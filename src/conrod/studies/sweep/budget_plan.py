@@ -58,7 +58,7 @@ def budget_plan_of(name: str, scene: Scene, settings: Settings, fineness: int = 
     def cell(chosen: Settings, finer: int = 1) -> RunCase:
         return RunCase(name, scene, refined(scene, chosen, finer * steps), signed_angles=BUDGET_ANGLES)
 
-    variations: Variations[Settings] = variations_of(engine_named(settings.engine))
+    variations: Variations[Any] = variations_of(engine_named(settings.engine))
     solved = variations.converged(scene, settings)
     cells = {
         AS_IS: RunCase(name, scene, settings, signed_angles=BUDGET_ANGLES),

@@ -90,8 +90,9 @@ def refined(scene: Scene, settings: Settings, steps: int, path: Path = "step alo
     Raises:
         InvalidInput: settings of an engine that is not in the table.
     """
-    variations: Variations[Settings] = variations_of(engine_named(settings.engine))
-    return variations.refined(scene, settings, steps, softness_follows=path == "step with softness")
+    variations: Variations[Any] = variations_of(engine_named(settings.engine))
+    found: Settings = variations.refined(scene, settings, steps, softness_follows=path == "step with softness")
+    return found
 
 
 def rounding_level(steps: int) -> float:
