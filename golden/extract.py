@@ -77,18 +77,21 @@ def _series(points: Iterable[Entry] | None, quantities: Iterable[str]) -> dict[s
 
 # -- validate ----------------------------------------------------------------------------------------------------------
 
+PRINTED = {"printed_table": "printed"}
 VALIDATED = ("errors", "peak", "closure", "phase", "drive", "prediction", "refinement", "printed_table", "lift_error")
 
 
 def _validation(file: Path) -> Records:
-    for entry in _json(file, "results"):
+    parts = json.loads(file.read_text(encoding="utf-8"))["parts"].values()
+    for entry in (one for part in parts for one in part["findings"]["results"]):
         name = f"{entry['scene']}/{entry['engine']}/{entry['preset'] or entry['mode']}"
         for key in ("mode", "outcome", "steps_per_revolution", "revolutions"):
             yield from _exactly(f"{name}/{key}", entry[key])
         for key in VALIDATED:
-            yield from _measured(f"{name}/{key}", entry[key])
+            yield from _measured(f"{name}/{key}", entry[PRINTED.get(key, key)] or None)
         yield from _orders(name, entry["order"], _series(entry["refinement"], entry["order"] or ()))
-        yield from _exactly(f"{name}/tolerance", _without(entry["tolerance"], "reason"))
+        tolerance = _without(entry["tolerance"], "reason")
+        yield from _exactly(f"{name}/tolerance", tolerance if any(tolerance.values()) else {})
         yield from _verdict(name, entry["passed"])
 
 

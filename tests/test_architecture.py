@@ -236,7 +236,7 @@ def test_the_package_itself_loads_nothing_heavy() -> None:
 
 @pytest.mark.parametrize(
     "code",
-    ["import conrod.report.validation.pages", "from conrod.studies.validation import results", "import conrod.scenes"],
+    ["import conrod.report.validation.report", "from conrod.studies.validation import results", "import conrod.scenes"],
 )
 def test_what_works_without_an_engine_loads_none(code: str) -> None:
     assert loaded_by(code) & {"mujoco", "pymunk"} == set()

@@ -28,7 +28,8 @@ def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
     document = tmp_path / "results.json"
     done = conrod("validate", edited(tmp_path), "--preset", "tuned", "--steps-per-rev", "200", "--json", str(document))
     assert done.returncode == 0, done.stderr
-    results = json.loads(document.read_text(encoding="utf-8"))["results"]
+    (part,) = json.loads(document.read_text(encoding="utf-8"))["parts"].values()
+    results = part["findings"]["results"]
     assert {(r["scene"], r["engine"]) for r in results} == {("slider-crank", "mujoco"), ("slider-crank", "pymunk")}
     assert {r["outcome"] for r in results} == {"completed"}
 

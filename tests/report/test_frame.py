@@ -118,7 +118,7 @@ def test_folders_of_others_and_of_other_versions_are_refused_in_one_line(tmp_pat
     results = tmp_path / "motion.json"
     for text, said in (
         ("[1]", "not a conrod report"),
-        ('{"schema": 1, "motions": []}', "another version of conrod"),
+        ('{"schema": 1, "conrod": "0.1.0"}', "another version of conrod"),
         ('{"schema": 2, "kind": "sweep"}', "another kind"),
     ):
         results.write_text(text)

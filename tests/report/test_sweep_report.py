@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from conrod.errors import InvalidInput
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid, svg_text
+from conrod.report.folder import ReportFolder
 from conrod.report.reproduction import Reproduction
 from conrod.report.sweep import writer
 from conrod.report.sweep.bands import Pooled, rows_of, shares_table
@@ -36,7 +37,7 @@ from conrod.report.sweep.setting_tables import transfers_table
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.sweep.writer import sweep_report_batch
 from conrod.report.tables import table
-from conrod.report.validation.summary import check_report_folder
+from conrod.report.validation.report import KIND
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import Batch, write_together
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
@@ -411,8 +412,8 @@ def test_a_sweep_and_a_validation_do_not_replace_each_other(study: SweepStudy, t
     check_sweep_folder(tmp_path, ["saw-500rpm"])
     write_together([sweep_report_batch([study], tmp_path / "sweep", COMMAND)])
     check_sweep_folder(tmp_path / "sweep", ["saw-500rpm"])
-    with pytest.raises(InvalidInput, match="not a conrod report"):
-        check_report_folder(tmp_path / "sweep", ["saw-500rpm"])
+    with pytest.raises(InvalidInput, match="conrod"):
+        ReportFolder(tmp_path / "sweep", KIND)
     (tmp_path / "results.json").write_text('{"schema": 1, "scenes": {}}')
     with pytest.raises(InvalidInput, match="not a sweep's report"):
         check_sweep_folder(tmp_path, ["saw-500rpm"])

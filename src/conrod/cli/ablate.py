@@ -13,7 +13,6 @@ import click
 from rich.table import Table
 
 from conrod.cli import options
-from conrod.cli.console import console
 from conrod.report.ablate.words import (
     alone,
     change_of,
@@ -24,6 +23,7 @@ from conrod.report.ablate.words import (
     torque_text,
     verdict_text,
 )
+from conrod.report.terminal import console
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, Verdict
 
 if TYPE_CHECKING:

@@ -15,23 +15,16 @@ from conrod.engines import engine_names
 from conrod.errors import unknown_choice
 from conrod.report.numbers import SHOWN_UNITS
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
-from conrod.report.validation.prose import described
+from conrod.report.scene_words import described
+from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.validation.tables import verdicts_table
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
 from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
-from conrod.studies.validation.results import Result, SceneStudy
+from conrod.studies.validation.results import SceneStudy
 
-# Without a terminal there is no width to fit; tables then keep their columns whole.
-PLAIN_WIDTH = 140
 WIDE = 400  # for lines that tell of a source
 CSV_SAMPLES = 360
-
-
-def console(plain_width: int = PLAIN_WIDTH) -> Console:
-    """Standard output, as wide as the terminal, or wide enough where there is none."""
-    # A user's file or body may be called ":key:".
-    out = Console(highlight=False, emoji=False)
-    return out if out.is_terminal else Console(highlight=False, emoji=False, width=plain_width)
 
 
 # -- verdicts --------------------------------------------------------------------------------------------------------
@@ -39,55 +32,15 @@ def console(plain_width: int = PLAIN_WIDTH) -> Console:
 
 def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     """A line for each result: largest errors over the observed points, observed order, verdict."""
-    table = Table(title="largest error over the run, normalised by L, omega L, omega^2 L", title_justify="left")
-    for heading in ("scene", "engine", "preset", "steps/rev"):
-        table.add_column(heading, justify="right" if heading == "steps/rev" else "left", no_wrap=True)
-    for heading in ("position", "velocity", "acceleration", "order x, v, a"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("verdict", overflow="fold")
-    for study in studies:
-        for result in study.results:
-            table.add_row(*_row(result))
     out = console()
-    out.print(table)
-    for scene, reason in dict.fromkeys(
+    print_table(out, verdicts_table(studies), folding=("verdict",))
+    reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)
         for study in studies
         for result in study.results
         if result.passed is None and result.tolerance.reason
-    ):
-        out.print(f"{escape(scene)}: tolerances: {escape(reason)}", highlight=False)
-
-
-def _row(result: Result) -> list[str]:
-    errors = [_error(result.largest(q)) for q in ("position", "velocity", "acceleration")]
-    order = "" if result.order is None else ", ".join(_order(result.order[q]) for q in result.order)
-    preset = result.preset or "(kinematic)"
-    steps = "" if result.steps_per_revolution is None else str(result.steps_per_revolution)
-    return [result.scene, result.engine, preset, steps, *errors, order, _verdict(result)]
-
-
-def _error(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1e}"
-
-
-def _order(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f}"
-
-
-def _verdict(result: Result) -> str:
-    if result.outcome != "completed":
-        return f"[yellow]{result.outcome}[/]: {escape(result.reason)}"
-    if result.passed is None:
-        return "measured, not judged"
-    return "[green]within tolerance[/]" if result.passed else f"[red]OUT OF TOLERANCE[/]: {_missed(result)}"
-
-
-def _missed(result: Result) -> str:
-    parts = [f"{name} {_error(found)} > {allowed:.1e}" for name, (found, allowed) in result.exceeded().items()]
-    if result.printed is not None and result.printed.engine_agrees < result.printed.exact_agrees:
-        parts.append(f"{result.printed.exact_agrees - result.printed.engine_agrees} cells of the printed table missed")
-    return ", ".join(parts)
+    )
+    print_lines(out, (f"{scene}: tolerances: {reason}" for scene, reason in reasons))
 
 
 # -- show ------------------------------------------------------------------------------------------------------------

@@ -13,8 +13,8 @@ import click
 from rich.table import Table
 
 from conrod.cli import options
-from conrod.cli.console import console
 from conrod.report.limits.words import BOUNDARIES, beyond, readable, up_to
+from conrod.report.terminal import console
 from conrod.studies.limits.results import LimitStudy, Walk
 
 WIDE = 170  # where there is no terminal to fit

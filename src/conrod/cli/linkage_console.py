@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 from rich.table import Table
 
-from conrod.cli.console import console
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.centres import InstantCentre, centre_count
 from conrod.exact.linkage.course import CrankRange
@@ -23,6 +22,7 @@ from conrod.exact.linkage.quantities import (
 )
 from conrod.exact.motion import Array
 from conrod.report import numbers
+from conrod.report.terminal import console
 
 # Below this share of the largest value a digit is rounding, different from machine to machine.
 ROUNDING = 1e-9

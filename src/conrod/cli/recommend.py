@@ -12,8 +12,8 @@ import click
 
 from conrod.cli import options
 from conrod.cli import options as exit_status
-from conrod.cli.console import console
 from conrod.engines.presets import STOCK
+from conrod.report.terminal import console
 from conrod.studies.recommend.recommendation import Confirmation, Recommendation, Refusal, Rejected
 
 

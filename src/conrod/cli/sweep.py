@@ -15,7 +15,7 @@ import click
 from rich.table import Table
 
 from conrod.cli import options
-from conrod.cli.console import console
+from conrod.report.terminal import console
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.results import SweepStudy, SweptPoint
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -14,13 +14,6 @@ from conrod.cli import options as exit_status
 from conrod.cli.model_options import ModelOptions, of_a_model
 from conrod.cli.options import MotionOptions, RunOptions, TableOptions, check_unused, of_a_motion, of_a_table
 from conrod.errors import InvalidInput
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from conrod.scenes import Scene
-    from conrod.studies.frame.files import Batch
-    from conrod.studies.validation.results import SceneStudy
 
 DEFAULT_REVOLUTIONS = 2
 # On the pages of so many machines: where it is, and how far off.
@@ -146,10 +139,13 @@ def validate_scenes(
 ) -> None:
     """Scenes in engines."""
     from conrod.cli.console import print_verdicts
+    from conrod.cli.outputs import outputs
+    from conrod.cli.reproduction import reproduction
     from conrod.cli.runner import Runner
     from conrod.report.charts.styles import figures_of
+    from conrod.report.validation.report import KIND, without_motion
     from conrod.scenes.catalogue import CATALOGUE
-    from conrod.studies.frame.files import naming, write_together
+    from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import make_plan, select_engines, select_presets, select_scenes
     from conrod.studies.validation.study import validation
 
@@ -158,71 +154,25 @@ def validate_scenes(
     presets = select_presets(engines, preset)
     turns = DEFAULT_REVOLUTIONS if revolutions is None else revolutions
     plan = make_plan(chosen, steps_per_rev, turns, tolerance)
-    folder, file = _checked_outputs(out, document, chosen)
-    figures_of(figures)
+    files = outputs(KIND, chosen, out, document)
+    drawn = FEW_FIGURES if figures is None and CATALOGUE in scenes else figures
+    shown = figures_of(drawn)
     asked = {
         "--engine": engine,
         "--preset": preset,
         "--steps-per-rev": steps_per_rev,
         "--revolutions": None if turns == DEFAULT_REVOLUTIONS else turns,
         "--tolerance": tolerance,
-        "--figures": FEW_FIGURES if figures is None and CATALOGUE in scenes else figures,
+        "--figures": drawn,
     }
-    with Runner.of(how, file) as runner:
+    with Runner.of(how, files.file) as runner:
         studies = runner.pursue(validation(chosen, engines, presets, plan))
         with naming("standard output"):
             print_verdicts(studies)
-        # All is rendered before anything is written, and then written together: an interrupt leaves all or nothing.
-        batches = [_results_file(studies, file)] if file else []
-        if folder:
-            with runner.options.processes() as executor:
-                batches.append(_report(studies, folder, scenes, asked, assignments, executor))
-    write_together(batches)
-    if folder:
-        click.echo(f"report: {folder / 'README.md'}")
+        found = {study.name: study if "motion" in shown else without_motion(study) for study in studies}
+        command = reproduction("validate", scenes, asked, assignments, files.folder) if files.folder else None
+        with runner.options.processes() as executor:
+            # One page is drawn here and now; several by all processes.
+            files.write(found, command, {"figures": shown}, executor.map if len(studies) > 1 else map)
     if not all(study.passed for study in studies):
         sys.exit(exit_status.FAILED)
-
-
-def _report(
-    studies: Sequence[SceneStudy],
-    folder: Path,
-    scenes: Sequence[str],
-    asked: Mapping[str, Any],
-    assignments: Sequence[str],
-    executor: Executor,
-) -> Batch:
-    from conrod.cli.reproduction import reproduction
-    from conrod.report.charts.styles import figures_of
-    from conrod.report.validation.writer import report_batch
-
-    command = reproduction("validate", scenes, asked, assignments, folder)
-    # One page is drawn here and now; several by all processes.
-    draw = executor.map if len(studies) > 1 else map
-    return report_batch(studies, folder, command, figures_of(asked["--figures"]), draw)
-
-
-def _checked_outputs(
-    out: str | None, document: str | None, scenes: Mapping[str, Scene]
-) -> tuple[Path | None, Path | None]:
-    """The report's folder and the JSON file, refused before any work where something would be lost by them."""
-    from conrod.report.validation.summary import check_apart, check_report_folder
-    from conrod.scenes import SCENES
-    from conrod.studies.frame.files import file_to_write, folder_to_write
-
-    folder = None if out is None else folder_to_write(out, "--out")
-    file = None if document is None else file_to_write(document, "--json")
-    if folder:
-        check_report_folder(folder, scenes)
-        if file:
-            check_apart(file, folder, {*SCENES, *scenes})
-    return folder, file
-
-
-def _results_file(studies: Sequence[SceneStudy], file: Path) -> Batch:
-    import json
-
-    from conrod.studies.frame.files import single
-    from conrod.studies.validation.serialise import results_document
-
-    return single(file, json.dumps(results_document(studies), indent=1, allow_nan=False) + "\n")

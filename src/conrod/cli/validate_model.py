@@ -14,10 +14,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from conrod.cli import options as exit_status
-from conrod.cli.console import console
 from conrod.cli.model_options import ModelOptions
 from conrod.errors import InvalidInput
 from conrod.own.models.study import ModelStudy
+from conrod.report.terminal import console
 from conrod.report.user_model import words
 from conrod.report.user_model import words as run_words
 

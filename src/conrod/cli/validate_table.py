@@ -13,12 +13,12 @@ from rich.console import Console
 from rich.table import Table
 
 from conrod.cli import options as exit_status
-from conrod.cli.console import console
 from conrod.cli.options import TableOptions
 from conrod.errors import InvalidInput
 from conrod.own.tables.judging import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
+from conrod.report.terminal import console
 from conrod.report.trajectory.words import (
     estimate_rows,
     explained,

@@ -110,7 +110,7 @@ class ReportFolder:
             found = document_in(file)
         except (OSError, ValueError):
             found = None
-        if not isinstance(found, dict) or not (found.keys() & {"kind", "schema"}):
+        if not isinstance(found, dict) or not (found.keys() >= {"conrod", "schema"} or "kind" in found):
             raise InvalidInput(
                 f"cannot write into {self.path}: it holds a {self.kind.results} that is not a conrod report"
             )
@@ -152,12 +152,16 @@ class ReportFolder:
         Raises:
             InvalidInput: names the file that is in the way.
         """
+        parts = tuple(parts)
         names = [self.kind.results, self.kind.index_file]
         names += [make(part) for part in parts for make in (self.kind.page_file, self.kind.data_file)]
         for sub in SUBFOLDERS:
             place = self.path / sub
             if place.is_symlink() or (place.exists() and not is_folder(place)):
                 raise InvalidInput(f"cannot write into {self.path}: {sub} in it is not a folder")
+            # Names of figures are known when they are drawn; what could be one of them is no link or folder.
+            there = place.iterdir() if place.exists() else ()
+            names += [f"{sub}/{file.name}" for file in there if file.name.startswith(parts) and is_no_file(file)]
         self.check_free(names)
         for file in beside:
             if file is not None:

@@ -38,6 +38,7 @@ KINDS: dict[str, str] = {
     "printed-values": "conrod.report.printed_values",
     "forces": "conrod.report.forces",
     "motion": "conrod.report.free_motion",
+    "validation": "conrod.report.validation.report",
 }
 
 

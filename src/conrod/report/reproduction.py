@@ -6,9 +6,12 @@ How a report on several machines came about, in a sentence.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import CATALOGUE, catalogue_names
 
 SCENE = "{scene}"
 
@@ -28,6 +31,13 @@ class Reproduction:
     def of(self, *names: str) -> str:
         """The command for some scenes."""
         return self.text.replace(SCENE, " ".join(shlex.quote(self.typed.get(name, name)) for name in names), 1)
+
+    def of_all(self, names: Collection[str]) -> str:
+        """The command for all scenes of a report, in the shortest way that a user would type."""
+        if set(names) == set(SCENES):
+            return self.text.replace(f"{SCENE} ", "", 1)
+        is_catalogue = not self.typed and set(names) == set(catalogue_names())
+        return self.of(*((CATALOGUE,) if is_catalogue else names))
 
     def of_all_that_ship(self) -> str:
         """The command without any scene's name."""

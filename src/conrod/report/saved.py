@@ -73,6 +73,8 @@ def json_text(values: Any) -> str:
 
 def _lines(values: Any, indent: str) -> str:
     flat = json.dumps(values, ensure_ascii=False, allow_nan=False)
+    if len(flat) > LONGEST_LINE:
+        flat = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     if not isinstance(values, dict | list) or not values:
         return flat
     if len(flat) + len(indent) <= LONGEST_LINE or (

@@ -54,7 +54,7 @@ def report_batch(
     }
     saved = {name: plain(kind.kept(one)) for name, one in findings.items()}
     whole = before.entries.keys() <= findings.keys()
-    head = _head(kind) | {"command": command.of(*findings) if whole else None}
+    head = _head(kind) | {"command": command.of_all(findings) if whole else None}
     return _batch(before, head, before.entries | entries, saved, draw)
 
 

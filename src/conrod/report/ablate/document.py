@@ -11,8 +11,7 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.folder import check_beside, check_own_folder, document_in, holds_document
-from conrod.report.validation.pages import FIGURES
-from conrod.report.validation.summary import FILE, INDEX, page_file
+from conrod.report.names import FIGURES, FILE, INDEX, page_file
 from conrod.studies.ablate.results import AblationStudy
 
 SCHEMA = 1

@@ -9,8 +9,8 @@ from conrod.report import numbers
 from conrod.report.ablate import words
 from conrod.report.ablate import words as prose
 from conrod.report.charts.styles import engine_title
+from conrod.report.names import FIGURES
 from conrod.report.tables import paragraphs, table
-from conrod.report.validation.pages import FIGURES
 from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, Gruebler, IngredientResult, VariantResult
 

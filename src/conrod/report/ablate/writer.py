@@ -18,9 +18,9 @@ from conrod.report.ablate.figure import ingredients_figure
 from conrod.report.ablate.page import ablate_page
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.charts.styles import engine_title
+from conrod.report.names import FILE, INDEX, figure_file, page_file
 from conrod.report.reproduction import Reproduction, told_origin
 from conrod.report.tables import paragraphs, table
-from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
 from conrod.scenes import SCENES
 from conrod.studies.ablate.plan import Role
 from conrod.studies.ablate.results import AblationStudy, EngineAblation, IngredientResult

@@ -16,8 +16,7 @@ from typing import Any, TypeVar
 from conrod.errors import InvalidInput
 from conrod.report import numbers
 from conrod.report.folder import check_beside, check_own_folder, document_in, holds_document
-from conrod.report.validation.pages import FIGURES
-from conrod.report.validation.summary import FILE, INDEX, page_file
+from conrod.report.names import FIGURES, FILE, INDEX, page_file
 from conrod.runs.plain import plain, restore
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.results import LimitStudy, Walk

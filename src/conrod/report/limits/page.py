@@ -15,8 +15,8 @@ from conrod.report.limits.float_table import float_table
 from conrod.report.limits.other_tables import determinism_table, long_run_table, maps_table
 from conrod.report.limits.plain_words import sentences
 from conrod.report.limits.undetected_table import quiet_elsewhere, quiet_table
+from conrod.report.names import FIGURES
 from conrod.report.tables import paragraphs
-from conrod.report.validation.pages import FIGURES
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import LimitStudy, Walk

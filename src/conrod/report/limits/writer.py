@@ -21,10 +21,9 @@ from conrod.report.limits.other_tables import determinism_table, long_run_table,
 from conrod.report.limits.page import limits_page
 from conrod.report.limits.undetected_table import quiet_elsewhere, quiet_summary
 from conrod.report.limits.words import readable
+from conrod.report.names import FIGURES, FILE, INDEX, figure_file, page_file
 from conrod.report.reproduction import Reproduction, told_origin
 from conrod.report.tables import paragraphs, table
-from conrod.report.validation.pages import FIGURES
-from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
 from conrod.runs.plain import restore
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import Batch

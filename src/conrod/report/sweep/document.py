@@ -11,10 +11,9 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.folder import check_beside, check_own_folder, document_in, holds_document
+from conrod.report.names import FIGURES, FILE, INDEX, figure_file, page_file
 from conrod.report.sweep.findings import found_in
 from conrod.report.sweep.fronts import TOLERANCES, cheapest_rows
-from conrod.report.validation.pages import FIGURES
-from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
 from conrod.studies.sweep.results import SweepStudy
 
 SCHEMA = 1

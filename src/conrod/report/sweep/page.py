@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from conrod.report import numbers
+from conrod.report.names import FIGURES
 from conrod.report.sweep import prose
 from conrod.report.sweep.bands import shares_table
 from conrod.report.sweep.budgets import budget_tables
@@ -16,7 +17,6 @@ from conrod.report.sweep.predicted_errors import largest_difference, told_table
 from conrod.report.sweep.refinement_orders import orders_table
 from conrod.report.sweep.setting_tables import knobs_table, size_of_grid, variations_table
 from conrod.report.tables import paragraphs
-from conrod.report.validation.pages import FIGURES
 from conrod.studies.sweep.results import SweepStudy
 
 NO_FINDINGS = "Too little of the sweep completed for a statement."

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.names import FILE, INDEX, figure_file, page_file
 from conrod.report.reproduction import Reproduction
 from conrod.report.sweep.bands import bands_figure
 from conrod.report.sweep.budgets import budgets_figure
@@ -18,7 +19,6 @@ from conrod.report.sweep.index import sweep_index
 from conrod.report.sweep.page import sweep_page
 from conrod.report.sweep.refinement_orders import orders_figure
 from conrod.report.sweep.work_precision import work_precision_figure
-from conrod.report.validation.summary import FILE, INDEX, figure_file, page_file
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import Batch
 from conrod.studies.sweep.results import SweepStudy

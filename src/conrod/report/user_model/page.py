@@ -16,12 +16,12 @@ from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.folder import check_own_folder, holds_document
+from conrod.report.names import FIGURES
 from conrod.report.saved import json_text, plain
 from conrod.report.tables import paragraphs, table
 from conrod.report.user_model import words
 from conrod.report.user_model import words as run_words
 from conrod.report.user_model.figure import model_figure
-from conrod.report.validation.pages import FIGURES
 from conrod.studies.frame.files import Batch, check_apart, file_to_write, folder_to_write, single
 from conrod.studies.validation.serialise import environment
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.tables import paragraphs, table
-from conrod.report.validation.sections import dynamic, has_contact
+from conrod.report.table import Table, table
+from conrod.report.validation.tables import dynamic
 from conrod.studies.validation.results import Result, SceneStudy
 
 MEANINGS = {
@@ -38,23 +38,23 @@ OF_LOOPS = {"solref", "solimp", "hardening", "rod"}
 NAMED_ELSEWHERE = {"preset", "steps_per_revolution"}
 
 
-def settings(study: SceneStudy) -> str:
-    """A table for each engine, a column for each preset."""
-    left_out = NAMED_ELSEWHERE | (OF_LOOPS if has_contact(study) else OF_CONTACT)
-    blocks = []
+def settings_tables(study: SceneStudy, has_contact: bool) -> list[tuple[str, Table]]:
+    """A heading and a table for each engine, with a column for each preset."""
+    left_out = NAMED_ELSEWHERE | (OF_LOOPS if has_contact else OF_CONTACT)
+    found = []
     for engine in dict.fromkeys(r.engine for r in dynamic(study)):
         runs = [r for r in dynamic(study) if r.engine == engine and r.settings is not None]
         if runs:
-            blocks += [f"### {engine_title(engine)} {runs[0].engine_version}", _table(runs, left_out)]
-    return paragraphs(*blocks)
+            found.append((f"{engine_title(engine)} {runs[0].engine_version}", _table(runs, left_out)))
+    return found
 
 
-def _table(runs: Sequence[Result], left_out: set[str]) -> str:
-    rows = []
-    for name in runs[0].settings or {}:
-        if name not in left_out:
-            values = [_shown((run.settings or {}).get(name)) for run in runs]
-            rows.append([f"`{name}`", MEANINGS.get(name, ""), *values])
+def _table(runs: Sequence[Result], left_out: set[str]) -> Table:
+    rows = [
+        (f"`{name}`", MEANINGS.get(name, ""), *(_shown((run.settings or {}).get(name)) for run in runs))
+        for name in runs[0].settings or {}
+        if name not in left_out
+    ]
     return table(["setting", "meaning", *(run.preset or "" for run in runs)], rows)
 
 

@@ -1,0 +1,223 @@
+"""The report of a validation: a page for each scene, and an index that opens with how far off each engine is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from conrod.report import numbers
+from conrod.report.charts.errors import error_figure
+from conrod.report.charts.motion import motion_figure
+from conrod.report.charts.overview import overview_figure
+from conrod.report.charts.refinement import refinement_figure
+from conrod.report.charts.styles import FIGURE_NAMES, completed, engine_title
+from conrod.report.drawing.drawing import mechanism_svg
+from conrod.report.figure import Figure
+from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.scene_words import described, parameters_table
+from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.template import rendered
+from conrod.report.validation import tables, words
+from conrod.report.validation.settings import settings_tables
+from conrod.scenes import CamFollower
+from conrod.studies.validation.results import Curve, Result, SceneStudy
+
+ALT = {
+    "mechanism": "The mechanism of {name} with its dimensions",
+    "motion": "Position, velocity and acceleration of the engines over the exact curve of {name}",
+    "error": "Error of every run of {name} against the crank angle",
+    "order": "Error of {name} against step size",
+}
+# Of a span that is drawn: what cannot be seen.
+GRID = 1e-4
+ERROR_DIGITS = 4
+
+
+# -- what is saved ---------------------------------------------------------------------------------------------------
+
+
+def _kept(study: SceneStudy) -> SceneStudy:
+    """The study with its curves in as many digits as a figure can show."""
+    return replace(study, results=tuple(_thinned(r) for r in study.results))
+
+
+def without_motion(study: SceneStudy) -> SceneStudy:
+    """The study without the curves that only a figure of the motion shows."""
+    none = np.zeros(0)
+    cut = lambda curve: replace(curve, angle=none, values=none.reshape(0, 2))  # noqa: E731
+    return replace(study, results=tuple(_curves_changed(r, cut) for r in study.results))
+
+
+def _thinned(result: Result) -> Result:
+    return _curves_changed(
+        result,
+        lambda curve: Curve(
+            angle=_on_grid(curve.angle),
+            values=_on_grid(curve.values),
+            error_angle=_on_grid(curve.error_angle),
+            error=np.array([numbers.rounded(error, ERROR_DIGITS) for error in curve.error.tolist()]),
+        ),
+    )
+
+
+def _curves_changed(result: Result, change: Any) -> Result:
+    if result.curves is None:
+        return result
+    curves = {p: {q: change(curve) for q, curve in curves.items()} for p, curves in result.curves.items()}
+    return replace(result, curves=curves)
+
+
+def _on_grid(values: Any) -> Any:
+    """Values rounded to a power of ten that is `GRID` of their span or less."""
+    span = float(np.ptp(values, axis=0).max()) if len(values) else 0.0
+    return values if span == 0.0 else np.round(values, -int(np.floor(np.log10(GRID * span))))
+
+
+def _summary(study: SceneStudy) -> dict[str, Any]:
+    return {
+        "passed": study.passed,
+        "verdict": words.summary_words(study),
+        "closed_form": study.scene.closed_form,
+        "results": [
+            {
+                "engine": r.engine,
+                "engine_version": r.engine_version,
+                "preset": r.preset,
+                "mode": r.mode,
+                "outcome": r.outcome,
+                "reason": r.reason,
+                "passed": r.passed,
+                "verdict": words.verdict_words(r),
+                "largest": {name: r.largest(name) for name in ("position", "velocity", "acceleration", "total")},
+                "allowed": r.tolerance.judged(),
+            }
+            for r in study.results
+        ],
+    }
+
+
+# -- a scene's page --------------------------------------------------------------------------------------------------
+
+
+def _figures(study: SceneStudy, shown: Sequence[str]) -> dict[str, Figure]:
+    """The figures of a page by name; those of the runs only where one completed."""
+    runs = completed(study.results)
+    draw: dict[str, Any] = {"mechanism": partial(mechanism_svg, study.scene)}
+    if runs:
+        draw |= {"motion": partial(motion_figure, study), "error": partial(error_figure, study)}
+    if any(run.refinement for run in runs):
+        draw["order"] = partial(refinement_figure, study)
+    return {
+        name: Figure(f"{study.name}-{name}", ALT[name].format(name=study.name), one)
+        for name, one in draw.items()
+        if name in shown
+    }
+
+
+def _page(part: Part[SceneStudy]) -> Page:
+    study, scene = part.findings, part.findings.scene
+    runs = completed(study.results)
+    has_contact = bool(scene.mechanism().cam_contacts)
+    figures = _figures(study, part.options.get("figures", FIGURE_NAMES))
+    printed = next((r.printed for r in study.results if r.printed is not None), None)
+    whole, last = words.stretch_words(scene, runs[0].revolutions) if runs else ("", "")
+    points = [(p, tables.peaks_table(study, p), tables.errors_table(study, p)) for p in scene.lengths] if runs else []
+    text = rendered(
+        "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures, whole=whole,
+        last=last, summary=words.summary_words(study), versions=words.versions_words(study.results),
+        verdicts=tables.verdicts_table([study]), parameters=parameters_table(scene), has_contact=has_contact,
+        one_pass=scene.kinematics.mechanism.driver.span is not None, kinematic=tables.kinematic_table(study),
+        refined=any(run.refinement for run in runs), points=points, orders=tables.orders_table(study),
+        closure=tables.closure_table(study), prediction=tables.prediction_table(study), printed=printed,
+        printed_table=tables.printed_table(study), contact=tables.contact_table(study),
+        lift=words.lift_words(scene) if has_contact else "", breaks=words.break_words(scene),
+        cam=scene if isinstance(scene, CamFollower) else None, tolerances=tables.tolerances_table(study),
+        settings=settings_tables(study, has_contact),
+    )  # fmt: skip
+    return Page(text, tuple(figures.values()))
+
+
+# -- the index -------------------------------------------------------------------------------------------------------
+
+
+def _index(index: Index[SceneStudy]) -> Page:
+    scenes = {name: entry["summary"] for name, entry in index.entries.items()}
+    figure = Figure(
+        "overview", "Largest position error of every machine, engine and preset", partial(overview_figure, scenes)
+    )
+    text = rendered(
+        "validation-index", entries=index.entries, failed=[n for n, scene in scenes.items() if not scene["passed"]],
+        errors=_errors_table(index.entries), figure=figure, reasons=_reasons(index.entries), origin=index.origin,
+        versions=_versions_table(index.entries), unsupported=_unsupported_table(index.entries),
+    )  # fmt: skip
+    return Page(text, (figure,))
+
+
+def _link(name: str, entry: Mapping[str, Any]) -> str:
+    return f"[{name}]({entry['page']})"
+
+
+def _errors_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
+    """A row for each machine, a column for each engine and preset: the largest position error over L."""
+    runs = dict.fromkeys(_run(r) for entry in entries.values() for r in entry["summary"]["results"])
+    rows = []
+    for name, entry in entries.items():
+        cells = {_run(r): _error(r) for r in entry["summary"]["results"]}
+        rows.append((_link(name, entry), entry["title"], *(cells.get(run, "") for run in runs)))
+    right = [" ".join(run) for run in runs]
+    return table(("machine", "title", *right), rows, right, "largest position error / L over the run")
+
+
+def _run(result: Mapping[str, Any]) -> tuple[str, str]:
+    return engine_title(result["engine"]), result["preset"] or "kinematic"
+
+
+def _error(result: Mapping[str, Any]) -> Cell:
+    completed = result["outcome"] == "completed"
+    text = numbers.measured(result["largest"]["position"]) if completed else result["outcome"]
+    return Toned(text, "bad") if result["passed"] is False else text
+
+
+def _reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """What did not pass, and why."""
+    return [
+        f"{_link(name, entry)}, {' '.join(_run(r))}: {r['verdict']}"
+        for name, entry in entries.items()
+        for r in entry["summary"]["results"]
+        if r["passed"] is False
+    ]
+
+
+def _unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
+    """What an engine cannot do, with the reason."""
+    found = dict.fromkeys(
+        (_link(name, entry), engine_title(r["engine"]), r["reason"])
+        for name, entry in entries.items()
+        for r in entry["summary"]["results"]
+        if r["outcome"] == "unsupported"
+    )
+    return table(("machine", "engine", "why"), found)
+
+
+def _versions_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
+    """All versions that occur: scenes that were measured earlier stay as they were."""
+    found: dict[str, set[str]] = {"conrod": {entry["conrod"] for entry in entries.values()}}
+    for entry in entries.values():
+        for r in entry["summary"]["results"]:
+            found.setdefault(engine_title(r["engine"]), set()).add(r["engine_version"])
+    return table(("software", "version"), [(name, ", ".join(sorted(all_of))) for name, all_of in found.items()])
+
+
+KIND = Kind(
+    name="validation",
+    findings=SceneStudy,
+    title=lambda study: study.scene.title,
+    summary=_summary,
+    page=_page,
+    index=_index,
+    kept=_kept,
+)
