@@ -29,7 +29,7 @@ from conrod.engines.capabilities import (
 from conrod.engines.registry import _brought, engine_packages, line_style, look_of
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
-from conrod.runs.trajectory import joined
+from conrod.runs.trajectory import concatenate_pieces
 from conrod.scenes import SCENES
 
 SOURCE = Path(conrod.__file__).parent
@@ -141,7 +141,7 @@ def test_it_is_swept_and_reported(user: Any) -> None:
 def test_its_samples_do_not_depend_on_the_pieces(preset: str) -> None:
     settings = ENGINE.presets[preset](SAW, STEPS)
     (whole,) = ENGINE.run(SAW, settings, 1.0)
-    parts = joined(list(ENGINE.run(SAW, settings, 1.0, steps=7)))
+    parts = concatenate_pieces(list(ENGINE.run(SAW, settings, 1.0, steps=7)))
     assert np.array_equal(parts.clock, whole.clock)
     found = compare(parts.trajectory, SAW)
     assert found.worst("position") == compare(whole.trajectory, SAW).worst("position")

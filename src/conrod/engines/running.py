@@ -9,7 +9,7 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.engine import Machine, step_length
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.runs.trajectory import Settings, Trajectory, joined
+from conrod.runs.trajectory import Settings, Trajectory, concatenate_pieces
 
 # Settings made for another speed or step would put every sample at a wrong angle.
 SAME_STEP = 1e-9
@@ -40,7 +40,7 @@ def whole_run(
 ) -> Trajectory:
     """A run of an engine as one piece; nothing is checked."""
     steps = max(round(settings.steps_per_revolution * revolutions), 1)
-    return joined(list(engine.run(machine, settings, revolutions, start_angle, steps))).trajectory
+    return concatenate_pieces(list(engine.run(machine, settings, revolutions, start_angle, steps))).trajectory
 
 
 def check_run(machine: Machine, settings: Settings, revolutions: float, start_angle: float) -> None:

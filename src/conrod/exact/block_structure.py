@@ -3,7 +3,7 @@
 Rows and columns are put in such an order that the matrix is block lower triangular, with blocks as small as its
 structure allows (Dulmage and Mendelsohn; Duff, Erisman and Reid, Direct Methods for Sparse Matrices, 2nd ed., chapter
 6: a transversal first, then the strong components by Tarjan's algorithm). Of a mechanism these are the Assur groups:
-loops of a chain are closed one at a time, and only those that cannot be told apart are solved together.
+loops of a chain are closed one at a time, and only those that depend on each other are solved together.
 """
 
 from __future__ import annotations

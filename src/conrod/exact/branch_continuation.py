@@ -123,14 +123,14 @@ class BranchContinuation:
             return None
         if self.equations.distance(poses, guess)[0] > WALK_MISS:
             return None
-        # The factors that tell the branch give the slope as well, for the step after this one.
+        # The factors that give the branch give the slope as well, for the step after this one.
         reached = self.place(following, poses)
         if reached.determinant * here.determinant <= 0.0 or self._bend(here, reached) > WALK_BEND:
             return None
         return reached
 
     def _bend(self, here: BranchPoint, there: BranchPoint) -> float:
-        """How much the slope changes between two places, of the larger one."""
+        """Change of the slope between two places, relative to the larger one."""
         none = np.zeros_like(here.slope)
         largest = max(float(self.equations.distance(place.slope, none)[0]) for place in (here, there))
         return float(self.equations.distance(there.slope, here.slope)[0]) / largest

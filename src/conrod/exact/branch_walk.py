@@ -1,6 +1,6 @@
 """The walk along an assembly branch from the start pose, around the turn or over a span, in steps that it allows.
 
-At a change point it goes on smoothly; from there on the determinant of the Jacobian, which tells branches apart, has
+At a change point it goes on smoothly; from there on the determinant of the Jacobian, which distinguishes branches, has
 the other sign.
 """
 
@@ -55,7 +55,7 @@ class BranchWalk:
         return float(self.branch_of(self.start)[0])
 
     def branch_of(self, poses: Array) -> Array:
-        """Sign of the determinant of the Jacobian (T,); it tells assembly branches apart."""
+        """Sign of the determinant of the Jacobian (T,); it distinguishes assembly branches."""
         return self.equations.elimination(poses).determinant_sign()
 
     def poses(self, angle: Array) -> Array:
@@ -100,7 +100,7 @@ class BranchWalk:
         return coefficients
 
     def sign(self, angle: Array) -> Array:
-        """What `branch_of` is on the smooth course at angles (T,) [rad] that were reached."""
+        """Value of `branch_of` on the smooth course at angles (T,) [rad] that were reached."""
         return np.asarray(self.branch * self._continuation.changes.sign(self._within(angle)[0]))
 
     @property
@@ -129,7 +129,7 @@ class BranchWalk:
             InvalidInput: the linkage does not reach all of the span.
         """
         span = self.equations.mechanism.driver.span
-        _ = self.start  # what is wrong there is told, and not taken for a limit of the turn
+        _ = self.start  # what is wrong there is reported, and not taken for a limit of the turn
         try:
             table = self._stretch(*(span or (0.0, 2.0 * np.pi)))
         except InvalidInput:
@@ -214,14 +214,14 @@ class BranchWalk:
         return end if abs(end) < abs(goal) else goal
 
     def _gain(self, turn: PoseTable) -> Array | None:
-        """What one turn adds to the poses: turns of bodies, and nothing else; None if the next turn is another one."""
+        """Gain of the poses over one turn: turns of bodies, and nothing else; None if the next turn is another one."""
         gain = (turn.poses[-1] - turn.poses[0]).reshape(-1, 3)
         whole = 2.0 * np.pi * np.rint(gain[:, 2] / (2.0 * np.pi))
         if np.abs(gain[:, :2]).max() > RETURNED * self.equations.size:
             return None
         if np.abs(gain[:, 2] - whole).max() <= RETURNED:
             return np.column_stack([np.zeros((len(gain), 2)), whole]).ravel()
-        # Wheels may turn by any part of a turn, as long as nothing tells one of their turns from the next.
+        # Wheels may turn by any part of a turn, as long as nothing distinguishes one of their turns from the next.
         added = np.column_stack([np.zeros((len(gain), 2)), gain[:, 2]]).ravel()
         left = self.equations.residual([turn.poses + added], turn.angles + 2.0 * np.pi)
         repeats = max(float(np.abs(equation).max()) for equation in left) <= RETURNED * self.equations.size

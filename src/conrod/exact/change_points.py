@@ -2,7 +2,7 @@
 
 There the equations are singular and the poses' derivatives are 0/0, not infinite as at a dead centre. What the
 equations of an order leave open of the poses' Taylor coefficient, its part in the Jacobian's null space, those of the
-next order tell (the reduction of Lyapunov and Schmidt; Govaerts, Numerical Methods for Bifurcations of Dynamical
+next order determine (the reduction of Lyapunov and Schmidt; Govaerts, Numerical Methods for Bifurcations of Dynamical
 Equilibria, chapter 6): so the smooth motion has a Taylor series that rounding does not hurt.
 """
 
@@ -26,7 +26,7 @@ AHEAD, ORDER = 8, 16
 TRUSTED = 1e-3
 # The change point is narrowed down by looking at so many places, so often.
 PLACES, LOOKS = 33, 3
-# Poses beside a change point that tell it: between these parts of the way there, so many on either side.
+# Poses beside a change point that determine it: between these parts of the way there, so many on either side.
 NEAREST, BESIDE = 0.2, 6
 WIDE = 0.05  # [rad]: what is nearer loses digits by its distance
 SETTLED = 3  # corrections of its angle, each of which squares the error
@@ -107,7 +107,7 @@ def _beyond(equations: Equations, here: ChangePoint, change: ChangePoint) -> Cro
 
 
 def _vanishing(equations: Equations, here: ChangePoint, way: float) -> float | None:
-    """How far off [rad] the Jacobian becomes singular first, as far as the series ahead tells."""
+    """Way [rad] to where the Jacobian becomes singular first, by the series ahead."""
     # Closer places where the way begins, which may be next to it.
     ways = way * np.linspace(0.0, 1.0, PLACES) ** 2
     values = _least_singular(equations, here, ways)
@@ -124,7 +124,7 @@ def _vanishing(equations: Equations, here: ChangePoint, way: float) -> float | N
 
 
 def _narrowed(equations: Equations, here: ChangePoint, low: float, high: float) -> tuple[float, float]:
-    """Where the least singular value is least between two ways ahead, and that value."""
+    """The way between two ways ahead at which the least singular value is least, and that value."""
     found, least = low, math.inf
     for _ in range(LOOKS):
         ways = np.linspace(low, high, PLACES)
@@ -142,13 +142,13 @@ def _least_singular(equations: Equations, here: ChangePoint, ways: Array) -> Arr
 
 def _settled(equations: Equations, here: ChangePoint, away: float) -> ChangePoint | None:
     """The change point about so far off; seen from nearby first, then from far enough for all digits."""
-    first = _told(equations, here, here.angle + away, abs(away))
+    first = _fitted(equations, here, here.angle + away, abs(away))
     if first is None or abs(away) >= WIDE:
         return None if first is None else _checked(equations, first)
-    return _checked(equations, _told(equations, first, first.angle, WIDE) or first)
+    return _checked(equations, _fitted(equations, first, first.angle, WIDE) or first)
 
 
-def _told(equations: Equations, known: ChangePoint, middle: float, width: float) -> ChangePoint | None:
+def _fitted(equations: Equations, known: ChangePoint, middle: float, width: float) -> ChangePoint | None:
     """The change point near an angle, from exact poses within a width [rad] on both sides, near a series known."""
     rows = NEAREST + (1.0 - NEAREST) * 0.5 * (1.0 - np.cos(np.pi * (np.arange(BESIDE) + 0.5) / BESIDE))
     beside = np.concatenate([-rows[::-1], rows])

@@ -56,7 +56,7 @@ class CurveWalk:
         """The place of the start poses, with the tangent in the sense of a direction (1, 3 n).
 
         Raises:
-            InvalidInput: branches cross there, so that the poses do not tell one.
+            InvalidInput: branches cross there, so that the poses belong to none.
         """
         point = self.curve.start()
         place = self._place(0.0, point, direction, self.curve.arcs(point))
@@ -67,7 +67,7 @@ class CurveWalk:
         return self.leaving(place)
 
     def _place(self, along: float, point: Array, direction: Array, arcs: dict[str, int]) -> CurvePoint | None:
-        """The place of a point; None where branches cross, or so near to that that its tangent is not told."""
+        """The place of a point; None where branches cross, or so near to that that its tangent is unknown."""
         with np.errstate(all="ignore"):
             try:
                 frame = self.curve.on(arcs).frame(point, direction)
@@ -141,7 +141,7 @@ class CurveWalk:
 
 
 def too_close(name: str) -> str:
-    """What to say where a walk ends."""
+    """Message of a walk that ends."""
     return (
         f"{name}: branches of its motion come too close to each other to be told apart, or it ends: change a length by "
         "a millionth, or make it exact"
@@ -149,7 +149,7 @@ def too_close(name: str) -> str:
 
 
 def closes(curve: JointCurve, start: CurvePoint, before: CurvePoint, after: CurvePoint) -> bool:
-    """Whether the curve passes its start, whole turns aside, between two places."""
+    """True where the curve passes its start, whole turns aside, between two places."""
     near = [turned_alike(curve.mechanism, place.point - start.point) for place in (before, after)]
     ahead = [float(np.sum(n * start.tangent)) for n in near]
     width = after.along - before.along

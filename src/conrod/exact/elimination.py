@@ -2,8 +2,8 @@
 
 Most entries of joint equations are the numbers +-1 with which a pin or a slide ties the places of two bodies
 together. Elimination along them costs next to nothing, and leaves what closes the mechanism's loops: one unknown in a
-slider-crank, two in a four-bar linkage. Loops that follow each other are solved in that order, those that cannot be
-told apart together.
+slider-crank, two in a four-bar linkage. Loops that follow each other are solved in that order, those that depend on
+each other together.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class _Step:
 
 @dataclass(frozen=True)
 class Order:
-    """How a matrix is taken apart: row and column of each number that is eliminated along, then blocks of the rest."""
+    """Order of elimination: row and column of each number that is eliminated along, then blocks of the rest."""
 
     pivots: Pivots
     blocks: tuple[Block, ...]

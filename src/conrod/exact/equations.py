@@ -85,7 +85,7 @@ class Equations:
         return 1 if isinstance(joint, HigherPair) else 2
 
     def residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Entry]:
-        """What Taylor coefficients by the crank angle leave of all equations: the coefficient of their order.
+        """Residual of all equations along Taylor coefficients by the crank angle: the coefficient of their order.
 
         Args:
             coefficients: those of the stacked poses, each (T, 3 n), as many as are wanted.
@@ -128,7 +128,7 @@ class Equations:
     def arcs(self, poses: Array, side: Side) -> Arcs:
         """The cam arcs in force on one side of each angle.
 
-        Velocity is continuous across tangent arcs, so a move by +-`BREAK_WIDTH` along it tells the side.
+        Velocity is continuous across tangent arcs, so a move by +-`BREAK_WIDTH` along it determines the side.
         """
         contacts = self.mechanism.cam_contacts
         if not contacts:
@@ -168,7 +168,7 @@ class Equations:
         return np.asarray(np.abs((first - second) / self.scale).max(axis=1))
 
     def cannot_turn(self, angle: Array) -> str:
-        """What to say of angles (T,) [rad] that the linkage does not reach."""
+        """Message on angles (T,) [rad] that the linkage does not reach."""
         lowest, highest = np.degrees([angle.min(), angle.max()])
         if lowest == highest:
             return (

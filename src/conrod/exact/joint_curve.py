@@ -20,7 +20,7 @@ NEWTON_STEPS, NEWTON_DONE = 12, 1e-9  # after a step this small its square is le
 
 @dataclass(frozen=True)
 class Frame:
-    """How the curve goes on at points of it.
+    """Direction and curvature of the curve at points of it.
 
     Attributes:
         tangent: of unit length; curvature: its derivative by the arc length; each (T, 3 n).
@@ -67,7 +67,7 @@ class JointCurve:
         return {name: np.full(samples, arc, dtype=np.intp) for name, arc in self._held.items()}
 
     def _row_lengths(self, size: float) -> Array:
-        """What each equation is divided by: the size, but for the angle that a slide keeps."""
+        """Divisors of the equations: the size, but for the angle that a slide keeps."""
         lengths = []
         for joint in self.mechanism.joints:
             rows = Equations.count(joint)
@@ -116,7 +116,7 @@ class JointCurve:
 
     def frame(self, points: Array, along: Array) -> Frame:
         """Tangents in the sense of given rows, which no tangent is at right angles to, and what goes with them."""
-        # One factorisation tells all of them, at a small part of what a singular value decomposition costs.
+        # One factorisation gives all of them, at a small part of what a singular value decomposition costs.
         factors = Factors(self.bordered(points, along))
         last = np.zeros_like(points)
         last[:, -1] = 1.0
@@ -162,7 +162,7 @@ POWER_STEPS = 4  # of the iteration for a smallest singular value, which is only
 
 
 class Factors:
-    """Of matrices (T, k, k), the last row of each at right angles to no tangent; of a singular one they tell nan."""
+    """Factors of matrices (T, k, k), the last row of each at right angles to no tangent; nan of a singular one."""
 
     def __init__(self, matrices: Array) -> None:
         self._factors = [dgetrf(matrix) for matrix in matrices]

@@ -69,10 +69,10 @@ def active_arcs(joint: CamContact, poses: dict[str, PoseJet]) -> NDArray[np.intp
 
 
 def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.intp] | None = None) -> list[Jet]:
-    """What is left of a joint's equations: lengths [m], but for a slide's second entry, an angle [rad].
+    """Residual of a joint's equations: lengths [m], but for a slide's second entry, an angle [rad].
 
     Args:
-        arcs: for a cam contact the arc (or segment) in force at each sample, where it is not to be told from the poses.
+        arcs: for a cam contact the arc (or segment) in force at each sample, where it does not follow from the poses.
     """
     a, b = poses[joint.a], poses[joint.b]
     match joint:
@@ -113,7 +113,7 @@ def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
 
 
 def _nearest_turn(rolled: Jet, turn: float) -> Jet:
-    """What is left of a rolling pair's equation where the line of centres is known up to whole turns."""
+    """Residual of a rolling pair's equation where the line of centres is known up to whole turns."""
     first = rolled.coefficients[0]
     return rolled - turn * np.rint(first / turn)
 

@@ -63,7 +63,7 @@ class Kinematics:
         return [math.factorial(k) * c for k, c in enumerate(coefficients)]
 
     def branch(self, poses: Array) -> Array:
-        """Sign of the determinant of the joint equations' Jacobian (T,); it tells assembly branches apart."""
+        """Sign of the determinant of the joint equations' Jacobian (T,); its sign distinguishes assembly branches."""
         return self._walk.branch_of(poses)
 
     @property
@@ -118,12 +118,12 @@ class Kinematics:
 
     @property
     def turns_fully(self) -> bool:
-        """Whether the crank turns all the way round on the assembly branch."""
+        """True where the crank turns all the way round on the assembly branch."""
         return self.mechanism.driver.span is None and self._walk.table is not None
 
     @property
     def repeats(self) -> bool:
-        """Whether the crank turns fully, and each turn is like the last; after one, gears may stand elsewhere."""
+        """True where the crank turns fully, and each turn is like the last; after one, gears may stand elsewhere."""
         table = self._walk.table
         return self.mechanism.driver.span is None and table is not None and table.gain is not None
 
@@ -183,11 +183,11 @@ class Kinematics:
         return self._equations.jacobian(poses, arcs)
 
     def solve(self, poses: Array, right: Array) -> Array:
-        """What changes of the poses (T, 3 n) make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
+        """Changes of the poses (T, 3 n) that make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
         return self._equations.elimination(poses).solve(list(right.T))
 
     def solve_transposed(self, poses: Array, right: Array) -> Array:
-        """What multipliers (T, 3 n) of all equations make forces (T, 3 n) along the poses: J^-T right."""
+        """Multipliers (T, 3 n) of all equations that make forces (T, 3 n) along the poses: J^-T right."""
         return self._equations.elimination(poses).solve_transposed(list(right.T))
 
     @staticmethod
@@ -196,7 +196,7 @@ class Kinematics:
         return Equations.count(joint)
 
     def residual(self, derivatives: list[Array], crank: Array) -> Array:
-        """What a measured state leaves of all equations, (T, 3 n): of their highest derivative in time given.
+        """Residual (T, 3 n) of all equations in a measured state: of their highest derivative in time given.
 
         Args:
             derivatives: stacked poses, their rates, their accelerations (T, 3 n), as many as are wanted.

@@ -36,7 +36,7 @@ class PoseTable:
         return np.zeros_like(angle) if self.gain is None else np.floor(angle / (2.0 * np.pi))
 
     def covers(self, angle: Array) -> Array:
-        """Which angles the table tells poses of; (T,) of truth values."""
+        """True (T,) for angles that the table has poses of."""
         within = angle - 2.0 * np.pi * self._turns(angle)
         return np.asarray((within >= self.angles[0]) & (within <= self.angles[-1]))
 

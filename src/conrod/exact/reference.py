@@ -131,7 +131,7 @@ class GenericReference(ExactReference):
         return active_arcs(self.described.cam_contacts[contact], bodies).astype(float)
 
     def _bisect(self, low: Array, high: Array, contact: int) -> Array:
-        """Where the arc at the lower ends (B,) ceases to be in force."""
+        """Angles (B,) [rad] at which the arc at the lower ends ceases to be in force."""
         before = self._arcs(low, contact)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)

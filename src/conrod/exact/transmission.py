@@ -1,4 +1,4 @@
-"""How well a mechanism passes force on: the transmission angle of its driven links."""
+"""Transmission angles of driven links: how well a mechanism passes force on."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def least_transmission_angle(kinematics: Kinematics) -> float | None:
 
 @dataclass(frozen=True)
 class Push:
-    """How a driven link is pushed, at T poses.
+    """The push on a driven link, at T poses.
 
     Attributes:
         driven: the link that is pushed; the ground guides it.
@@ -117,7 +117,7 @@ def _block_pushes(mechanism: Mechanism, poses: Array, block: str, away: Mapping[
 
 
 def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
-    """How many joints each link is from the crank, by way of moving links."""
+    """Number of joints from the crank to each link, by way of moving links."""
     away, front = {mechanism.crank: 0}, [mechanism.crank]
     for link in front:
         for joint in mechanism.joints:

@@ -1,1 +1,1 @@
-"""What a machine is: links, joints, cams, loads and units; mechanism files."""
+"""The description of a machine: links, joints, cams, loads and units; mechanism files."""

@@ -68,7 +68,7 @@ class CamProfile:
         return self._centres[index, 0], self._centres[index, 1], self._radii[index]
 
     def jumps(self, first: int, second: int) -> bool:
-        """Whether a roller's acceleration or jerk jumps from an arc to the next: whether they are two circles."""
+        """True where a roller's acceleration or jerk jumps from an arc to the next: where they are two circles."""
         one, other = self.arcs[first], self.arcs[second]
         return (one.centre, one.radius) != (other.centre, other.radius)
 

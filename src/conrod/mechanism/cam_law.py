@@ -141,7 +141,7 @@ class LawProfile:
         """Lift [m] at law angles [rad] and its derivatives by the angle, up to an order; each of the shape of `angle`.
 
         Args:
-            segment: the segment in force at each angle, where it is not to be told from the angle: one of a side.
+            segment: the segment in force at each angle, where it does not follow from the angle: one of a side.
         """
         angle = np.asarray(angle, dtype=float)
         index = np.broadcast_to(self.segment_at(angle) if segment is None else segment, angle.shape)
@@ -165,7 +165,7 @@ class LawProfile:
         return np.asarray(self.segment_at(self.law_angle(x, y)))
 
     def jumps(self, first: int, second: int) -> bool:
-        """Whether acceleration or jerk jump where two neighbouring segments meet."""
+        """True where acceleration or jerk jump between two neighbouring segments."""
         following = [(i, (i + 1) % len(self.segments)) for i in (first, second)]
         return any(self._jumps(*pair) for pair in following if set(pair) == {first, second})
 
@@ -215,7 +215,7 @@ class LawProfile:
 
     @property
     def is_convex(self) -> bool:
-        """Whether no part of the profile is hollow."""
+        """True of a profile without hollow parts."""
         return bool(self._curvatures.min() >= 0.0)
 
     @property

@@ -40,7 +40,7 @@ def check_cut(profile: LawProfile) -> None:
 
 
 def can_roll(profile: LawProfile) -> bool:
-    """Whether the pitch curve bends less than the roller, and the roller nowhere reaches into the profile."""
+    """True where the pitch curve bends less than the roller, and the roller nowhere reaches into the profile."""
     if profile.least_radius <= 0.0:
         return False
     angle = np.linspace(0.0, TURN, SAMPLES, endpoint=False)

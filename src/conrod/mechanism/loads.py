@@ -159,7 +159,7 @@ CONSERVATIVE = (Elastic, Steady)
 
 
 def bodies_of(coordinate: Coordinate) -> tuple[str, ...]:
-    """Names of the bodies that a coordinate is told by."""
+    """Names of the bodies that determine a coordinate."""
     return (coordinate.body,) if isinstance(coordinate, Displacement) else (coordinate.a, coordinate.b)
 
 
@@ -211,7 +211,7 @@ class Load:
 
     @property
     def conservative(self) -> bool:
-        """Whether its force comes from an energy of the configuration alone."""
+        """True of a force that comes from an energy of the configuration alone."""
         return isinstance(self.law, CONSERVATIVE)
 
     def identity(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ LARGEST_PROPORTION = 1e4
 
 @dataclass(frozen=True)
 class Parameter:
-    """What is known of one parameter besides its value."""
+    """Unit, meaning and range of one parameter."""
 
     name: str
     unit: str  # SI: m, rad/s, kg, kg*m^2, m/s^2 or empty

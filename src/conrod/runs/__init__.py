@@ -1,1 +1,1 @@
-"""What an engine did: trajectories, outcomes, errors against the exact motion."""
+"""Runs of an engine: trajectories, outcomes, errors against the exact motion."""

@@ -1,8 +1,8 @@
-"""Errors told from the joints alone: what an engine's state must be off by, because its joints do not close.
+"""Errors predicted from the joints alone: what an engine's state must be off by, because its joints do not close.
 
 A state that violates the joint equations by a residual r is off, at the crank angle actually reached, by J^-1 r to
 first order; the same holds for rates and accelerations with the equations differentiated. No reference motion enters.
-If these errors are the ones measured against the exact motion, the difference is the engine's and not the ruler's
+If these errors are the ones measured against the exact motion, the difference is the engine's and not the reference's
 (docs/design.md, guard 6).
 """
 

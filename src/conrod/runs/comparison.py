@@ -70,7 +70,7 @@ class Closure:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a trajectory differs from the exact motion by."""
+    """Differences of a trajectory from the exact motion."""
 
     points: Mapping[str, PointErrors]
     peaks: Mapping[str, Peak]
@@ -135,20 +135,20 @@ class _Exact:
         self._nominal: dict[int, tuple[Instants, Motion]] = {}
 
     def at(self, instants: Instants) -> Motion:
-        """Where the crank was."""
+        """The motion at the angle, rate and acceleration that the crank had."""
         if id(instants) not in self._at:
             motion = self._reference.motion(instants.angle, instants.rate, instants.acceleration)
             self._at[id(instants)] = instants, motion
         return self._at[id(instants)][1]
 
     def steady(self, instants: Instants) -> Motion:
-        """Where the crank was, had it turned steadily there."""
+        """The motion where the crank was, had it turned steadily there."""
         if id(instants) not in self._steady:
             self._steady[id(instants)] = instants, self._reference.motion(instants.angle, instants.rate)
         return self._steady[id(instants)][1]
 
     def nominal(self, instants: Instants, speed: float) -> Motion:
-        """Where it was to be."""
+        """The motion where the crank was to be."""
         if id(instants) not in self._nominal:
             self._nominal[id(instants)] = instants, self._reference.motion(speed * instants.times, speed)
         return self._nominal[id(instants)][1]

@@ -1,4 +1,4 @@
-"""How a run ended, told from its recorded motion alone. One rule for each outcome, the first that applies counts."""
+"""Outcomes from the recorded motion alone. One rule for each outcome, the first that applies counts."""
 
 from __future__ import annotations
 
@@ -53,16 +53,16 @@ PREVAILING = (
 
 
 def prevailing(before: Verdict, after: Verdict) -> Verdict:
-    """How a run ended of which two parts were judged by themselves; of equal verdicts the earlier.
+    """The verdict on a run of which two parts were judged by themselves; of equal verdicts the earlier.
 
-    The outcome is that of the whole. The reason is that of the first part which shows it: a gap told there may be
+    The outcome is that of the whole. The reason is that of the first part which shows it: a gap given there may be
     exceeded in a later one.
     """
     return min(before, after, key=lambda verdict: PREVAILING.index(verdict.outcome))
 
 
 def judge(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict:
-    """How the run of which these are the body states ended."""
+    """The verdict on the run of which these are the body states."""
     for rule in (_diverged, _exploded, _stalled_or_locked, _contact, _opened, _flipped):
         verdict = rule(kinematics, bodies, speed)
         if verdict is not None:

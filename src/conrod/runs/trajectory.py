@@ -1,7 +1,4 @@
-"""What an engine did: sampled motion, each quantity with the instants it belongs to, and how the run ended.
-
-Consecutive pieces of a run as one: a comparison of many samples at once costs little more than that of a few.
-"""
+"""A run of an engine: sampled motion, each quantity with the instants it belongs to, and how the run ended."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from conrod.exact.motion import Array
 
 
 class Outcome(Enum):
-    """How a run ended; the members' texts are for people."""
+    """The end of a run; the members' texts are for people."""
 
     COMPLETED = ("completed", "ran to its end")
     DIVERGED = ("diverged", "a state is not finite")
@@ -97,7 +94,7 @@ class BodyTracks:
 
 
 class Settings(Protocol):
-    """What an engine's settings offer to the rest of conrod."""
+    """The settings of an engine, as the rest of conrod sees them."""
 
     @property
     def engine(self) -> str:
@@ -149,10 +146,10 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class SolverState:
-    """How the engine's solver ended at one step.
+    """State in which the engine's solver ended one step.
 
     Attributes:
-        iterations: that it took; None where the engine does not tell.
+        iterations: that it took; None where the engine does not report them.
         residual: what it left of what it was to solve: the largest gap acceleration [m/s^2] of a joint where it
             solves for accelerations, the largest gap rate [m/s] where it solves for velocities.
         of_rates: whether it solves for velocities.
@@ -189,7 +186,7 @@ class Piece:
 Part = TypeVar("Part", Instants, Track, PointTracks, BodyStates, BodyTracks)
 
 
-def joined(pieces: Sequence[Piece]) -> Piece:
+def concatenate_pieces(pieces: Sequence[Piece]) -> Piece:
     """One piece of all their samples; outcome, warnings and solver are those of the last one."""
     if len(pieces) == 1:
         return pieces[0]

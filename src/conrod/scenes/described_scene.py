@@ -60,7 +60,7 @@ class DescribedScene(Scene):
 
     @cached_property
     def described(self) -> Description:
-        """What the file says."""
+        """The content of the file."""
         return read_description(json.loads(self.document), dict(self.given_anew))
 
     # -- facts ---------------------------------------------------------------------------------------------------
@@ -120,17 +120,17 @@ class DescribedScene(Scene):
         return type(self)(self.document, tuple(sorted((dict(self.given_anew) | values).items())))
 
     def identity(self) -> dict[str, Any]:
-        """The mechanism and its speed, whatever a file calls things or in which order; not what is only told of it."""
+        """The mechanism and its speed, whatever a file calls things or in which order; not its texts."""
         mechanism = self.mechanism()
         kinds = [type(joint).__name__ for joint in mechanism.joints]
         # Start poses pick the assembly, and are worked out: their last digit may differ between machines.
         poses = {body: [round(value, POSE_DIGITS) for value in pose] for body, pose in mechanism.poses.items()}
-        told = asdict(mechanism) | {"poses": poses, "loads": [load.identity() for load in mechanism.loads]}
+        parts = asdict(mechanism) | {"poses": poses, "loads": [load.identity() for load in mechanism.loads]}
         if not mechanism.loads:
-            del told["loads"]  # as it was known before there were any
+            del parts["loads"]  # as it was known before there were any
         # The exact motion at a prescribed angle has nothing of it, and was known without it.
         rates = {"start_rates": dict(self.described.rates)} if self.described.rates else {}
-        return {"mechanism": told, "kinds": kinds, "speed": self.speed} | rates
+        return {"mechanism": parts, "kinds": kinds, "speed": self.speed} | rates
 
     @property
     def start_rates(self) -> dict[str, float]:

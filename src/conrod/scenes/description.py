@@ -1,7 +1,4 @@
-"""What a file says, checked: a mechanism, how it is driven, and what is to be known of it.
-
-How far an input reaches, and what it moves.
-"""
+"""The checked content of a mechanism file, and checks of how far its input reaches."""
 
 from __future__ import annotations
 
@@ -157,7 +154,7 @@ def _output(fields: Fields, mechanism: Mechanism) -> str:
     return fields.choice("output", names)
 
 
-# Errors are told over the travel of a point: over less than this part of the machine's size, rounding alone is 1e-10.
+# Errors are measured over the travel of a point: over less than this part of the machine's size, rounding alone is 1e-10.
 LEAST_TRAVEL = 1e-6
 
 
@@ -165,7 +162,7 @@ def check_reach(kinematics: Kinematics) -> None:
     """Refuse an input that does not reach all crank angles of its turn, or of its pass.
 
     Raises:
-        InvalidInput: tells how far it reaches.
+        InvalidInput: says how far it reaches.
     """
     span = kinematics.mechanism.driver.span
     if kinematics.turns_fully or (span is not None and _passes(kinematics, span)):

@@ -63,7 +63,7 @@ class Scene(ExactReference):
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """What had to be chosen because the source does not tell it, a sentence or clause each."""
+        """Assumptions where the source is silent, a sentence or clause each."""
         return ()
 
     def __post_init__(self) -> None:
@@ -107,12 +107,12 @@ class Scene(ExactReference):
         return {name: getattr(self, name) for name in parameters_of(type(self))}
 
     def identity(self) -> dict[str, Any]:
-        """All that tells a scene from others of its kind, as plain values."""
+        """All that distinguishes a scene from others of its kind, as plain values."""
         return dict(self.parameters)
 
     @cached_property
     def parameters_text(self) -> str:
-        """The same in one canonical text, to tell scenes apart by in any process."""
+        """The same in one canonical text, which distinguishes scenes in any process."""
         return CANONICAL.encode(self.identity())
 
     def with_parameters(self, **values: float) -> Self:

@@ -1,10 +1,8 @@
-"""What rolls, fitted to how it stands at the start.
+"""Start poses of all bodies, from what a file says of some of them.
 
-Start poses of all bodies, from what a file says of some of them.
-
-The driver tells the crank's turn, a slide the turn of the one body against the other, a pin between a placed body and
+The driver gives the crank's turn, a slide the turn of the one body against the other, a pin between a placed body and
 another one a place on that; two places, or one and the turn, place a body. What is still open is what [start] must
-tell. All of it is approximate: the assembly is then found by Newton iteration.
+give. All of it is approximate: the assembly is then found by Newton iteration.
 """
 
 from __future__ import annotations
@@ -42,14 +40,14 @@ def fitted(joint: Joint, poses: Mapping[str, Pose]) -> Joint:
     return replace(joint, offset=way + joint.radius * (a[2] - b[2]))
 
 
-# Two places tell a body's turn if they are this far apart, of the larger distance from its origin.
+# Two places give a body's turn if they are this far apart, of the larger distance from its origin.
 APART = 1e-6
 TURN_RATE = Measure("rad/s", 0.0, 1e6, magnitude=True)
 
 
 @dataclass(frozen=True)
 class Hint:
-    """What a file says of a body at crank angle 0, approximately.
+    """Approximate position of a body at crank angle 0, as a file gives it.
 
     Attributes:
         turn: [rad].
@@ -63,17 +61,17 @@ class Hint:
 
     @property
     def tells_pose(self) -> bool:
-        """Whether it says more than a rate."""
+        """True of a hint that says more than a rate."""
         return self.turn is not None or bool(self.places)
 
 
 def rates_of(hints: Mapping[str, Hint]) -> dict[str, float]:
-    """The turn rates [rad/s] that are told, by body."""
+    """The turn rates [rad/s] that a file gives, by body."""
     return {name: hint.rate for name, hint in hints.items() if hint.rate is not None}
 
 
 def read_start(fields: Fields, places: Places, crank: str) -> dict[str, Hint]:
-    """What is said of the start poses.
+    """The start poses that a file gives, by body.
 
     Raises:
         InvalidInput: of an unknown body or point, or of the crank.
@@ -84,9 +82,9 @@ def read_start(fields: Fields, places: Places, crank: str) -> dict[str, Hint]:
         inside = table.table(name)
         places.found(table.at(name), name)
         if name == GROUND or (name == crank and set(inside.names()) - {RATE}):
-            tells = "it does not move" if name == GROUND else "driver.start tells its turn"
+            reason = "it does not move" if name == GROUND else "driver.start tells its turn"
             also = "" if name == GROUND or RATE not in inside else f" but for its {RATE}"
-            raise InvalidInput(f"{inside.place}: leave it out{also}: {tells}")
+            raise InvalidInput(f"{inside.place}: leave it out{also}: {reason}")
         known = {}
         for point in inside.names():
             if point not in (TURN, RATE):
@@ -107,13 +105,13 @@ def placed(structure: Structure, driver: Driver, hints: Mapping[str, Hint]) -> d
     """Approximate poses of all bodies.
 
     Raises:
-        InvalidInput: names the first body whose pose cannot be told.
+        InvalidInput: names the first body whose pose does not follow.
     """
     search = _Search(structure.joints, hints, {GROUND: (0.0, 0.0, 0.0)})
     crank = next(b for j in structure.joints if j.name == driver.joint for b in (j.a, j.b) if b != GROUND)
     search.turns[crank] = driver.start
     names = [body.name for body in structure.bodies]
-    # What is told exactly goes before what has to be supposed.
+    # What is given exactly goes before what has to be supposed.
     while open_ones := [name for name in names if name not in search.poses]:
         if not any(attempt(name) for attempt in (search.place, search.suppose) for name in open_ones):
             raise InvalidInput(search.missing(open_ones))
@@ -128,7 +126,7 @@ class _Search:
         self.turns: dict[str, float] = {name: hint.turn for name, hint in hints.items() if hint.turn is not None}
 
     def missing(self, bodies: list[str]) -> str:
-        """What to say of bodies that could not be placed."""
+        """Message on bodies that could not be placed."""
         first = f"start.{bodies[0]}"
         give = f"where about one of its points is, as in {first}.{ORIGIN} = [0, 0]"
         if self._turn(bodies[0]) is None:

@@ -92,7 +92,7 @@ class ForwardDynamics:
         Args:
             times: (T,) [s], growing from 0.
             crank_rate: rate of the crank angle at time 0 [rad/s].
-            rates: instead of it, turn rates of bodies at time 0 [rad/s], counter-clockwise; one tells all.
+            rates: instead of it, turn rates of bodies at time 0 [rad/s], counter-clockwise; one determines all.
 
         Raises:
             InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a
@@ -113,7 +113,7 @@ class ForwardDynamics:
             FARTHEST * self.line.configurations.curve.unit,
         )  # fmt: skip
         states = course.run(times, start, self._passing)
-        return self._told(times, states, tuple(sorted(course.passed)))
+        return self._motion(times, states, tuple(sorted(course.passed)))
 
     def start_rate(self, given: Mapping[str, float]) -> float:
         """Rate of the arc length at the start [1/s], of given turn rates of bodies [rad/s]; 0 where none is given.
@@ -210,7 +210,7 @@ class ForwardDynamics:
         return found
 
     def _measures(self, rate: float, time: float) -> Array:
-        """What arc length, its rate and work are measured by where they are 0."""
+        """Sizes that arc length, its rate and work are measured by where they are 0."""
         at, ahead = self.line.at(0.0), self.line.configurations.ahead[0].stop
         push = abs(at.descent) + abs(self._force(at, rate, 0.0))
         energy = max(at.inertia * rate * rate, push * min(ahead, push * time * time / at.inertia), 1e-20)
@@ -219,9 +219,9 @@ class ForwardDynamics:
     def _passing(self, before: Array, after: Array) -> list[float]:
         return self.line.crossings(*sorted((float(before[0]), float(after[0]))))
 
-    # -- what is told of it ------------------------------------------------------------------------------------------
+    # -- the motion --------------------------------------------------------------------------------------------------
 
-    def _told(self, times: Array, states: Array, crossings: tuple[float, ...]) -> FreeMotion:
+    def _motion(self, times: Array, states: Array, crossings: tuple[float, ...]) -> FreeMotion:
         along, rate, work = states.T
         shape = (len(times), 3 * len(self.mechanism.bodies))
         poses, rates, accelerations = (np.empty(shape) for _ in range(3))

@@ -58,16 +58,16 @@ class Course:
             InvalidInput: the motion cannot be integrated.
         """
         end = self._end = float(times[-1])
-        told = np.empty((len(times), len(start)))
-        told[times <= 0.0] = start
+        sampled = np.empty((len(times), len(start)))
+        sampled[times <= 0.0] = start
         now, state = 0.0, start
         for stop in [*(t for t in self._breaks if 0.0 < t < end), end]:
             while now < stop:
-                now, state = self._until_kink(now, state, stop, end, times, told, passing)
-        return told
+                now, state = self._until_kink(now, state, stop, end, times, sampled, passing)
+        return sampled
 
     def _until_kink(
-        self, now: float, state: Array, stop: float, end: float, times: Array, told: Array,
+        self, now: float, state: Array, stop: float, end: float, times: Array, sampled: Array,
         passing: Callable[[Array, Array], Sequence[float]],
     ) -> tuple[float, Array]:  # fmt: skip
         solver = self._solver(now, state, stop)
@@ -82,9 +82,9 @@ class Course:
                 last = self._solver(solver.t_old, before, met)
                 while last.status == "running":
                     self._step(last)
-                self._tell(solver.t_old, met, dense, before, last.y, times, told, passing)
+                self._sample(solver.t_old, met, dense, before, last.y, times, sampled, passing)
                 return met, last.y
-            self._tell(solver.t_old, solver.t, dense, before, solver.y, times, told, passing)
+            self._sample(solver.t_old, solver.t, dense, before, solver.y, times, sampled, passing)
             sides = [kink(solver.t, solver.y) for kink in self._kinks]
         return float(solver.t), np.asarray(solver.y)
 
@@ -115,12 +115,12 @@ class Course:
                     found.append(at + 0.5 * JUST * end)
         return min(found, default=None)
 
-    def _tell(
+    def _sample(
         self, start: float, stop: float, dense: Callable[[float], Array], before: Array, after: Array, times: Array,
-        told: Array, passing: Callable[[Array, Array], Sequence[float]],
+        sampled: Array, passing: Callable[[Array, Array], Sequence[float]],
     ) -> None:  # fmt: skip
         for k in np.flatnonzero((times > start) & (times <= stop)):
-            told[k] = after if times[k] == stop else dense(times[k])
+            sampled[k] = after if times[k] == stop else dense(times[k])
         for value in passing(before, after):
             self.passed.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))
 
@@ -155,7 +155,7 @@ def _turns(line: Line, place: int) -> Event:
 
 
 class _CamJoints:
-    """Where rollers pass from one arc of a cam, or segment of its law, to the next: there a derivative jumps.
+    """Arc lengths at which rollers pass from one arc of a cam, or segment of its law, to the next: a derivative jumps.
 
     As a function of the state it is the distance from the nearest such place, with another sign behind each.
     """

@@ -40,7 +40,7 @@ class State:
 
 @dataclass(frozen=True)
 class JointForces:
-    """What the joints carry and the drive gives.
+    """Forces of the joints and torque of the drive.
 
     Attributes:
         components: by joint name, then by component, (T,): of a pin "x" and "y", the force on its second body in the
@@ -82,8 +82,8 @@ class InverseDynamics:
         components, row = {}, 0
         for joint in mechanism.joints:
             count = self._kinematics.equations_of(joint)
-            told = (multipliers[:, row + k] for k in range(count))
-            components[joint.name] = dict(zip(component_names(joint), told, strict=True))
+            values = (multipliers[:, row + k] for k in range(count))
+            components[joint.name] = dict(zip(component_names(joint), values, strict=True))
             row += count
         return JointForces(components, mechanism.driver.sense * multipliers[:, row])
 

@@ -23,7 +23,7 @@ from conrod.mechanism.loads import CONSERVATIVE, Coordinate, Load, Turn
 from conrod.mechanism.mechanism import GROUND, Mechanism
 
 ORDERS = np.arange(DEGREE + 1)
-# Of the inertia against its largest on a piece: below it, the series that tells it has lost too many digits.
+# Of the inertia against its largest on a piece: below it, its series has lost too many digits.
 LEAST_INERTIA = 1e-6
 
 
@@ -59,7 +59,7 @@ class Line:
         self.configurations = Configurations(mechanism)
         self._ahead: list[_Row] = []
         self._behind: list[_Row] = []
-        # Loads whose coordinates are told by the series, in their order; of them potentials, and what are none.
+        # Loads whose coordinates come from the series, in their order; of them potentials, and what are none.
         loads = [x for x in mechanism.loads if not x.conservative or isinstance(x.along, Turn)]
         self._along = [load.along for load in loads]
         self._wound = [(k, load.law) for k, load in enumerate(loads) if isinstance(load.law, CONSERVATIVE)]
@@ -72,9 +72,9 @@ class Line:
             InvalidInput: the curve ends before, or hardly any inertia is left.
         """
         row, local, turns = self._row(along)
-        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
-        values, rates = told[4:].reshape(2, -1)
-        inertia, slope, potential, descent = (float(some) for some in told[:4])
+        columns = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
+        values, rates = columns[4:].reshape(2, -1)
+        inertia, slope, potential, descent = (float(some) for some in columns[:4])
         if turns:
             values = values + turns * np.array([self._gain(coordinate) for coordinate in self._along])
         for k, law in self._wound:
@@ -83,7 +83,7 @@ class Line:
         return At(inertia, slope, potential, descent, values[self._driven], rates[self._driven])
 
     def _gain(self, along: Coordinate) -> float:
-        """What a coordinate gains whenever the loop is gone round: a turn, whole turns."""
+        """Gain of a coordinate over each loop: a turn, whole turns."""
         loop = self.configurations.loop
         if loop is None or not isinstance(along, Turn):
             return 0.0
@@ -94,9 +94,9 @@ class Line:
     def point(self, along: float) -> tuple[Array, Array, Array]:
         """Poses and their first and second derivatives by the arc length, each (3 n,)."""
         row, local, turns = self._row(along)
-        told = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local))))
+        basis = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local))))
         piece, scale = row.samples, self.configurations.curve.scale
-        point, tangent, curvature = (told @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
+        point, tangent, curvature = (basis @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
         loop = self.configurations.loop
         return (point if loop is None else point + turns * loop.gain) * scale, tangent * scale, curvature * scale
 

@@ -18,11 +18,11 @@ NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev-Lobatto, in
 TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
 KEPT = 0.15  # of the largest nearness on a piece: nodes below it lose too many digits to a crossing of branches
 MOST_LOST = 3  # nodes of a piece
-LOST_ORDERS = 2  # of its series for each of them, so that what is left tells it well
-ENOUGH, AWAY = 5, 0.35  # places on a piece, and of their largest nearness the least, that tell that no branch crosses
+LOST_ORDERS = 2  # of its series for each of them, so that what is left determines it well
+ENOUGH, AWAY = 5, 0.35  # places on a piece, and of their largest nearness the least, where no branch crosses
 FITS = 1e-11  # what the smooth continuation may leave of the joints' equations, without units
 ROUNDING = 2e-16  # in the joints' equations
-TAIL = 1e-12  # of the last coefficients, against the curvature that they tell: the series has converged
+TAIL = 1e-12  # of the last coefficients, against the curvature that they give: the series has converged
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def sampled(curve: JointCurve, places: list[CurvePoint], start: float) -> Sample
 def _followed(
     curve: JointCurve, guess: _Guess, direction: Array, distances: Array, smooth: bool
 ) -> tuple[Array, Frame, NDArray[np.bool_]] | None:
-    """Points in planes at distances along a chord, where these are told, and which are; None if too few are."""
+    """Points in planes at distances along a chord, where these exist, and which do; None if too few are."""
     good = np.full(len(distances), True) if smooth else _digits_kept(curve, guess, direction, distances)
     points = None if good is None else curve.corrected(guess(distances[good]), direction)
     if good is None or points is None:
@@ -102,8 +102,8 @@ def _followed(
 def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: Array) -> NDArray[np.bool_] | None:
     """Which nodes lie far enough from a crossing of branches; None if those that do not are too many, or at an end.
 
-    Next to a crossing the joints' equations hardly tell the branches apart: derivatives lose digits with powers of the
-    distance. What lies there is told by the smooth continuation of what lies before and behind.
+    Next to a crossing the joints' equations hardly distinguish the branches: derivatives lose digits with powers of the
+    distance. What lies there follows from the smooth continuation of what lies before and behind.
     """
     with np.errstate(all="ignore"):
         try:
@@ -116,7 +116,7 @@ def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: 
 
 
 def _crossing(good: NDArray[np.bool_], nearness: Array) -> float:
-    """Where on a piece, from -1 to 1, branches cross: nearness, with the sign of the side, goes through 0 there."""
+    """Place on a piece, from -1 to 1, where branches cross: nearness, with the sign of the side, goes through 0."""
     nodes, middle = NODES[good], float(NODES[~good].mean())
     signed = np.where(nodes < middle, -nearness, nearness)
     beside = np.searchsorted(nodes, middle) + np.arange(-2, 2)
@@ -137,7 +137,7 @@ def _fitted(nodes: Array, values: Array) -> Array:
 
 
 def _inverted(integral: Array, rates: Array, span: float, lengths: Array) -> Array:
-    """Where on the chord, from -1 to 1, arc lengths are reached."""
+    """Places on the chord, from -1 to 1, at which arc lengths are reached."""
     local = NODES.copy()
     for _ in range(8):
         local = local - (chebyshev.chebval(local, integral) - lengths) / (0.5 * span * chebyshev.chebval(local, rates))
@@ -146,7 +146,7 @@ def _inverted(integral: Array, rates: Array, span: float, lengths: Array) -> Arr
 
 
 class _Guess:
-    """Points between places by Hermite interpolation, told by their distance along a chord."""
+    """Points between places by Hermite interpolation, by their distance along a chord."""
 
     def __init__(self, places: list[CurvePoint], direction: Array) -> None:
         self._points = np.concatenate([p.point for p in places])

@@ -1,4 +1,4 @@
-"""What a wrong mass does: exact sensitivities of drive torque and reactions, and what no quantity can see.
+"""Exact sensitivities of drive torque and reactions to masses, and changes that no quantity can see.
 
 Drive torque and reactions are the multipliers of M q'' - Q = J^T lambda. J has no mass in it, so the derivative by a
 mass, a place of a centre of gravity or an inertia solves the same equations with that of M q'' - Q on the left.
@@ -45,7 +45,7 @@ class Sensitivity:
 
     @property
     def unseen(self) -> bool:
-        """Whether no quantity depends on the property."""
+        """True where no quantity depends on the property."""
         return max(self.effects.values()) < SEEN
 
 
@@ -75,16 +75,16 @@ def sensitivities(kinematics: Kinematics, state: State) -> tuple[Sensitivity, ..
         by_name = _derivatives(mechanism, body, poses, rates, accelerations)
         multipliers = np.linalg.solve(jacobian, np.stack(list(by_name.values()), axis=2))
         for k, name in enumerate(by_name):
-            told = quantities(inverse.forces_of(np.asarray(multipliers[:, :, k], dtype=float)))
+            derivatives = quantities(inverse.forces_of(np.asarray(multipliers[:, :, k], dtype=float)))
             change = _change(kinematics, body, name)
-            effects = {key: float(np.abs(value).max()) * change / peaks[key] for key, value in told.items()}
-            found.append(Sensitivity(body.name, name, change, told, effects))
+            effects = {key: float(np.abs(value).max()) * change / peaks[key] for key, value in derivatives.items()}
+            found.append(Sensitivity(body.name, name, change, derivatives, effects))
     return tuple(found)
 
 
 def quantities(forces: JointForces) -> dict[str, Array]:
     """Drive torque and the components of reactions by name, each (T,)."""
-    reactions = {f"{joint}.{name}": told for joint, some in forces.components.items() for name, told in some.items()}
+    reactions = {f"{joint}.{name}": value for joint, some in forces.components.items() for name, value in some.items()}
     return {TORQUE: forces.drive_torque} | reactions
 
 
@@ -168,8 +168,8 @@ def _length(kinematics: Kinematics, body: Body) -> float:
 
 
 def _peaks(forces: JointForces) -> dict[str, float]:
-    """What effects are told against, by quantity."""
-    peaks = {name: float(np.abs(told).max()) for name, told in quantities(forces).items()}
+    """Sizes that effects are measured against, by quantity."""
+    peaks = {name: float(np.abs(value).max()) for name, value in quantities(forces).items()}
     turning = {name: name == TORQUE or name.endswith(".moment") for name in peaks}
     largest = {
         kind: max((peak for name, peak in peaks.items() if turning[name] == kind), default=0.0)

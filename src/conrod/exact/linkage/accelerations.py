@@ -52,7 +52,7 @@ class LinkParts:
 
 @dataclass(frozen=True)
 class CoincidentParts:
-    """How a point of one link moves against the point of another link that it coincides with.
+    """Motion of a point of one link against the point of another link that it coincides with.
 
     A = A_guide + 2 omega x V_rel + A_rel, with omega the guide's.
 
@@ -85,7 +85,7 @@ class CoincidentParts:
 
     @property
     def gap(self) -> Array:
-        """What the four parts leave of the acceleration; (2,) [m/s^2], rounding in an exact motion."""
+        """Rest of the acceleration beyond its four parts; (2,) [m/s^2], rounding in an exact motion."""
         return np.asarray(self.guide_acceleration + self.coriolis + self.relative - self.acceleration)
 
 

@@ -31,7 +31,7 @@ FARTHEST = 1e10
 
 @dataclass(frozen=True)
 class InstantCentre:
-    """Where two links have one velocity.
+    """The place where two links have one velocity.
 
     Attributes:
         links: the two links' names, the one with the smaller number first.
@@ -51,7 +51,7 @@ class InstantCentre:
 
     @property
     def primary(self) -> bool:
-        """Whether a joint alone gives the centre."""
+        """True where a joint alone gives the centre."""
         return self.kind != "secondary"
 
     @property
@@ -138,7 +138,7 @@ def joint_centre(state: LinkageState, joint: Joint) -> Array | None:
 
 
 def _fastest(state: LinkageState) -> float:
-    """The largest speed [m/s] of any link, which rounding is told by."""
+    """The largest speed [m/s] of any link, which rounding is measured by."""
     return max(
         max(abs(link.angular_velocity) * state.size, math.hypot(*link.velocity)) for link in state.links.values()
     )
@@ -189,7 +189,7 @@ class KennedyLine:
 
 
 def kennedy_lines(state: LinkageState, centres: tuple[InstantCentre, ...]) -> tuple[KennedyLine, ...]:
-    """How well the theorem holds for every three links; triples that have no three centres are left out."""
+    """Misses of the theorem for every three links; triples that have no three centres are left out."""
     by_pair = {frozenset(centre.links): centre.homogeneous for centre in centres}
     names = sorted(state.links, key=link_numbers(state.mechanism).__getitem__)
     lines = []
@@ -202,7 +202,7 @@ def kennedy_lines(state: LinkageState, centres: tuple[InstantCentre, ...]) -> tu
 
 
 def line_miss(points: Array, size: float) -> float:
-    """How far three points (3, 3) of the projective plane are from one line [1]; see `KennedyLine.miss`."""
+    """Distance of three points (3, 3) of the projective plane from one line [1]; see `KennedyLine.miss`."""
     finite = points[points[:, 2] != 0.0, :2]
     directions = points[points[:, 2] == 0.0, :2]
     match len(finite):

@@ -26,7 +26,7 @@ PARALLEL = 1e-6
 
 @dataclass(frozen=True)
 class Construction:
-    """What the construction finds.
+    """Result of the construction.
 
     Attributes:
         centres: of each pair of links that it reaches, (x, y, 1) [m], or (x, y, 0) of length 1 at infinity; (3,).

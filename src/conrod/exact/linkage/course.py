@@ -30,7 +30,7 @@ End = Literal["limit", "change point", "none"]
 
 
 def bisect(low: float, high: float, still: Callable[[float], bool]) -> float:
-    """Where a statement that holds at `low` stops holding on the way to `high`."""
+    """The place where a statement that holds at `low` stops holding on the way to `high`."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         if middle in {low, high}:
@@ -59,7 +59,7 @@ class CrankRange:
 
     @property
     def full(self) -> bool:
-        """Whether the crank turns fully."""
+        """True of a crank that turns fully."""
         return self.start_end == self.stop_end == "none"
 
 
@@ -188,7 +188,7 @@ class _Trace:
         raise InvalidInput(f"{self._kinematics.mechanism.name}: the limits of its crank angle were not found")
 
     def _end_at(self, point: Array, tangent: Array, direction: Array) -> End:
-        """What has ended the crank's range before a point: the crank turns back there, or the branch is another one."""
+        """The end of the crank's range, if it lies before a point: there it turns back, or is on another branch."""
         if not float(np.sum(tangent * direction)) > 0.0:
             return "limit"
         same = float(self._kinematics.branch(point * self._curve.scale)[0]) == self._branch

@@ -22,7 +22,7 @@ RETURNED = 1e-9
 
 @dataclass(frozen=True)
 class DeadCentre:
-    """Where a driven link turns back.
+    """The place where a driven link turns back.
 
     Attributes:
         angle: crank angle [rad] at which the link comes to rest; in [0, 2 pi) where the crank turns fully.
@@ -116,7 +116,7 @@ def _output(course: Course, link: str | None, joint: Joint) -> Output | None:
 
 
 def _steady_gain(course: Course, weights: Array, values: Array) -> float:
-    """What a first turn adds, if the next one adds the same, as to a wheel in a train of gears; 0 otherwise."""
+    """Gain of a first turn, if the next one adds the same, as to a wheel in a train of gears; 0 otherwise."""
     if not course.kinematics.turns_fully:
         return 0.0
     gain = float(values[-1] - values[0])
@@ -125,7 +125,7 @@ def _steady_gain(course: Course, weights: Array, values: Array) -> float:
 
 
 def _weights(course: Course, link: str, joint: Joint) -> Array:
-    """What the stacked poses are multiplied with for the link's way along its slide, or its turn; (3 n,)."""
+    """Weights of the stacked poses that give the link's way along its slide, or its turn; (3 n,)."""
     mechanism = course.kinematics.mechanism
     weights = np.zeros(3 * len(mechanism.bodies))
     first = 3 * mechanism.body_index[link]

@@ -70,7 +70,7 @@ class SlidingPair:
 
 @dataclass(frozen=True)
 class RollingContact:
-    """Where two links roll on each other, another point of both at every crank angle.
+    """The contact of two links that roll on each other, another point of both at every crank angle.
 
     Attributes:
         name: its letter.
@@ -82,7 +82,7 @@ class RollingContact:
 
     @property
     def on_ground(self) -> bool:
-        """Whether one of the two is the ground."""
+        """True where one of the two is the ground."""
         return GROUND in (self.joint.a, self.joint.b)
 
 
@@ -104,7 +104,7 @@ def pivot_of(mechanism: Mechanism, link: str) -> Point | None:
 
 
 def slides_on_ground(mechanism: Mechanism, link: str) -> bool:
-    """Whether a link is a slider on the ground."""
+    """True of a slider on the ground."""
     return any(isinstance(j, Prismatic) and {j.a, j.b} == {GROUND, link} for j in mechanism.joints)
 
 
@@ -132,7 +132,7 @@ def linkage_points(mechanism: Mechanism) -> LinkagePoints:
     numbers = link_numbers(mechanism)
     named = []
     for name, guide, at in pairs:
-        # Where the guide's point is in the guide's frame changes with the pose: it is not told here.
+        # Where the guide's point is in the guide's frame changes with the pose: it is not given here.
         named.append(SlidingPair(name, guide, f"{at.name}{numbers[guide]}", at))
     contacts = [RollingContact(naming.letter(), joint) for joint in naming.joints if isinstance(joint, Mesh)]
     return LinkagePoints(tuple(naming.points), tuple(named), tuple(contacts))
@@ -201,7 +201,7 @@ def place_name(point: str) -> str:
 
 
 def guided(mechanism: Mechanism, link: str) -> bool:
-    """Whether a pin or a slide guides a link in the ground."""
+    """True of a link that a pin or a slide guides in the ground."""
     return pivot_of(mechanism, link) is not None or slides_on_ground(mechanism, link)
 
 

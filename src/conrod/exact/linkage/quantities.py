@@ -104,7 +104,7 @@ def _least(course: Course, samples: Array, at: Callable[[Array], Array], sign: f
 
 @dataclass(frozen=True)
 class TurnQuantities:
-    """What a linkage does in a turn, in its driver's span, or in all that it reaches.
+    """Quantities of a linkage over a turn, its driver's span, or all that it reaches.
 
     Attributes:
         numbers: of the links, by name; the ground is 1.
@@ -142,7 +142,7 @@ class PointQuantities:
 
 @dataclass(frozen=True)
 class InstantQuantities:
-    """What a linkage does at a crank angle.
+    """Quantities of a linkage at a crank angle.
 
     Attributes:
         state: motion of every link; its angular velocities and accelerations.

@@ -133,7 +133,7 @@ class Fields:
         return Fields(self._given.get(name, {}), self.at(name), self.numbers)
 
     def names(self) -> tuple[str, ...]:
-        """Names of all that stands in this table, in alphabetical order: that of declaration tells nothing.
+        """Names of all that stands in this table, in alphabetical order: that of declaration means nothing.
 
         Raises:
             InvalidInput: one cannot be a name.

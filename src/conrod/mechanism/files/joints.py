@@ -10,7 +10,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.files.cams import read_profile
 from conrod.mechanism.files.fields import Fields
 from conrod.mechanism.files.numbers import ANGLE, COORDINATE, LENGTH, SHOWN, SPEED, shown
-from conrod.mechanism.files.places import ORIGIN, Place, Places, check_apart
+from conrod.mechanism.files.places import ORIGIN, BodyPoint, Places, check_apart
 from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Revolute
 from conrod.mechanism.rolling import Rack, Rolling
 
@@ -23,7 +23,7 @@ SYNONYMS = {
     "rack-and-pinion": "rack",
 }
 RIGID = {"fixed", "rigid", "weld", "welded"}
-# Freedoms that the joints of space leave, for the mobility that is told where one of them stands in a file.
+# Freedoms that the joints of space leave, for the mobility that is reported where one of them stands in a file.
 SPATIAL = {"spherical": 3, "ball": 3, "cylindrical": 2, "universal": 2, "helical": 1, "screw": 1, "planar": 3}
 FREEDOMS = {"revolute": 1, "prismatic": 1, "gear": 5, "rack": 5, "rolling": 5, "cam": 5}
 
@@ -101,7 +101,7 @@ def _prismatic(fields: Fields, name: str, places: Places) -> Prismatic:
     return Prismatic(name, guide.body, slider.body, guide.point, slider.point, direction, angle)
 
 
-def _line(fields: Fields, name: str, places: Places) -> tuple[Place, float]:
+def _line(fields: Fields, name: str, places: Places) -> tuple[BodyPoint, float]:
     """A line on a body: a point of it and a direction, or two points."""
     given = fields.raw(name)
     if not isinstance(given, list):

@@ -15,7 +15,7 @@ SHOWN = 60  # characters of a value in a message
 
 @dataclass(frozen=True)
 class Measure:
-    """What kind of number is wanted: its SI unit and its range."""
+    """A kind of number: its SI unit and its range."""
 
     unit: str
     lowest: float

@@ -17,7 +17,7 @@ PAIR = 2
 
 
 @dataclass(frozen=True)
-class Place:
+class BodyPoint:
     """A point of a body."""
 
     body: str
@@ -31,7 +31,7 @@ class Places:
 
     of_body: Mapping[str, Mapping[str, Point]]
 
-    def found(self, place: str, given: object) -> Place:
+    def found(self, place: str, given: object) -> BodyPoint:
         """The point that a text names.
 
         Raises:
@@ -45,16 +45,16 @@ class Places:
             raise unknown_choice(f"body in {place}", body[:SHOWN], self.of_body)
         points = {ORIGIN: (0.0, 0.0)} | dict(self.of_body[body])
         if not dot:
-            return Place(body, ORIGIN, (0.0, 0.0))
+            return BodyPoint(body, ORIGIN, (0.0, 0.0))
         if name not in points:
             raise unknown_choice(f"point of {body} in {place}", name[:SHOWN], points)
-        return Place(body, name, points[name])
+        return BodyPoint(body, name, points[name])
 
-    def field(self, fields: Fields, name: str) -> Place:
+    def field(self, fields: Fields, name: str) -> BodyPoint:
         """The point that a field names."""
         return self.found(fields.at(name), fields.raw(name))
 
-    def pair(self, fields: Fields, name: str) -> tuple[Place, Place]:
+    def pair(self, fields: Fields, name: str) -> tuple[BodyPoint, BodyPoint]:
         """The two points, of different bodies, that a field names.
 
         Raises:
@@ -68,7 +68,7 @@ class Places:
         return first, second
 
 
-def check_apart(joint: str, first: Place, second: Place) -> None:
+def check_apart(joint: str, first: BodyPoint, second: BodyPoint) -> None:
     """Refuse a joint of a body with itself.
 
     Raises:

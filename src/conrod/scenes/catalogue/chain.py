@@ -46,15 +46,15 @@ mass = "1 kg"
 
 
 def chain_count(name: str) -> int | None:
-    """How many four-bars the chain of a name has; None of a name that is no chain's.
+    """Number of four-bars of the chain of a name; None of a name that is no chain's.
 
     Raises:
         InvalidInput: there is no chain of that length.
     """
-    told = name.removeprefix(CHAIN)
-    if told == name or not (told.isascii() and told.isdigit()) or told.startswith("0"):
+    digits = name.removeprefix(CHAIN)
+    if digits == name or not (digits.isascii() and digits.isdigit()) or digits.startswith("0"):
         return None
-    count = int(told) if len(told) < len(str(MOST)) + 1 else MOST + 1
+    count = int(digits) if len(digits) < len(str(MOST)) + 1 else MOST + 1
     if not LEAST <= count <= MOST:
         raise InvalidInput(f"{name}: chains have from {LEAST} to {MOST} four-bars")
     return count

@@ -15,7 +15,7 @@ from conrod.exact.motion import Array
 from conrod.runs.comparison import point_errors
 from conrod.runs.outcome import Verdict, joint_gaps, prevailing
 from conrod.runs.plain import plain
-from conrod.runs.trajectory import BodyTracks, Outcome, Piece, joined
+from conrod.runs.trajectory import BodyTracks, Outcome, Piece, concatenate_pieces
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
 from conrod.studies.limits.extremes import ExactTorque, Extremes
@@ -139,7 +139,7 @@ class RunStatistics:
     def _compare(self) -> None:
         if not self._waiting:
             return
-        piece, self._waiting = joined(self._waiting), []
+        piece, self._waiting = concatenate_pieces(self._waiting), []
         bodies = piece.trajectory.bodies
         assert bodies is not None
         points, closure = point_errors(piece.trajectory, self._machine), self._closure(bodies)
