@@ -154,7 +154,7 @@ def _output(fields: Fields, mechanism: Mechanism) -> str:
     return fields.choice("output", names)
 
 
-# Errors are measured over the travel of a point: over less than this part of the machine's size, rounding alone is 1e-10.
+# Errors are measured over the travel of a point: over less than this part of the size, rounding alone is 1e-10.
 LEAST_TRAVEL = 1e-6
 
 
