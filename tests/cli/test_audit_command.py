@@ -73,7 +73,7 @@ def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
     entry = json.loads((here / "found" / "results.json").read_text(encoding="utf-8"))["parts"]["my-table"]
     assert entry["command"] == "conrod audit 'My table.csv' --out found"
     findings = json.loads((here / "found" / entry["data"]).read_text(encoding="utf-8"))
-    assert [item["kind"] for item in findings["verdicts"]] == ["AGREES", "NOT_REPRODUCIBLE"]
+    assert [item["kind"] for item in findings["verdicts"]] == ["agrees", "not reproducible as printed"]
     # Pages of other files stay, and all are rendered again from what was saved.
     page = (here / "found" / "my-table.md").read_text(encoding="utf-8")
     written(here, HEADING + GOOD, "other.csv")
