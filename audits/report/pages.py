@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from audits.report.cam_figures import pressure_angle, series_error
 from audits.report.sections import cam_section, module_section, saw_section
-from conrod.own.printed.audited import Audited
-from conrod.own.printed.judging import Verdict
+from conrod.own.printed.judging import Audited, Verdict
 from conrod.report import printed_values
 from conrod.report.figure import Figure
 from conrod.report.kind import Page, Part

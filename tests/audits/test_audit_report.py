@@ -12,7 +12,7 @@ import pytest
 from audits.__main__ import report
 from audits.cam_survey import surveys
 from audits.judged import DOCUMENTS, PAGES, audited
-from conrod.own.printed.audited import Audited
+from conrod.own.printed.judging import Audited
 from conrod.report.printed_values import corrections, rank
 from conrod.report.writer import rendered_again
 

@@ -12,7 +12,7 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, question, replaced,
 
 from conrod import MuJoCoSettings, compare, run
 from conrod.errors import InvalidInput
-from conrod.own.models.driving import Stepper, ordered
+from conrod.own.models.driving import look_at, ordered
 from conrod.own.models.request import DrivenRun, Order, Place
 from conrod.own.models.scanning import prepare
 from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE
@@ -30,14 +30,13 @@ QUANTITIES = ("position", "velocity", "acceleration")
 def test_looking_at_a_run_changes_no_bit_of_it(integrator: str) -> None:
     text = settled(SAW, f'<option timestep="0.002" integrator="{integrator}"/>')
     model = mujoco.MjModel.from_xml_string(text)
-    plain, looked_at = mujoco.MjData(model), mujoco.MjData(model)
+    plain, looked_at, aside = (mujoco.MjData(model) for _ in range(3))
     for data in (plain, looked_at):
         mujoco.mj_resetDataKeyframe(model, data, 0)
-    stepper = Stepper(model, looked_at)
     for _ in range(200):
         mujoco.mj_step(model, plain)
-        stepper.look()
-        stepper.step()
+        look_at(model, looked_at, aside)
+        mujoco.mj_step(model, looked_at)
     assert np.array_equal(plain.qpos, looked_at.qpos)
     assert np.array_equal(plain.qvel, looked_at.qvel)
     assert plain.time == looked_at.time

@@ -1,7 +1,4 @@
-"""Steps of a model that can be looked at where each of them starts, as `mj_step` makes them to the last bit.
-
-Dynamic mode of a user's own model: driven by a flywheel on its crank, from the exact state, as the file has it.
-"""
+"""Dynamic mode of a user's own model: driven by a flywheel on its crank, from the exact state, as the file has it."""
 
 from __future__ import annotations
 
@@ -18,58 +15,12 @@ from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly
-from conrod.own.models.own_settings import needed_armature
-from conrod.own.models.points import FoundPoint
+from conrod.own.models.own_settings import required_armature
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
 from conrod.own.models.scanning import Prepared, prepare
 from conrod.runs.trajectory import Outcome
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-EULER, RK4 = mujoco.mjtIntegrator.mjINT_EULER, mujoco.mjtIntegrator.mjINT_RK4
-IMPLICIT = (mujoco.mjtIntegrator.mjINT_IMPLICIT, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
-
-
-class Stepper:
-    """A model that is stepped; `data` holds the state of now.
-
-    A step is the accelerations of now, then the integrator. To look in between costs nothing, and gives position,
-    velocity and acceleration of one instant: what `mj_step` leaves of them does not belong together, under RK4 least
-    of all. Where the integrator is not one that can be called by itself, another data object is looked at.
-    """
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._model, self._data = model, data
-        self._kind = mujoco.mjtIntegrator(int(model.opt.integrator))
-        self._aside = None if self._kind in (EULER, RK4, *IMPLICIT) else mujoco.MjData(model)
-        self._state = np.empty(mujoco.mj_stateSize(model, STATE))
-
-    def look(self) -> mujoco.MjData:
-        """Data with all of now in it, up to the accelerations of bodies; to be read only."""
-        data = self._data if self._aside is None else self._aside
-        if self._aside is None:
-            mujoco.mj_checkPos(self._model, data)
-            mujoco.mj_checkVel(self._model, data)
-        else:
-            mujoco.mj_getState(self._model, self._data, self._state, STATE)
-            mujoco.mj_setState(self._model, data, self._state, STATE)
-        mujoco.mj_forward(self._model, data)
-        if self._aside is None:
-            mujoco.mj_checkAcc(self._model, data)
-        mujoco.mj_rnePostConstraint(self._model, data)
-        return data
-
-    def step(self) -> None:
-        """On by a step, after a look."""
-        if self._aside is not None:
-            mujoco.mj_step(self._model, self._data)
-        elif self._kind == RK4:
-            mujoco.mj_RungeKutta(self._model, self._data, 4)
-        elif self._kind == EULER:
-            mujoco.mj_Euler(self._model, self._data)
-        else:
-            mujoco.mj_implicit(self._model, self._data)
-
-
 # A flywheel that turns out too light is made heavier by what is missing and a little more, at most so often.
 ATTEMPTS, SPARE = 3, 1.25
 # Half of the way between two places of a follower, to take its rate from [rad of the crank].
@@ -90,20 +41,8 @@ def drive_model(
     start = prepared.assembly.data.qpos.copy()
     rates = drive.rate * _start_rates(prepared)
     own = float(prepared.model.dof_armature[prepared.crank.rate])
-    least = needed_armature(prepared.model, scan, drive)
-    runs = []
-    for order in orders:
-        model = ordered(prepared.model, order)
-        armature = max(own, least)
-        for _ in range(ATTEMPTS):
-            model.dof_armature[prepared.crank.rate] = armature
-            run = _run(prepared, model, start, rates, drive, armature)
-            missing = run.ripple / drive.ripple
-            if missing <= 1.0 or run.outcome is not Outcome.COMPLETED or not math.isfinite(missing):
-                break
-            armature *= SPARE * missing
-        runs.append(run)
-    return tuple(runs)
+    least = max(own, required_armature(prepared.model, scan, drive))
+    return tuple(_driven(prepared, ordered(prepared.model, order), start, rates, drive, least) for order in orders)
 
 
 def _check_samples(path: Path, model: mujoco.MjModel, drive: Drive) -> None:
@@ -116,7 +55,7 @@ def _check_samples(path: Path, model: mujoco.MjModel, drive: Drive) -> None:
 
 
 def _steps(model: mujoco.MjModel, drive: Drive) -> int:
-    """Of the model's own timestep, which need not divide a turn."""
+    """Number of the model's own timesteps, which need not divide a turn."""
     return max(2, math.ceil(drive.turns * 2.0 * math.pi / abs(drive.rate) / float(model.opt.timestep) - 1e-9))
 
 
@@ -170,82 +109,78 @@ def _give(model: mujoco.MjModel, settings: MuJoCoSettings) -> None:
         harden(model, settings.hardening)
 
 
-def _run(
+def _driven(
     prepared: Prepared, model: mujoco.MjModel, start: Array, rates: Array, drive: Drive, armature: float
 ) -> DrivenRun:
+    """A run with an armature that is heavy enough, or as heavy as the last attempt had it."""
+    for _ in range(ATTEMPTS):
+        model.dof_armature[prepared.crank.rate] = armature
+        run = _run(prepared, model, start, rates, drive)
+        missing = run.ripple / drive.ripple
+        if missing <= 1.0 or run.outcome is not Outcome.COMPLETED or not math.isfinite(missing):
+            break
+        armature *= SPARE * missing
+    return run
+
+
+def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
+    """Make position, velocity and acceleration of the present instant in another data object.
+
+    What `mj_step` leaves of them does not belong together, under RK4 least of all. The run goes on to the last bit as
+    if it had not been looked at.
+    """
+    state = np.empty(mujoco.mj_stateSize(model, STATE))
+    mujoco.mj_getState(model, data, state, STATE)
+    mujoco.mj_setState(model, aside, state, STATE)
+    mujoco.mj_forward(model, aside)
+    mujoco.mj_rnePostConstraint(model, aside)
+
+
+def _run(prepared: Prepared, model: mujoco.MjModel, start: Array, rates: Array, drive: Drive) -> DrivenRun:
     """Steps from the exact state; each sample is read before its step."""
-    data = mujoco.MjData(model)
+    data, aside = mujoco.MjData(model), mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = start, rates
-    steps, taken = _steps(model, drive), 0
-    stepper, reader = Stepper(model, data), _Reader(prepared, model, data)
-    rows = np.empty((steps + 1, reader.width))
+    steps, step, points = _steps(model, drive), float(model.opt.timestep), prepared.points
+    rows = np.full((steps + 1, 4 + 9 * len(points)), np.nan)
     with warnings_kept_quiet():
-        for k in range(steps + 1):
-            seen = stepper.look()
-            reader.read(seen, rows[k])
-            if not math.isfinite(rows[k].sum()):
+        for k, row in enumerate(rows):
+            if k:
+                mujoco.mj_step(model, data)
+            look_at(model, data, aside)
+            _read(prepared, model, aside, row)
+            if not math.isfinite(row.sum()):
                 break
-            taken = k + 1
-            if k < steps:
-                stepper.step()
-    return _told(model, data, rows[:taken], steps, prepared.points, drive, armature)
-
-
-class _Reader:
-    """Reads a sample: the crank's coordinate, rate and acceleration, the largest gap, and each point's motion."""
-
-    def __init__(self, prepared: Prepared, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._crank, self._points, self._model = prepared.crank, prepared.points, model
-        self.width = 4 + 9 * len(prepared.points)
-        off = bool(model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY)
-        self._fall = np.zeros(3) if off else np.array(model.opt.gravity)
-
-    def read(self, data: mujoco.MjData, row: Array) -> None:
-        """Fill a row (width,) from data that are made up to the accelerations of bodies."""
-        model, crank = self._model, self._crank
-        row[0], row[1], row[2] = data.qpos[crank.coordinate], data.qvel[crank.rate], data.qacc[crank.rate]
-        # Equalities come first among the constraints.
-        row[3] = np.abs(data.efc_pos[: data.ne]).max() if data.ne else 0.0
-        for k, point in enumerate(self._points):
-            at = 4 + 9 * k
-            row[at : at + 3] = point.position(data)
-            row[at + 3 : at + 6] = point.velocity(model, data)
-            row[at + 6 : at + 9] = point.acceleration(model, data) + self._fall
-
-
-def _told(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    rows: Array,
-    steps: int,
-    points: tuple[FoundPoint, ...],
-    drive: Drive,
-    armature: float,
-) -> DrivenRun:
-    step = float(model.opt.timestep)
     finite = np.all(np.isfinite(rows), axis=1)
-    whole = len(rows) == steps + 1 and bool(finite.all())
-    if not finite.all():
-        rows = rows[: int(np.argmin(finite))]
-    read = {
-        point.name: [rows[:, 4 + 9 * i + 3 * j : 7 + 9 * i + 3 * j] for j in range(3)] for i, point in enumerate(points)
-    }
+    whole = bool(finite.all())
+    rows = rows if whole else rows[: int(np.argmin(finite))]
+    motion = rows[:, 4:].reshape(len(rows), len(points), 3, 3)
+    named = [{point.name: motion[:, k, part] for k, point in enumerate(points)} for part in range(3)]
     # A run that is not finite may have been ended before the engine itself looks at its numbers.
     warned = {name: int(data.warning[kind].number) for name, kind in WARNINGS.items()}
-    ripple = np.abs(rows[:, 1] / drive.rate - 1.0).max() if len(rows) else math.inf
     return DrivenRun(
-        armature=armature,
+        armature=float(model.dof_armature[prepared.crank.rate]),
         timestep=step,
         times=np.asarray(step * np.arange(len(rows)), dtype=float),
         coordinate=rows[:, 0],
         rate=rows[:, 1],
         acceleration=rows[:, 2],
-        positions={name: parts[0] for name, parts in read.items()},
-        velocities={name: parts[1] for name, parts in read.items()},
-        accelerations={name: parts[2] for name, parts in read.items()},
+        positions=named[0],
+        velocities=named[1],
+        accelerations=named[2],
         gap=rows[:, 3],
         warnings={name: number for name, number in warned.items() if number},
-        ripple=float(ripple),
+        ripple=float(np.abs(rows[:, 1] / drive.rate - 1.0).max()) if len(rows) else math.inf,
         outcome=Outcome.COMPLETED if whole else Outcome.DIVERGED,
         reason="" if whole else f"not finite from {step * len(rows):.6g} s on",
     )
+
+
+def _read(prepared: Prepared, model: mujoco.MjModel, data: mujoco.MjData, row: Array) -> None:
+    """Fill a row: the crank's coordinate, rate and acceleration, the largest gap, and each point's motion (3, 3)."""
+    crank = prepared.crank
+    row[:3] = data.qpos[crank.coordinate], data.qvel[crank.rate], data.qacc[crank.rate]
+    # Equalities come first among the constraints.
+    row[3] = np.abs(data.efc_pos[: data.ne]).max(initial=0.0)
+    fall = 0.0 if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else np.array(model.opt.gravity)
+    for point, motion in zip(prepared.points, row[4:].reshape(-1, 3, 3), strict=True):
+        motion[:] = point.position(data), point.velocity(model, data), point.acceleration(model, data) + fall

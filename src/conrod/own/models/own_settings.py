@@ -1,7 +1,4 @@
-"""How heavy a flywheel must be that keeps a model's crank at its speed.
-
-The settings that a user's model comes with, and what of it a judgement has to leave aside.
-"""
+"""Settings and limits that a user's model comes with, and the flywheel that keeps its crank at its speed."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from conrod.own.models.points import Crank
 from conrod.own.models.request import Drive, Scan
 
 
-def needed_armature(model: mujoco.MjModel, scan: Scan, drive: Drive) -> float:
+def required_armature(model: mujoco.MjModel, scan: Scan, drive: Drive) -> float:
     """Armature with which the energy that the crank exchanges changes its speed by no more than the ripple.
 
     Along the exact motion the machine's energy, less the work that dampers, friction and actuators have done, is what
@@ -54,20 +51,17 @@ TURN = 2.0 * np.pi * (1.0 - 1e-9)
 
 def own_settings(model: mujoco.MjModel) -> OwnSettings:
     """Options of the model, and all softnesses that its closures have."""
-    option, closures = model.opt, range(model.neq)
+    option = model.opt
+    x, y, z = option.gravity
     return OwnSettings(
         timestep=float(option.timestep),
         integrator=mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_"),
         solver=mujoco.mjtSolver(int(option.solver)).name.removeprefix("mjSOL_"),
         iterations=int(option.iterations),
         tolerance=float(option.tolerance),
-        gravity=(float(option.gravity[0]), float(option.gravity[1]), float(option.gravity[2])),
-        closure_solref=tuple(
-            dict.fromkeys((float(model.eq_solref[e][0]), float(model.eq_solref[e][1])) for e in closures)
-        ),
-        closure_impedance=tuple(
-            dict.fromkeys((float(model.eq_solimp[e][0]), float(model.eq_solimp[e][1])) for e in closures)
-        ),
+        gravity=(float(x), float(y), float(z)),
+        closure_solref=tuple(dict.fromkeys((a, b) for a, b, *_ in model.eq_solref.tolist())),
+        closure_impedance=tuple(dict.fromkeys((a, b) for a, b, *_ in model.eq_solimp.tolist())),
     )
 
 

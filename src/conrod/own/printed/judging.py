@@ -1,6 +1,4 @@
-"""What is to be said of one printed number or formula.
-
-From a printed number and what is known about it to a verdict.
+"""From a printed number and what is known about it to a verdict.
 
 A verdict other than agreement is given only to what a computation reproduces: a cause, a rounding or a wrong step is
 named where its value, rounded or cut to the printed digits, is the print; a misprint where a neighbouring printed
@@ -9,6 +7,7 @@ quantity leaves no room for the print.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -57,6 +56,28 @@ class Verdict:
     should_be: str | None = None
     off: float | None = None
     cause: str | None = None
+
+
+@dataclass(frozen=True)
+class Audited:
+    """Verdicts on one document or table.
+
+    Attributes:
+        document: name of the user's file, or "Document" and the number of one of the four.
+        title: of the document.
+        verdicts: in the order of the items.
+        notes: doubts about the verdicts, a sentence or two each.
+    """
+
+    document: str
+    title: str
+    verdicts: tuple[Verdict, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def counts(self) -> Mapping[Kind, int]:
+        """Number of verdicts of each kind, in the order of the kinds."""
+        return {kind: sum(verdict.kind is kind for verdict in self.verdicts) for kind in Kind}
 
 
 @dataclass(frozen=True)
@@ -121,11 +142,11 @@ def judge(case: Case) -> Verdict:
     """
     return (
         _agreement(case)
-        or _first(case, case.causes, Kind.EXPLAINED, keeps=False)
-        or _first(case, case.roundings, Kind.AFTER_ROUNDING, keeps=True)
+        or _explained(case, case.causes, Kind.EXPLAINED)
+        or _explained(case, case.roundings, Kind.AFTER_ROUNDING)
         or _cut(case)
         or _contradiction(case)
-        or _first(case, case.wrong_steps, Kind.WRONG_STEP, keeps=False)
+        or _explained(case, case.wrong_steps, Kind.WRONG_STEP)
         or _read(case)
         or _verdict(case, Kind.NOT_REPRODUCIBLE, case.why, _correct(case))
     )
@@ -143,29 +164,28 @@ def _cut(case: Case) -> Verdict | None:
     return _verdict(case, Kind.AFTER_ROUNDING, f"{case.why}; further digits are cut off instead of rounded")
 
 
-def _first(case: Case, ways: tuple[Explanation, ...], kind: Kind, keeps: bool) -> Verdict | None:
+def _explained(case: Case, explanations: tuple[Explanation, ...], kind: Kind) -> Verdict | None:
     """The first explanation that reproduces the print, if one does; a systematic cause has to do so without a cut."""
     number = case.item.number
-    for way in ways:
-        rounded = number.is_rounding_of(way.value) or abs(number.value - way.value) <= way.within
-        if rounded or (kind is not Kind.EXPLAINED and number.is_cut_of(way.value)):
+    for one in explanations:
+        rounded = number.is_rounding_of(one.value) or abs(number.value - one.value) <= one.within
+        if rounded or (kind is not Kind.EXPLAINED and number.is_cut_of(one.value)):
             how = "" if rounded else ", cut off"
-            # What is nothing in the printed digits by far is rounding noise.
-            value = way.value if abs(way.value) > 1e-9 * number.last else 0.0
-            reason = f"{way.text} gives {_number(value)}{how}; {case.why}"
-            return _verdict(case, kind, reason, None if keeps else _correct(case), cause=way.text)
+            # A value that is nothing in the printed digits by far is rounding noise.
+            value = one.value if abs(one.value) > 1e-9 * number.last else 0.0
+            right = None if kind is Kind.AFTER_ROUNDING else _correct(case)
+            return _verdict(case, kind, f"{one.text} gives {value:.7g}{how}; {case.why}", right, cause=one.text)
     return None
 
 
 def _contradiction(case: Case) -> Verdict | None:
+    number = case.item.number
     for neighbour in case.neighbours:
-        number = case.item.number
         room = neighbour.within + 0.5 * number.last
-        apart = abs(neighbour.value - number.value) > room
         supported = case.exact is None or abs(neighbour.value - case.exact) <= room
-        if apart and supported:
+        if abs(neighbour.value - number.value) > room and supported:
             right = neighbour.value if case.exact is None else case.exact
-            reason = f"by {neighbour.text} it is {_number(neighbour.value)} +- {room:.2g}; {case.why}"
+            reason = f"by {neighbour.text} it is {neighbour.value:.7g} +- {room:.2g}; {case.why}"
             return _verdict(case, Kind.MISPRINT, reason, case.instead or number.like(right), right)
     return None
 
@@ -173,8 +193,7 @@ def _contradiction(case: Case) -> Verdict | None:
 def _read(case: Case) -> Verdict | None:
     if case.exact is None or abs(case.item.number.value - case.exact) > case.reading:
         return None
-    reason = f"{case.why}; measured from a drawing, good to {case.reading:.2g}"
-    return _verdict(case, Kind.AFTER_ROUNDING, reason)
+    return _verdict(case, Kind.AFTER_ROUNDING, f"{case.why}; measured from a drawing, good to {case.reading:.2g}")
 
 
 def _correct(case: Case) -> str | None:
@@ -191,31 +210,17 @@ def _verdict(
     right: float | None = None,
     cause: str | None = None,
 ) -> Verdict:
-    item, exact = case.item, case.exact
+    item, number, exact = case.item, case.item.number, case.exact
     against = exact if right is None else right
+    difference = None if exact is None else (number.value - exact) / number.last
+    off = None if against is None or should_be is None else _share(number, against)
     return Verdict(
-        item.document,
-        item.place,
-        item.line,
-        item.quantity,
-        item.condition,
-        item.unit,
-        item.number.text,
-        exact,
-        None if exact is None else (item.number.value - exact) / item.number.last,
-        kind,
-        reason,
-        should_be,
-        None if against is None or should_be is None else _share(item.number, against),
-        cause,
-    )
+        item.document, item.place, item.line, item.quantity, item.condition, item.unit, number.text, exact,
+        difference, kind, reason, should_be, off, cause,
+    )  # fmt: skip
 
 
 def _share(number: Number, right: float) -> float:
     """How far a print is off, as a share of the right value; of itself where that is zero in the printed digits."""
     of = abs(right) if abs(right) >= 0.5 * number.last else abs(number.value)
     return abs(number.value - right) / (of or 1.0)
-
-
-def _number(value: float) -> str:
-    return f"{value:.7g}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.own.printed.audited import Audited
+from conrod.own.printed.judging import Audited
 from conrod.own.printed.user_table import audit_table
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import scene_named

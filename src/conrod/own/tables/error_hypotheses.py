@@ -12,11 +12,10 @@ from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.fit import Fit
 from conrod.own.tables.fitting import fitted
 from conrod.own.tables.judging import ERRORS, Exact, largest, table_errors
-from conrod.own.tables.samples import Observed
+from conrod.own.tables.samples import Alignment, Observed
 from conrod.scenes import Scene
 
 GRAVITY, GRAVITY_WIDTH = 9.81, 0.02  # [m/s^2], relative

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.fit import Fit
 from conrod.own.tables.fitting import Fitted, fitted
-from conrod.own.tables.samples import Observed
+from conrod.own.tables.samples import Alignment, Observed
 from conrod.scenes import Scene
 
 CHOICES = ("time", "phase", "sense", "frame")

@@ -11,8 +11,7 @@ from typing import Literal
 import numpy as np
 
 from conrod.exact.motion import Array, PointMotion
-from conrod.own.tables.alignment import Alignment
-from conrod.own.tables.samples import Observed, Samples
+from conrod.own.tables.samples import Alignment, Observed, Samples
 from conrod.scenes import Scene
 
 # What is fitted: positions at the nominal time, positions at the table's own crank angle, or that angle itself.

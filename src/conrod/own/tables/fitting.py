@@ -16,8 +16,8 @@ from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.fit import TURNING, Fit
+from conrod.own.tables.samples import Alignment
 
 STARTS, START_ROWS, PURSUED = 72, 400, 4
 PRECISION = 4.0 * float(np.finfo(float).eps)  # relative, of the sum of squares, of a step and of the slope

@@ -11,8 +11,7 @@ import numpy as np
 
 from conrod.exact.motion import Array, Motion
 from conrod.own.error_curve import ErrorCurve, error_curve
-from conrod.own.tables.alignment import Alignment
-from conrod.own.tables.samples import QUANTITIES, Observed
+from conrod.own.tables.samples import QUANTITIES, Alignment, Observed
 from conrod.scenes import Scene
 
 ERRORS = ("total", "position", "velocity", "acceleration")

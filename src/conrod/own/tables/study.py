@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.own.tables.alignment import Alignment
 from conrod.own.tables.columns import Column
 from conrod.own.tables.error_hypotheses import Cause, likely_causes
 from conrod.own.tables.estimation import Estimation, estimate
 from conrod.own.tables.judging import ERRORS, Crank, Errors, crank_of, largest, table_errors
 from conrod.own.tables.reading import Reading
-from conrod.own.tables.samples import QUANTITIES, Observed
+from conrod.own.tables.samples import QUANTITIES, Alignment, Observed
 from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
