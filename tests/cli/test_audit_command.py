@@ -122,7 +122,7 @@ def test_an_error_in_a_file_is_one_line_that_names_file_row_and_field(here: Path
 
 def test_files_that_are_no_tables_are_refused(here: Path) -> None:
     assert "there is no such file" in refusal("missing.csv")
-    assert "no regular file" in refusal(str(here))
+    assert "it is a folder, not a file" in refusal(str(here))
     (here / "bytes.csv").write_bytes(b"\xff\xfe\x00")
     assert "no text in UTF-8" in refusal("bytes.csv")
     assert "unknown column 'scnee'" in refusal(written(here, "# scnee: shear-press\n" + HEADING + GOOD))

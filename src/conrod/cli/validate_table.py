@@ -119,9 +119,10 @@ def validate_table(
     document: str | None,
 ) -> None:
     """Judge a table against the machine that a scene is."""
+    from conrod.own.readable import check_readable
     from conrod.own.tables.columns import request
     from conrod.own.tables.estimation import parse_estimate
-    from conrod.own.tables.reading import check_table_file, read_table
+    from conrod.own.tables.reading import read_table
     from conrod.own.tables.study import study_table
     from conrod.studies.execution.confined import confined
     from conrod.studies.frame.files import naming, write_together
@@ -136,7 +137,7 @@ def validate_table(
     points = tuple(machine.lengths)
     wanted = request(options.columns, options.units, points)
     table = Path(file)
-    check_table_file(table)
+    check_readable(table)
     folder, results = _checked_outputs(table, out, document)
     reading = confined(read_table, table, points, wanted, timeout=READING)
     study = study_table(file, scene, machine, reading, asked, allowed)

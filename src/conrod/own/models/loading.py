@@ -1,9 +1,4 @@
-"""Whether all that a model says are numbers.
-
-Which pose a run of a user's model starts from: its first keyframe, another one, or the model's own pose.
-
-A user's own model, compiled; the file is only read.
-"""
+"""A user's own model, compiled: its elements by name, its keyframes, and whether its numbers are finite."""
 
 from __future__ import annotations
 
@@ -15,6 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.own.readable import check_readable
 
 OWNERS = {"body": "body", "jnt": "joint", "geom": "geom", "site": "site", "eq": "equality", "key": "keyframe"}
 
@@ -92,8 +88,7 @@ def load_model(path: Path) -> mujoco.MjModel:
     Raises:
         InvalidInput: there is no such file, it does not parse or compile, or misses a file that it includes.
     """
-    if not path.is_file():
-        raise InvalidInput(f"{path}: there is no such file" if not path.exists() else f"{path}: it is not a file")
+    check_readable(path)
     with warnings_kept_quiet():
         try:
             if path.suffix.lower() == ".mjb":

@@ -7,6 +7,7 @@ from pathlib import Path
 from conrod.errors import InvalidInput
 from conrod.own.printed.judging import Audited
 from conrod.own.printed.user_table import audit_table
+from conrod.own.readable import check_readable
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import scene_named
 from conrod.scenes.described_scene import read_scene
@@ -29,18 +30,13 @@ def audit_file(path: Path) -> Audited:
 
 
 def _text(path: Path) -> str:
-    if path.is_dir() or (path.exists() and not path.is_file()):
-        raise InvalidInput(f"{path}: it is no regular file")
-    if not path.is_file():
-        raise InvalidInput(f"{path}: there is no such file")
+    check_readable(path)
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise InvalidInput(f"{path}: it is too large: at most {MOST_BYTES // 1024**2} MiB are read")
         return content.decode("utf-8")
-    except OSError as error:
-        raise InvalidInput(f"{path}: it cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{path}: it is no text in UTF-8: byte {error.start} cannot be read") from None
 

@@ -10,6 +10,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.own.tables.headings import DIMENSIONS, bare_unit, bracketed_unit, factor, is_unit, readings
 from conrod.own.tables.quantity import TIME, Target, meant_by, targets
 
+LISTED = 20  # headings of a table that an error names
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
 KINDS = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
 
@@ -51,7 +52,7 @@ class Column:
 
 
 def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str]) -> Request:
-    """What a user said with `--column` and `--unit`.
+    """The columns and units of `--column` and `--unit`.
 
     Raises:
         InvalidInput: something that is no quantity of the scene, or no unit.
@@ -84,7 +85,7 @@ def _pairs(texts: Sequence[str], option: str, known: Mapping[str, Target]) -> It
 
 
 def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
-    """The columns of a table that are used, in the order in which quantities are told.
+    """The columns of a table that are used, in the order of `targets`.
 
     Args:
         headings: of all columns.
@@ -92,16 +93,15 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
         points: names of the scene's observed points.
 
     Raises:
-        InvalidInput: a column that is missing, may be several things, or whose unit cannot be told.
+        InvalidInput: a column that is missing, may be several things, or whose unit cannot be determined.
     """
     known = targets(points)
     places = _places(headings, known, asked)
     _check_enough(places, headings, points)
-    columns = []
-    for target in known:
-        if target.name in places:
-            place = places[target.name]
-            columns.append(_column(target, place, headings[place], row_units[place] if row_units else "", asked))
+    found = [(target, places[target.name]) for target in known if target.name in places]
+    columns = [
+        _column(target, place, headings[place], row_units[place] if row_units else "", asked) for target, place in found
+    ]
     _check_units(columns)
     return columns
 
@@ -136,35 +136,27 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
             return found[0]
     if wanted.isdecimal() and 1 <= int(wanted) <= len(headings):
         return int(wanted) - 1
-    raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(_listed(headings)))
-
-
-def _listed(headings: Sequence[str], most: int = 30) -> list[str]:
-    named = [heading for heading in headings if heading]
-    return [*named[:most], *(["..."] if len(named) > most else [])]
+    raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:LISTED])))
 
 
 def _check_enough(places: Mapping[str, int], headings: Sequence[str], points: Sequence[str]) -> None:
     if TIME not in places:
-        raise InvalidInput(_missing("no column for the time", TIME, ("time", "t"), headings))
-    if not set(places) - {TIME}:
-        example = f"{points[0]}.x"
-        wanted = (example, "crank_angle", *(f"{p}.y" for p in points))
-        raise InvalidInput(
-            _missing(f"no column for any of {', '.join(points)} or the crank", example, wanted, headings)
-        )
+        raise _missing("no column for the time", TIME, ("time", "t"), headings)
+    if len(places) == 1:
+        wanted = (f"{points[0]}.x", "crank_angle", *(f"{p}.y" for p in points))
+        raise _missing(f"no column for any of {', '.join(points)} or the crank", wanted[0], wanted, headings)
 
 
-def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[str]) -> str:
+def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[str]) -> InvalidInput:
+    originals = {heading.casefold(): heading for heading in headings}
     near = dict.fromkeys(
-        heading
+        originals[found]
         for name in wanted
-        for heading in difflib.get_close_matches(name.casefold(), [h.casefold() for h in headings], n=2, cutoff=0.3)
+        for found in difflib.get_close_matches(name.casefold(), originals, n=2, cutoff=0.3)
     )
-    originals = {h.casefold(): h for h in headings}
-    hint = f"; nearest: {', '.join(repr(originals[h]) for h in near)}" if near else ""
-    return (
-        f"{what} among {', '.join(repr(h) for h in _listed(headings, 12))}{hint}; "
+    hint = f"; nearest: {', '.join(map(repr, near))}" if near else ""
+    return InvalidInput(
+        f"{what} among {', '.join(map(repr, filter(None, headings[:LISTED])))}{hint}; "
         f"say which it is, by its name or its number from 1, with --column {example}=..."
     )
 

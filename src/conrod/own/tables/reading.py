@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.own.readable import check_readable
 from conrod.own.tables.archives import Archive, open_npz, open_parquet
 from conrod.own.tables.columns import Column, Request, choose
 from conrod.own.tables.delimited import Wanted, read_numbers
@@ -54,7 +54,9 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     Raises:
         InvalidInput: the file or something in it cannot be used; says in which row.
     """
-    check_table_file(path)
+    check_readable(path)
+    if path.stat().st_size == 0:
+        raise InvalidInput(f"{path}: it is empty")
     kind = path.suffix.lower()
     if kind == ".npz":
         return _from_archive(path, open_npz(path), points, asked)
@@ -66,22 +68,6 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     wanted = Wanted(path, layout, [column.index for column in columns], names)
     values, numbers = read_numbers(wanted, MOST_ROWS)
     return _reading(path, layout.headings, columns, values, numbers, layout.form)
-
-
-def check_table_file(path: Path) -> None:
-    """Refuse what is no file that can be read.
-
-    Raises:
-        InvalidInput: says why.
-    """
-    if not path.exists():
-        raise InvalidInput(f"{path}: there is no such file")
-    if not path.is_file():
-        raise InvalidInput(f"{path}: it is a folder, not a file" if path.is_dir() else f"{path}: it is no regular file")
-    if not os.access(path, os.R_OK):
-        raise InvalidInput(f"{path}: it cannot be read: permission denied")
-    if path.stat().st_size == 0:
-        raise InvalidInput(f"{path}: it is empty")
 
 
 def _chosen(
