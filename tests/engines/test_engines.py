@@ -462,8 +462,8 @@ def test_without_its_keyframe_a_standalone_model_stands_still(standalone: tuple[
 @pytest.mark.parametrize("name", EVERY_SCENE)
 def test_presets_follow_one_rule_in_period_and_step(name: str, settings: Any) -> None:
     scene = EVERY_SCENE[name]
-    for preset in engine_named(settings.engine).presets:
-        made = getattr(settings, preset)(scene, 720)
+    for preset, rule in engine_named(settings.engine).presets.items():
+        made = rule(scene, 720)
         assert made.preset == preset
         assert made.timestep * 720 == pytest.approx(scene.period, rel=1e-14)
         assert made.as_dict()["timestep"] == made.timestep

@@ -26,7 +26,7 @@ from synthetic import (
 from conrod import Comparison, Outcome, compare
 from conrod.exact.motion import Array
 from conrod.runs.outcome import judge
-from conrod.scenes import CamFollower, Scene
+from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 
 ROUNDING = 1e-14
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -34,7 +34,7 @@ QUANTITIES = ("position", "velocity", "acceleration")
 REFERENCES_AGREE = 1e-12
 STEP = 2.0 * math.pi / STEPS  # [rad]
 
-LINKAGES: dict[str, Any] = {name: s for name, s in EVERY_SCENE.items() if not isinstance(s, CamFollower)}
+LINKAGES: dict[str, Any] = {name: s for name, s in EVERY_SCENE.items() if isinstance(s, ShearPress | Saw)}
 CAMS = {name: s for name, s in EVERY_SCENE.items() if isinstance(s, CamFollower)}
 
 

@@ -21,7 +21,7 @@ from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict
 from conrod.runs.trajectory import BodyStates, BodyTracks
 from conrod.scenes import CamFollower, Saw, ShearPress
 
-LINKAGES: dict[str, Any] = {name: s for name, s in SCENES.items() if not isinstance(s, CamFollower)}
+LINKAGES: dict[str, Any] = {name: s for name, s in SCENES.items() if isinstance(s, ShearPress | Saw)}
 
 Change = Callable[[BodyStates], BodyStates]
 
