@@ -1,17 +1,18 @@
 """What a model may carry, or do without: one thing each, added to settings or taken away from them.
 
-An ingredient comes into settings, and out of them again, by a name in their dressing or by values of fields.
+An ingredient is values of the settings' fields, or the name of an edit of the model in their field `dressing`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import Field, dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeAlias
 
-from conrod.engines.presets import AnySettings
-from conrod.runs.trajectory import Settings
+from conrod.engines.presets import AnyFields, with_fields
+
+Change: TypeAlias = Callable[[AnyFields], AnyFields]
 
 
 class Quantity(Enum):
@@ -24,7 +25,7 @@ class Quantity(Enum):
 
 
 @dataclass(frozen=True)
-class Ingredient(Generic[AnySettings]):
+class Ingredient(Generic[AnyFields]):
     """Something that the minimal model lacks, or that it consists of.
 
     Attributes:
@@ -41,76 +42,59 @@ class Ingredient(Generic[AnySettings]):
     name: str
     title: str
     meaning: str
-    added: Callable[[AnySettings], AnySettings]
-    removed: Callable[[AnySettings], AnySettings]
+    added: Change[AnyFields]
+    removed: Change[AnyFields]
     minimal: bool = False
     group: str = ""
     needed_by: tuple[Quantity, ...] = ()
 
 
-class Dressable(Settings, Protocol):
-    """Settings as a dataclass, with names of what the model carries beside what it needs."""
-
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
-
-    @property
-    def dressing(self) -> tuple[str, ...]:
-        """The names."""
-        ...
+def edited(*names: str) -> Change[Any]:
+    """Settings with these edits of the model."""
+    return lambda settings: with_fields(settings, dressing=(*settings.dressing, *names))
 
 
-AnyDressable = TypeVar("AnyDressable", bound=Dressable)
-Way = Callable[[AnyDressable], AnyDressable]
+def unedited(*names: str) -> Change[Any]:
+    """Settings without these edits of the model."""
+    return lambda settings: with_fields(settings, dressing=tuple(one for one in settings.dressing if one not in names))
 
 
-def dressed(*names: str) -> Way[AnyDressable]:
-    """With these in the dressing."""
-    return lambda settings: replace(settings, preset="custom", dressing=(*settings.dressing, *names))
+def valued(**values: Any) -> Change[Any]:
+    """Settings with these values of their fields."""
+    return lambda settings: with_fields(settings, **values)
 
 
-def undressed(*names: str) -> Way[AnyDressable]:
-    """Without these in the dressing."""
-    return lambda settings: replace(
-        settings, preset="custom", dressing=tuple(name for name in settings.dressing if name not in names)
-    )
+@dataclass(frozen=True)
+class Ingredients(Generic[AnyFields]):
+    """Maker of the ingredients of one minimal model; each method takes name, title, meaning and what else needs it."""
 
+    model: AnyFields
 
-def with_fields(**fields: Any) -> Way[AnyDressable]:
-    """With these values of the settings' fields."""
-    return lambda settings: replace(settings, preset="custom", **fields)
+    def edit(self, name: str, title: str, meaning: str, *needed_by: Quantity, group: str = "") -> Ingredient[AnyFields]:
+        """An optional one that is an edit of the model, of the same name."""
+        return Ingredient(name, title, meaning, edited(name), unedited(name), group=group, needed_by=needed_by)
 
+    def default(self, name: str, title: str, meaning: str, absence: str) -> Ingredient[AnyFields]:
+        """An optional one that the engine has by itself, whose absence is an edit."""
+        return Ingredient(name, title, meaning, unedited(absence), edited(absence))
 
-def fields_of(settings: Dressable, *names: str) -> dict[str, Any]:
-    """Values of some fields of the settings, to be put back."""
-    return {name: getattr(settings, name) for name in names}
+    def fields(self, name: str, title: str, meaning: str, *needed_by: Quantity, **values: Any) -> Ingredient[AnyFields]:
+        """An optional one that is values of the settings' fields."""
+        return Ingredient(name, title, meaning, valued(**values), self._kept(values), needed_by=needed_by)
 
+    def needed_edit(
+        self, name: str, title: str, meaning: str, *needed_by: Quantity, absence: str
+    ) -> Ingredient[AnyFields]:
+        """A part of the minimal model whose absence is an edit."""
+        return Ingredient(name, title, meaning, unedited(absence), edited(absence), minimal=True, needed_by=needed_by)
 
-def extra(name: str, title: str, meaning: str, *needed_by: Quantity, group: str = "") -> Ingredient[AnyDressable]:
-    """An ingredient that is a name in the dressing."""
-    return Ingredient(name, title, meaning, dressed(name), undressed(name), group=group, needed_by=needed_by)
+    def needed_fields(
+        self, name: str, title: str, meaning: str, *needed_by: Quantity, **without: Any
+    ) -> Ingredient[AnyFields]:
+        """A part of the minimal model without which the settings' fields have other values."""
+        return Ingredient(
+            name, title, meaning, self._kept(without), valued(**without), minimal=True, needed_by=needed_by
+        )
 
-
-def by_default(name: str, title: str, meaning: str, absence: str) -> Ingredient[AnyDressable]:
-    """An ingredient that the engine has by itself, whose absence is a name in the dressing."""
-    return Ingredient(name, title, meaning, undressed(absence), dressed(absence))
-
-
-def of_fields(
-    name: str, title: str, meaning: str, minimal: AnyDressable, values: dict[str, Any], *needed_by: Quantity
-) -> Ingredient[AnyDressable]:
-    """An ingredient that is values of the settings' fields."""
-    return Ingredient(
-        name, title, meaning, with_fields(**values), with_fields(**fields_of(minimal, *values)), needed_by=needed_by
-    )
-
-
-def part(
-    name: str,
-    title: str,
-    meaning: str,
-    added: Way[AnyDressable],
-    removed: Way[AnyDressable],
-    *needed_by: Quantity,
-) -> Ingredient[AnyDressable]:
-    """What the minimal model consists of."""
-    return Ingredient(name, title, meaning, added, removed, minimal=True, needed_by=needed_by)
+    def _kept(self, values: dict[str, Any]) -> Change[Any]:
+        return valued(**{name: getattr(self.model, name) for name in values})
