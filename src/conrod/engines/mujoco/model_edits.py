@@ -1,17 +1,4 @@
-"""What an edit of a model is, and how its elements are found.
-
-Closures of loops, taken away or doubled.
-
-Flags and options of the engine.
-
-Shapes on the links: to be seen only, or such that may collide.
-
-Sensors, passive joints, and the contact of a cam.
-
-Links as free bodies in space, their pins three connects each, where hinges in a tree would do.
-
-What a model carries beside what its motion needs, by name: edits of the MJCF element tree. Imports no engine.
-"""
+"""Edits of a model beside what its motion needs, by name: of the MJCF element tree. Imports no engine."""
 
 from __future__ import annotations
 
@@ -64,20 +51,14 @@ def redundant_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -
         equality.append(again)
 
 
-def flag(name: str, *, on: bool) -> Edit:
-    """A flag set, whatever the engine's default is."""
+def attribute(place: str, name: str, value: str | float) -> Edit:
+    """An attribute of all elements at a place of the model but the driven joint; options and flags are always there."""
+    text = value if isinstance(value, str) else number(value)
 
     def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        section(section(root, "option"), "flag").set(name, "enable" if on else "disable")
-
-    return edit
-
-
-def option(name: str, value: str) -> Edit:
-    """An option set."""
-
-    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        section(root, "option").set(name, value)
+        for element in root.iterfind(place):
+            if element.get("name") != "crank":
+                element.set(name, text)
 
     return edit
 
@@ -137,28 +118,6 @@ def sensors(count: int) -> Edit:
             # The two kinds of real sensors are bolted to a site, the others are told of any object.
             of = {"objtype": "site", "objname": point.name} if kind.startswith("frame") else {"site": point.name}
             add(section(root, "sensor"), kind, name=f"unread-{i + 1}", **of)
-
-    return edit
-
-
-def passive(attribute: str, value: float) -> Edit:
-    """An attribute of all joints but the driven one."""
-
-    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        # A tendon that ties wheels has elements of the same name.
-        for joint in root.iterfind(".//body/joint"):
-            if joint.get("name") != "crank":
-                joint.set(attribute, number(value))
-
-    return edit
-
-
-def contact_dimension(dimension: int) -> Edit:
-    """Friction along, about and across the normal of the cam's contact, as far as the dimension says."""
-
-    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        for pair in root.iter("pair"):
-            pair.set("condim", str(dimension))
 
     return edit
 
@@ -230,6 +189,7 @@ def _site(root: ET.Element, pin: Revolute, body: str, point: Point, suffix: str,
     return name
 
 
+PASSIVE_JOINTS = ".//body/joint"  # a tendon that ties wheels has elements of the same name
 PASSIVE_DAMPING, PASSIVE_ARMATURE = 0.1, 0.01
 NOSLIP_ITERATIONS = 5
 # Evaluations; two are exact along a direction of Newton's method, as long as the set of acting constraints stays.
@@ -247,19 +207,17 @@ EDITS: Mapping[str, Edit] = {
     "sensors-1": sensors(1),
     "sensors-8": sensors(8),
     "sensors-64": sensors(64),
-    "energy": flag("energy", on=True),
-    "fwdinv": flag("fwdinv", on=True),
-    "sparse-jacobian": option("jacobian", "sparse"),
+    "energy": attribute("option/flag", "energy", "enable"),
+    "fwdinv": attribute("option/flag", "fwdinv", "enable"),
+    "sparse-jacobian": attribute("option", "jacobian", "sparse"),
     # MuJoCo has these two on by itself (4.0), so that it is their absence that must be said.
-    "no-islands": flag("island", on=False),
-    "no-multiccd": flag("multiccd", on=False),
-    "short-line-search": option("ls_iterations", str(LINE_SEARCH)),
-    "noslip": option("noslip_iterations", str(NOSLIP_ITERATIONS)),
-    "condim-3": contact_dimension(3),
-    "condim-4": contact_dimension(4),
-    "condim-6": contact_dimension(6),
-    "passive-damping": passive("damping", PASSIVE_DAMPING),
-    "passive-armature": passive("armature", PASSIVE_ARMATURE),
+    "no-islands": attribute("option/flag", "island", "disable"),
+    "no-multiccd": attribute("option/flag", "multiccd", "disable"),
+    "short-line-search": attribute("option", "ls_iterations", str(LINE_SEARCH)),
+    "noslip": attribute("option", "noslip_iterations", str(NOSLIP_ITERATIONS)),
+    **{f"condim-{dimension}": attribute("contact/pair", "condim", str(dimension)) for dimension in (3, 4, 6)},
+    "passive-damping": attribute(PASSIVE_JOINTS, "damping", PASSIVE_DAMPING),
+    "passive-armature": attribute(PASSIVE_JOINTS, "armature", PASSIVE_ARMATURE),
 }
 # MuJoCo lets a body through its parent: of the links in one plane only those overlap for it that a closure joins.
 OF_LOOPS = ("free-bodies", "open-loops", "redundant-closures", "touching-geoms")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import TypeAlias
 
 import numpy as np
 import pymunk
@@ -18,6 +19,8 @@ FEW_VERTICES, MANY_VERTICES = 4, 200  # Chipmunk's cached vertex numbers have ei
 SLEEP_AFTER = 0.5  # [s], what the pymunk manual's examples use
 KEPT_SPEED = 0.9  # share of a velocity that is left after a second
 GROUP = 1
+
+Edit: TypeAlias = Callable[[Build], None]
 
 
 def dress(made: Build, settings: PymunkSettings) -> None:
@@ -67,36 +70,31 @@ def _again(constraint: pymunk.Constraint) -> pymunk.Constraint:
 
 def _colliding(made: Build) -> None:
     """As pymunk has it unless it is told: shapes of links that a joint holds together collide."""
-    _add_shapes(made, FEW_VERTICES)
+    _add_shapes(made)
     for constraint in made.names:
         constraint.collide_bodies = True
 
 
 def _unfiltered(made: Build) -> None:
-    _add_shapes(made, FEW_VERTICES)
+    _add_shapes(made)
 
 
 def _sensor(made: Build) -> None:
-    for shape in _add_shapes(made, FEW_VERTICES):
+    for shape in _add_shapes(made):
         shape.sensor = True
 
 
-def _masked(made: Build) -> None:
-    for shape in _add_shapes(made, FEW_VERTICES):
-        shape.filter = pymunk.ShapeFilter(mask=0)
+def _filtered(vertices: int, **how: int) -> Edit:
+    """Shapes that a filter keeps from colliding."""
+
+    def edit(made: Build) -> None:
+        for shape in _add_shapes(made, vertices):
+            shape.filter = pymunk.ShapeFilter(**how)
+
+    return edit
 
 
-def _polygons(made: Build) -> None:
-    for shape in _add_shapes(made, MANY_VERTICES):
-        shape.filter = pymunk.ShapeFilter(group=GROUP)
-
-
-def _grouped(made: Build) -> None:
-    for shape in _add_shapes(made, FEW_VERTICES):
-        shape.filter = pymunk.ShapeFilter(group=GROUP)
-
-
-def _add_shapes(made: Build, vertices: int) -> list[pymunk.Shape]:
+def _add_shapes(made: Build, vertices: int = FEW_VERTICES) -> list[pymunk.Shape]:
     """A polygon on every link."""
     width = THICKNESS * max(max(abs(x), abs(y)) for x, y, _ in made.mechanism.poses.values())
     shapes = []
@@ -124,23 +122,20 @@ def outline(mechanism: Mechanism, link: Body, width: float, vertices: int) -> li
 # -- the space -------------------------------------------------------------------------------------------------------
 
 
-def _sleeping(made: Build) -> None:
-    made.space.sleep_time_threshold = SLEEP_AFTER
+def _space(name: str, value: float) -> Edit:
+    """A property of the space."""
+    return lambda made: setattr(made.space, name, value)
 
 
-def _damping(made: Build) -> None:
-    made.space.damping = KEPT_SPEED
-
-
-EDITS: Mapping[str, Callable[[Build], None]] = {
+EDITS: Mapping[str, Edit] = {
     names.OPEN_LOOP: _open_loop,
     names.REDUNDANT_JOINTS: _redundant_joints,
     names.SHAPES_COLLIDING: _colliding,
     names.SHAPES_UNFILTERED: _unfiltered,
     names.SHAPES_SENSOR: _sensor,
-    names.SHAPES_MASKED: _masked,
-    names.SHAPES_POLYGONS: _polygons,
-    names.SHAPES_GROUPED: _grouped,
-    names.SLEEPING: _sleeping,
-    names.DAMPING: _damping,
+    names.SHAPES_MASKED: _filtered(FEW_VERTICES, mask=0),
+    names.SHAPES_POLYGONS: _filtered(MANY_VERTICES, group=GROUP),
+    names.SHAPES_GROUPED: _filtered(FEW_VERTICES, group=GROUP),
+    names.SLEEPING: _space("sleep_time_threshold", SLEEP_AFTER),
+    names.DAMPING: _space("damping", KEPT_SPEED),
 }
