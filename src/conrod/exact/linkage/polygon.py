@@ -3,8 +3,6 @@
 Every vector is computed on its own (omega x r, alpha x r, -omega^2 r, 2 omega x V, the slide's own motion), and every
 place in the plane from the absolute motion of one of the links that carry the point. So that the polygon closes says
 that the links move together, and is not made so.
-
-A velocity or acceleration polygon as data: its vectors and the places that they lead to.
 """
 
 from __future__ import annotations
@@ -13,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -21,7 +19,6 @@ from conrod.exact.linkage.accelerations import coincident_parts, link_parts
 from conrod.exact.linkage.points import (
     POLE,
     Carrier,
-    LinkagePoints,
     NamedPoint,
     SlidingPair,
     contact_vector,
@@ -35,182 +32,6 @@ from conrod.exact.linkage.points import (
 from conrod.exact.linkage.state import LinkageState, left_of, link_numbers
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Prismatic
-
-
-def velocity_polygon(state: LinkageState) -> Polygon:
-    """The velocity polygon at a state."""
-    return _Velocities(state).polygon()
-
-
-def acceleration_polygon(state: LinkageState) -> Polygon:
-    """The acceleration polygon at a state, each vector in its normal and tangential part."""
-    return _Accelerations(state).polygon()
-
-
-class _Drawing(ABC):
-    """A polygon that is being drawn."""
-
-    quantity: Literal["velocity", "acceleration"]
-
-    def __init__(self, state: LinkageState) -> None:
-        self.state = state
-        self.points: LinkagePoints = linkage_points(state.mechanism)
-        self.places: dict[str, Array] = {POLE: np.zeros(2)}
-        self.vectors: list[PolygonVector] = []
-
-    def polygon(self) -> Polygon:
-        pairs, contacts = self.points.pairs, self.contact_points()
-        points = [*self.points.points, *(self.guide_point(pair) for pair in pairs), *contacts]
-        for point in points:
-            # The first carrier gives the vectors from the pole, so the last one, where there are two, the place.
-            self.places[place_name(point.name)] = self.absolute(point.carriers[-1])
-        for point in points:
-            if not point.fixed:
-                self.from_pole(point)
-        for link in link_numbers(self.state.mechanism):
-            self._image(link, points)
-        for pair in pairs:
-            self.slide(pair)
-        self.roll()
-        return Polygon(self.quantity, self.places, tuple(self.vectors))
-
-    def guide_point(self, pair: SlidingPair) -> NamedPoint:
-        """The guide's point under the moving one, at this state."""
-        moving, links = pair.moving_carrier(self.state.mechanism), self.state.links
-        own = links[pair.guide].own(links[moving.link].place(moving.point))
-        return NamedPoint(pair.guide_point, (Carrier(pair.guide, own),))
-
-    def _image(self, link: str, points: list[NamedPoint]) -> None:
-        """The sides of a floating link's image."""
-        if guided(self.state.mechanism, link):
-            return
-        carried = [(point.name, c) for point in points if point.joined for c in point.carriers if c.link == link]
-        for (first, origin), (second, carrier) in pairwise(carried):
-            self.side(f"{second}/{first}", (first, second), link, (origin, carrier))
-        if len(carried) > 2:
-            (first, origin), (second, carrier) = carried[0], carried[-1]
-            self.side(f"{second}/{first}", (first, second), link, (origin, carrier))
-
-    def add(self, name: str, ends: tuple[str, str], value: Array, kind: Kind, link: str | None = None) -> None:
-        self.vectors.append(PolygonVector(name, *ends, value, kind, link))
-
-    def chain(self, ends: tuple[str, str], parts: list[tuple[str, Array, Kind]], link: str | None) -> None:
-        """Vectors one after the other, with a corner after each but the last."""
-        start = ends[0]
-        for k, (name, value, kind) in enumerate(parts):
-            stop = ends[1] if k == len(parts) - 1 else f"{name}'"
-            if k < len(parts) - 1:
-                self.places[stop] = self.places[start] + value
-            self.add(name, (start, stop), value, kind, link)
-            start = stop
-
-    @abstractmethod
-    def absolute(self, carrier: Carrier) -> Array:
-        """Of a point of a link; (2,)."""
-
-    @abstractmethod
-    def from_pole(self, point: NamedPoint) -> None:
-        """Vectors from the pole to a point's place."""
-
-    @abstractmethod
-    def side(self, name: str, ends: tuple[str, str], link: str, carriers: tuple[Carrier, Carrier]) -> None:
-        """Vectors of a side of a floating link's image."""
-
-    @abstractmethod
-    def contact_points(self) -> list[NamedPoint]:
-        """Points of the links that roll on others."""
-
-    @abstractmethod
-    def roll(self) -> None:
-        """Vectors between points of links that roll on each other."""
-
-    @abstractmethod
-    def slide(self, pair: SlidingPair) -> None:
-        """Vectors from a guide's point to the one that slides."""
-
-
-class _Velocities(_Drawing):
-    quantity = "velocity"
-
-    def absolute(self, carrier: Carrier) -> Array:
-        return self.state.links[carrier.link].velocity_at(carrier.point)
-
-    def from_pole(self, point: NamedPoint) -> None:
-        carrier = point.carriers[0]
-        pivot = pivot_of(self.state.mechanism, carrier.link)
-        link = self.state.links[carrier.link]
-        ends = (POLE, place_name(point.name))
-        if pivot is None:
-            self.add(f"V_{point.name}", ends, link.velocity_at(carrier.point), "absolute")
-        else:
-            arm = link.place(carrier.point) - link.place(pivot)
-            self.add(f"V_{point.name}", ends, link.angular_velocity * left_of(arm), "absolute", carrier.link)
-
-    def side(self, name: str, ends: tuple[str, str], link: str, carriers: tuple[Carrier, Carrier]) -> None:
-        here = self.state.links[link]
-        arm = here.place(carriers[1].point) - here.place(carriers[0].point)
-        first, second = (place_name(end) for end in ends)
-        self.add(f"V_{name}", (first, second), here.angular_velocity * left_of(arm), "relative", link)
-
-    def slide(self, pair: SlidingPair) -> None:
-        moving = pair.moving_carrier(self.state.mechanism)
-        parts = coincident_parts(self.state, pair.guide, moving.link, moving.point)
-        ends = (place_name(pair.guide_point), place_name(pair.moving.name))
-        self.add(f"V_{pair.moving.name}/{pair.guide_point}", ends, parts.relative_velocity, "sliding")
-
-    def contact_points(self) -> list[NamedPoint]:
-        return [shared_point(self.state, contact) for contact in self.points.contacts]
-
-    def roll(self) -> None:
-        """Nothing to draw: they have one velocity."""
-
-
-class _Accelerations(_Drawing):
-    quantity = "acceleration"
-
-    def absolute(self, carrier: Carrier) -> Array:
-        return self.state.links[carrier.link].acceleration_at(carrier.point)
-
-    def from_pole(self, point: NamedPoint) -> None:
-        carrier = point.carriers[0]
-        pivot = pivot_of(self.state.mechanism, carrier.link)
-        ends = (POLE, place_name(point.name))
-        if pivot is None:
-            self.add(f"A_{point.name}", ends, self.absolute(carrier), "absolute")
-            return
-        self._parts(point.name, ends, carrier.link, (Carrier(carrier.link, pivot), carrier))
-
-    def side(self, name: str, ends: tuple[str, str], link: str, carriers: tuple[Carrier, Carrier]) -> None:
-        first, second = (place_name(end) for end in ends)
-        self._parts(name, (first, second), link, carriers)
-
-    def _parts(self, name: str, ends: tuple[str, str], link: str, carriers: tuple[Carrier, Carrier]) -> None:
-        parts = link_parts(self.state, link, carriers[1].point, carriers[0].point)
-        chain: list[tuple[str, Array, Kind]] = [
-            (f"A^n_{name}", parts.normal, "normal"),
-            (f"A^t_{name}", parts.tangential, "tangential"),
-        ]
-        self.chain(ends, chain, link)
-
-    def slide(self, pair: SlidingPair) -> None:
-        moving = pair.moving_carrier(self.state.mechanism)
-        parts = coincident_parts(self.state, pair.guide, moving.link, moving.point)
-        name = f"{pair.moving.name}/{pair.guide_point}"
-        chain: list[tuple[str, Array, Kind]] = [(f"A^c_{name}", parts.coriolis, "coriolis")]
-        if any(joint.name == pair.joint and isinstance(joint, Prismatic) for joint in self.state.mechanism.joints):
-            chain.append((f"A_{name}", parts.relative, "sliding"))
-        else:
-            chain += [(f"A^n_{name}", parts.normal, "normal"), (f"A^t_{name}", parts.tangential, "tangential")]
-        self.chain((place_name(pair.guide_point), place_name(pair.moving.name)), chain, pair.guide)
-
-    def contact_points(self) -> list[NamedPoint]:
-        return [point for contact in self.points.contacts for point in parted_points(self.state, contact)]
-
-    def roll(self) -> None:
-        for contact in self.points.contacts:
-            name, ends, value = contact_vector(self.state, contact)
-            self.add(name, ends, value, "normal")
-
 
 Kind = Literal["absolute", "relative", "sliding", "normal", "tangential", "coriolis"]
 
@@ -268,3 +89,154 @@ class Polygon:
         """The vector of a name; KeyError if there is none."""
         found = {vector.name: vector for vector in self.vectors}
         return found[name]
+
+
+# A vector's symbol, which the name of its points follows; its value; its kind.
+Part: TypeAlias = tuple[str, Array, Kind]
+
+
+def velocity_polygon(state: LinkageState) -> Polygon:
+    """The velocity polygon at a state."""
+    return _Velocities(state).polygon()
+
+
+def acceleration_polygon(state: LinkageState) -> Polygon:
+    """The acceleration polygon at a state, each vector in its normal and tangential part."""
+    return _Accelerations(state).polygon()
+
+
+class _Drawing(ABC):
+    """A polygon that is being drawn."""
+
+    quantity: Literal["velocity", "acceleration"]
+    symbol: str
+
+    def __init__(self, state: LinkageState) -> None:
+        self.state = state
+        self.points = linkage_points(state.mechanism)
+        self.places: dict[str, Array] = {POLE: np.zeros(2)}
+        self.vectors: list[PolygonVector] = []
+
+    def polygon(self) -> Polygon:
+        pairs = self.points.pairs
+        points = [*self.points.points, *(self._guide_point(pair) for pair in pairs), *self.contact_points()]
+        for point in points:
+            # The first carrier gives the vectors from the pole, so the last one, where there are two, the place.
+            self.places[place_name(point.name)] = self.absolute(point.carriers[-1])
+        for point in points:
+            if not point.fixed:
+                self._from_pole(point)
+        for link in link_numbers(self.state.mechanism):
+            self._image(link, points)
+        for pair in pairs:
+            parts, turning_link = self.sliding(pair)
+            name = f"{pair.moving.name}/{pair.guide_point}"
+            self._chain(name, (place_name(pair.guide_point), place_name(pair.moving.name)), parts, turning_link)
+        self.roll()
+        return Polygon(self.quantity, self.places, tuple(self.vectors))
+
+    def _guide_point(self, pair: SlidingPair) -> NamedPoint:
+        """The guide's point under the moving one, at this state."""
+        moving, links = pair.moving_carrier(self.state.mechanism), self.state.links
+        own = links[pair.guide].own(links[moving.link].place(moving.point))
+        return NamedPoint(pair.guide_point, (Carrier(pair.guide, own),))
+
+    def _from_pole(self, point: NamedPoint) -> None:
+        """Vectors from the pole to a point's place."""
+        carrier, ends = point.carriers[0], (POLE, place_name(point.name))
+        pivot = pivot_of(self.state.mechanism, carrier.link)
+        if pivot is None:
+            self._chain(point.name, ends, [(self.symbol, self.absolute(carrier), "absolute")])
+        else:
+            self._chain(point.name, ends, self.turning(Carrier(carrier.link, pivot), carrier, "absolute"), carrier.link)
+
+    def _image(self, link: str, points: list[NamedPoint]) -> None:
+        """The sides of a floating link's image."""
+        if guided(self.state.mechanism, link):
+            return
+        carried = [(point.name, c) for point in points if point.joined for c in point.carriers if c.link == link]
+        sides = [*pairwise(carried), *([(carried[0], carried[-1])] if len(carried) > 2 else [])]
+        for (first, origin), (second, carrier) in sides:
+            ends = (place_name(first), place_name(second))
+            self._chain(f"{second}/{first}", ends, self.turning(origin, carrier, "relative"), link)
+
+    def _chain(self, name: str, ends: tuple[str, str], parts: list[Part], link: str | None = None) -> None:
+        """Vectors one after the other, with a corner after each but the last."""
+        start = ends[0]
+        for k, (symbol, value, kind) in enumerate(parts):
+            vector = f"{symbol}_{name}"
+            stop = ends[1] if k == len(parts) - 1 else f"{vector}'"
+            if k < len(parts) - 1:
+                self.places[stop] = self.places[start] + value
+            self.vectors.append(PolygonVector(vector, start, stop, value, kind, link))
+            start = stop
+
+    @abstractmethod
+    def absolute(self, carrier: Carrier) -> Array:
+        """Of a point of a link; (2,)."""
+
+    @abstractmethod
+    def turning(self, origin: Carrier, carrier: Carrier, kind: Kind) -> list[Part]:
+        """Parts of the motion of a point of a link relative to an origin on the same link."""
+
+    @abstractmethod
+    def sliding(self, pair: SlidingPair) -> tuple[list[Part], str | None]:
+        """Parts of the motion from a guide's point to the one that slides, and the link whose turning gives them."""
+
+    @abstractmethod
+    def contact_points(self) -> list[NamedPoint]:
+        """Points of the links that roll on others."""
+
+    @abstractmethod
+    def roll(self) -> None:
+        """Vectors between points of links that roll on each other."""
+
+
+class _Velocities(_Drawing):
+    quantity, symbol = "velocity", "V"
+
+    def absolute(self, carrier: Carrier) -> Array:
+        return self.state.links[carrier.link].velocity_at(carrier.point)
+
+    def turning(self, origin: Carrier, carrier: Carrier, kind: Kind) -> list[Part]:
+        link = self.state.links[carrier.link]
+        arm = link.place(carrier.point) - link.place(origin.point)
+        return [("V", link.angular_velocity * left_of(arm), kind)]
+
+    def sliding(self, pair: SlidingPair) -> tuple[list[Part], str | None]:
+        moving = pair.moving_carrier(self.state.mechanism)
+        parts = coincident_parts(self.state, pair.guide, moving.link, moving.point)
+        return [("V", parts.relative_velocity, "sliding")], None
+
+    def contact_points(self) -> list[NamedPoint]:
+        return [shared_point(self.state, contact) for contact in self.points.contacts]
+
+    def roll(self) -> None:
+        """Nothing to draw: they have one velocity."""
+
+
+class _Accelerations(_Drawing):
+    quantity, symbol = "acceleration", "A"
+
+    def absolute(self, carrier: Carrier) -> Array:
+        return self.state.links[carrier.link].acceleration_at(carrier.point)
+
+    def turning(self, origin: Carrier, carrier: Carrier, kind: Kind) -> list[Part]:
+        parts = link_parts(self.state, carrier.link, carrier.point, origin.point)
+        return [("A^n", parts.normal, "normal"), ("A^t", parts.tangential, "tangential")]
+
+    def sliding(self, pair: SlidingPair) -> tuple[list[Part], str | None]:
+        moving = pair.moving_carrier(self.state.mechanism)
+        parts = coincident_parts(self.state, pair.guide, moving.link, moving.point)
+        along: list[Part] = [("A^n", parts.normal, "normal"), ("A^t", parts.tangential, "tangential")]
+        if any(joint.name == pair.joint and isinstance(joint, Prismatic) for joint in self.state.mechanism.joints):
+            along = [("A", parts.relative, "sliding")]
+        return [("A^c", parts.coriolis, "coriolis"), *along], pair.guide
+
+    def contact_points(self) -> list[NamedPoint]:
+        return [point for contact in self.points.contacts for point in parted_points(self.state, contact)]
+
+    def roll(self) -> None:
+        for contact in self.points.contacts:
+            name, ends, value = contact_vector(self.state, contact)
+            self.vectors.append(PolygonVector(name, *ends, value, "normal", None))
