@@ -12,6 +12,7 @@ import json
 import math
 import re
 import sqlite3
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -175,8 +176,14 @@ def _probe(name: str, probe: Entry) -> Records:
     yield from _measured(f"{name}/torque", probe["torque"])
 
 
+def _findings(file: Path) -> Iterator[Any]:
+    """Findings of each part of a report's document."""
+    for part in json.loads(file.read_text(encoding="utf-8"))["parts"].values():
+        yield part["findings"]
+
+
 def _ablate(file: Path) -> Records:
-    for study in _json(file, "ablations"):
+    for study in _findings(file):
         for engine in study["engines"]:
             whole = f"{study['name']}/{engine['engine']}"
             for ingredient in engine["ingredients"]:
@@ -193,24 +200,29 @@ def _ingredient(name: str, ingredient: Entry) -> Records:
     for key in ("minimal", "group", "needed_by"):
         yield from _exactly(f"{name}/{key}", ingredient[key])
     # Free or costly is a matter of time, which is not golden.
-    verdict = ingredient["verdict"]
-    yield f"{name}/verdict", Record("right without it" if verdict in ("free", "costly") else verdict)
+    verdict = {"free": "right without it", "costly": "right without it", "undecided": "not told"}
+    yield f"{name}/verdict", Record(str(verdict.get(ingredient["verdict"], ingredient["verdict"])))
     for evidence in ingredient["evidence"]:
         place = f"{name}/{'in full' if evidence['full'] else 'in minimal'}"
-        for key in ("effect", "change", "torque_effect", "torque_change"):
+        for key in ("effect", "change", "torque_change"):
             yield from _measured(f"{place}/{key}", evidence[key])
+        yield from _measured(f"{place}/torque_effect", evidence["torque_effect"] or "")
 
 
 def _sweep(file: Path) -> Records:
-    for sweep in _json(file, "sweeps"):
+    runs = kept_runs(file.parent / "own.sqlite")
+    for sweep in _findings(file):
         for point in sweep["points"]:
             name = f"{point['engine']}/{point['key']}"
             yield f"{name}/steps", Record(point["steps_per_revolution"])
-            yield from _measured(name, _without(point["measurement"], "reason"))
-        for entry in sweep["orders"]:
-            sizes = _series([point["errors"] or {} for point in entry["points"]], entry["orders"])
-            claimed = {quantity: order["claimed"] for quantity, order in entry["orders"].items()}
-            yield from _orders(f"{entry['engine']}/{entry['label']}/{entry['path']}", claimed, sizes)
+            yield from _measured(
+                name, _without(json.loads(zlib.decompress(runs[point["key"]][-1])), "reason", "signed")
+            )
+        for rule in sweep["rules"]:
+            own = [p for p in sweep["points"] if (p["engine"], p["rule"]) == (rule["engine"], rule["name"])]
+            sizes = _series([point["errors"] or {} for point in own], rule["orders"])
+            claimed = {quantity: order["claimed"] for quantity, order in rule["orders"].items()}
+            yield from _orders(f"{rule['engine']}/{rule['name']}/{rule['path']}", claimed, sizes)
         for entry in sweep["grid_convergence"]:
             name = f"{entry['engine']}/{entry['label']}/{entry['path']}/grid convergence"
             for quantity, shares in entry["shares"].items():

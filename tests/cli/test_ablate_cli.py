@@ -13,7 +13,8 @@ import pytest
 from conrod.cli import main
 from conrod.engines.ingredients import Ingredient
 from conrod.engines.pymunk.engine import Pymunk
-from conrod.studies.ablate.results import AblationStudy
+from conrod.report.saved import restore
+from conrod.studies.ablate.findings import AblationStudy
 
 PLANTED: tuple[Ingredient[Any], ...] = (
     Ingredient(
@@ -44,10 +45,10 @@ def test_a_study_is_printed_written_and_not_made_again(
     assert typed(*QUICK, "--out", "report", "--json", "a.json", monkeypatch=monkeypatch) == 0
     first = capsys.readouterr()
     assert "more-iterations" in first.out
-    assert "times as fast as the fully dressed one" in first.out
-    (study,) = [AblationStudy.of(one) for one in json.loads((tmp_path / "a.json").read_text())["ablations"]]
+    assert "times as fast as the full one" in first.out
+    study = findings(tmp_path / "a.json")
     # The one ingredient is all of the dressed model: with it and without it are the two models that there are.
-    assert [(v.role, v.outcome) for v in study.engines[0].variants] == [
+    assert [(v.role.value, v.outcome) for v in study.engines[0].variants] == [
         (role, "completed") for role in ("minimal", "added", "dressed", "taken")
     ]
     assert all(v.cost is not None and v.cost.rounds == 2 for v in study.engines[0].variants)
@@ -55,8 +56,11 @@ def test_a_study_is_printed_written_and_not_made_again(
     assert "`conrod ablate saw-500rpm --engine pymunk --steps-per-rev 100 --rounds 2 --out report`" in page
     assert typed(*QUICK, "--json", "b.json", monkeypatch=monkeypatch) == 0
     assert "to do, 0 in the ledger" not in capsys.readouterr().err
-    again = AblationStudy.of(json.loads((tmp_path / "b.json").read_text())["ablations"][0])
-    assert again == study
+    assert findings(tmp_path / "b.json") == study
+
+
+def findings(file: Path) -> AblationStudy:
+    return restore(AblationStudy, json.loads(file.read_text())["parts"]["saw-500rpm"]["findings"])
 
 
 MISTAKES = {
@@ -69,7 +73,7 @@ MISTAKES = {
     "unknown parameter": (("saw-500rpm", "--set", "lift=1mm"), ("unknown parameter 'lift'",)),
     "jobs of a cluster": (("saw-500rpm", "--cluster", "tcp://x:1", "--jobs", "2"), ("--jobs does not go with",)),
     "file of the report": (("saw-500rpm", "--out", "r", "--json", "r/README.md"), ("has a file of that name",)),
-    "folder of something else": (("saw-500rpm", "--out", "."), ("README.md that is not a report on ingredients",)),
+    "folder of something else": (("saw-500rpm", "--out", "."), ("README.md that is not of this report",)),
 }
 
 

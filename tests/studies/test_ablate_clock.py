@@ -14,8 +14,7 @@ from catalogue import SAW
 from conrod import MuJoCoSettings
 from conrod.cli.ablate import ROUNDS as ROUNDS_OF_THE_COMMAND
 from conrod.scenes.catalogue import catalogue_scene
-from conrod.studies.ablate.plan import Role
-from conrod.studies.ablate.results import Verdict
+from conrod.studies.ablate.findings import Role, Verdict
 from conrod.studies.ablate.verdict import Levels, costs_time, evidence_of, verdict
 from conrod.studies.frame.paired_timing import LONG_BLOCK, ROUNDS, PairedTiming, time_pair
 
@@ -34,6 +33,9 @@ class FakeEngine:
 
     def clock(self) -> int:
         return round(self.now)
+
+    def reference_loop(self) -> Callable[[int], None]:
+        raise AssertionError("a pair is timed against each other")
 
     def stepper(self, machine: object, settings: Any) -> Callable[[int], None]:
         def advance(steps: int) -> None:

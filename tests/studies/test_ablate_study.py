@@ -15,15 +15,17 @@ from cell_tasks import assigned
 from conrod import MuJoCoSettings, PymunkSettings, compare, run
 from conrod.engines.mujoco.hardening import HARDENING
 from conrod.engines.mujoco.settings import STIFF_SOLIMP
+from conrod.runs.plain import plain
 from conrod.scenes import SCENES, Saw
-from conrod.studies.ablate.cell import ChangeCell, CostCell, measure_change
-from conrod.studies.ablate.observed import Deviation, observe
-from conrod.studies.ablate.plan import AblationPlan, Role, full_variants, plan_ablation, single_variants
-from conrod.studies.ablate.results import AblationStudy, EngineAblation, IngredientResult, VariantResult
-from conrod.studies.ablate.study import ablation_study, completed_plan
+from conrod.studies.ablate.case import ChangeCase, CostCase, measure_change
+from conrod.studies.ablate.deviations import Deviation, observe
+from conrod.studies.ablate.findings import Effect, EngineAblation, IngredientResult, Role, VariantResult, Verdict
+from conrod.studies.ablate.plan import full_variants, plan_ablation, single_variants
+from conrod.studies.ablate.study import ablate_engine
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.study import pursue
 
 SAW = SCENES[SCENE]
 STEPS = 100
@@ -45,29 +47,25 @@ PLANTED = (
 )
 
 
-def made_costs(plan: AblationPlan, runs: dict[str, Measurement]) -> dict[str, Measurement]:
-    """Timings that no clock took: more iterations cost a third, all else nothing."""
-
-    def ratio(cell: CostCell) -> float:
-        dear = [settings.iterations > 100 for settings in (cell.settings, cell.against)]  # type: ignore[attr-defined]
-        return 1.3 ** (dear[0] - dear[1])
-
-    return {
-        cell.key: Measurement("completed", beside={"paired": timing(ratio(cell)).as_dict()})
-        for cell in plan.cost_cells(runs)
-    }
+def answer(case: ChangeCase | CostCase) -> Measurement:
+    """A run in the engine; a timing that no clock took: more iterations cost a third, all else nothing."""
+    if isinstance(case, ChangeCase):
+        return measure_change(case)
+    dear = [settings.iterations > 100 for settings in (case.settings, case.against)]  # type: ignore[attr-defined]
+    return Measurement("completed", beside={"paired": plain(timing(1.3 ** (dear[0] - dear[1])))})
 
 
 @pytest.fixture(scope="module")
 def found() -> EngineAblation:
     """The study of the saw with the planted ingredients."""
     plan = plan_ablation(SCENE, SAW, Planted(PLANTED, base), STEPS, 2)  # type: ignore[arg-type]  # not all of an engine
-    runs = {cell.key: measure_change(cell) for cell in plan.change_cells()}
-    whole = completed_plan(plan, runs)
-    runs |= {cell.key: measure_change(cell) for cell in whole.change_cells() if cell.key not in runs}
-    study = ablation_study([whole], runs, made_costs(whole, runs))
-    assert AblationStudy.of(study.as_dict()) == study
-    return study.engines[0]
+    known: dict[str, Measurement] = {}
+
+    def run(cases: list[Any]) -> dict[str, Measurement]:
+        known.update({case.key: answer(case) for case in cases if case.key not in known})
+        return known
+
+    return pursue([ablate_engine(plan)], run)[0]
 
 
 def named(found: EngineAblation, name: str) -> IngredientResult:
@@ -75,25 +73,25 @@ def named(found: EngineAblation, name: str) -> IngredientResult:
 
 
 def model(found: EngineAblation, role: Role, name: str = "") -> VariantResult:
-    made = found.variant(role.value, name)
+    made = found.variant(role, name)
     assert made is not None
     return made
 
 
 def test_a_planted_harmful_ingredient_is_called_harmful_and_is_not_worn(found: EngineAblation) -> None:
     soft = named(found, "soft")
-    assert (soft.verdict, soft.because) == ("harmful", "position")
-    dressed, harmed = model(found, Role.DRESSED), model(found, Role.HARMED, "soft")
+    assert (soft.verdict, soft.because) == (Verdict.HARMFUL, "position")
+    dressed, harmed = model(found, Role.FULL), model(found, Role.HARMED, "soft")
     assert dressed.settings["hardening"] == HARDENING
     assert harmed.settings["hardening"] == model(found, Role.ALL).settings["hardening"] == 1.0
     assert [one.full for one in soft.evidence] == [False, True]
-    assert all(one.effect == "worse" for one in soft.evidence)
+    assert all(one.effect is Effect.WORSE for one in soft.evidence)
 
 
 def test_the_dressed_model_has_the_last_of_each_group_and_the_minimal_models_motion(found: EngineAblation) -> None:
-    dressed = model(found, Role.DRESSED)
+    dressed = model(found, Role.FULL)
     assert dressed.settings["iterations"] == 200
-    assert found.variant(Role.TAKEN.value, "more-iterations") is None
+    assert found.variant(Role.TAKEN, "more-iterations") is None
     assert dressed.change is not None
     assert max(dressed.change.values()) < 1e-9
     # Negative control: the change of a model that is off is that of its errors, not of nothing.
@@ -114,19 +112,19 @@ def test_parts_of_the_minimal_model_are_taken_from_the_dressed_one_too(found: En
 
 
 def test_what_costs_time_and_does_nothing_is_costly_alone_and_beside_others(found: EngineAblation) -> None:
-    assert named(found, "most-iterations").verdict == "costly"
-    assert named(found, "more-iterations").verdict == "costly"
+    assert named(found, "most-iterations").verdict is Verdict.COSTLY
+    assert named(found, "more-iterations").verdict is Verdict.COSTLY
     assert [round(one.cost.ratio, 2) for one in named(found, "most-iterations").evidence if one.cost] == [1.3, 1.3]
 
 
 def test_parts_of_the_minimal_model_are_required_or_shown_not_to_be(found: EngineAblation) -> None:
-    assert named(found, "hardening").verdict == "required"
-    assert named(found, "flat").verdict == "free"
+    assert named(found, "hardening").verdict is Verdict.REQUIRED
+    assert named(found, "flat").verdict is Verdict.FREE
 
 
 def test_gravity_is_free_for_the_motion_and_required_for_the_drive_torque(found: EngineAblation) -> None:
     gravity = named(found, "gravity")
-    assert gravity.verdict == "free"
+    assert gravity.verdict is Verdict.FREE
     assert gravity.torque == "required"
     minimal, heavy = model(found, Role.MINIMAL), model(found, Role.ADDED, "gravity")
     assert minimal.torque_error is not None
@@ -144,7 +142,7 @@ def test_grueblers_count_is_that_of_the_compiled_model(found: EngineAblation) ->
     assert count.empty == ("slider-pin z",)
     # Negative control: an open loop leaves two freedoms more, which are missing constraints.
     open_loop = replace(base(SAW, STEPS), dressing=("open-loops",))
-    seen = measure_change(ChangeCell(SCENE, SAW, open_loop, against=base(SAW, STEPS)))
+    seen = measure_change(ChangeCase(SCENE, SAW, open_loop, against=base(SAW, STEPS)))
     assert seen.outcome != "completed"
     assert seen.beside is not None
     assert seen.beside["mobility"]["coordinates"] - seen.beside["mobility"]["most_rank"] == 3
@@ -187,25 +185,25 @@ def test_deviations_are_interpolated_and_not_the_motion() -> None:
 
 def test_a_run_of_another_kind_of_cell_is_another_run() -> None:
     settings = base(SAW, STEPS)
-    one = ChangeCell(SCENE, SAW, settings, against=settings)
-    other = ChangeCell(SCENE, SAW, settings, against=replace(settings, gravity=True))
-    cost = CostCell(SCENE, SAW, settings, against=settings, machine="a", rounds=2)
+    one = ChangeCase(SCENE, SAW, settings, against=settings)
+    other = ChangeCase(SCENE, SAW, settings, against=replace(settings, gravity=True))
+    cost = CostCase(SCENE, SAW, settings, against=settings, machine="a", rounds=2)
     keys = {one.key, other.key, cost.key, replace(cost, machine="b").key, replace(cost, rounds=3).key}
     assert len(keys) == 5
-    assert one.key == ChangeCell("another name", Saw(**dict(SAW.parameters)), settings, against=settings).key
+    assert one.key == ChangeCase("another name", Saw(**dict(SAW.parameters)), settings, against=settings).key
 
 
 def test_an_interrupted_study_goes_on_where_it_stopped(tmp_path: Path) -> None:
     plan = plan_ablation(SCENE, SAW, Planted(PLANTED[:1], base), 40, 2)  # type: ignore[arg-type]
-    cells = plan.change_cells()
+    cells = plan.change_cases()
     with Ledger.open(tmp_path / "l.sqlite") as ledger, ThreadPoolExecutor(1) as executor:
         first = run_cases(cells[:1], ledger, executor)
         both = run_cases(cells, ledger, executor)
         assert both[cells[0].key] == first[cells[0].key]
         again = run_cases(assigned(cells, never), ledger, executor)
-        costs = run_cases(plan.cost_cells(both), ledger, executor)
+        costs = run_cases(plan.cost_cases(both), ledger, executor)
         assert again == both
-        assert run_cases(assigned(plan.cost_cells(both), never), ledger, executor) == costs
+        assert run_cases(assigned(plan.cost_cases(both), never), ledger, executor) == costs
     assert all(cost.beside is not None and cost.beside["paired"]["rounds"] == 2 for cost in costs.values())
 
 

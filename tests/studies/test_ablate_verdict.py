@@ -8,9 +8,8 @@ import pytest
 from ablations import MINIMAL, MINIMAL_ERROR, alone, timing, variant
 
 from conrod.studies.ablate import verdict as rules
-from conrod.studies.ablate.plan import Role
-from conrod.studies.ablate.results import Evidence, Verdict
-from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
+from conrod.studies.ablate.findings import Effect, Evidence, Role, Verdict
+from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, Levels, evidence_of, torque_verdict, verdict
 
 LEVEL = Levels.of([MINIMAL])
 
@@ -23,7 +22,7 @@ def without(error: float | None, cost: float | None = 1.0) -> Evidence:
 
 def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evidence:
     """What an ingredient shows beside all others."""
-    taken, dressed = variant(Role.TAKEN, "it", before), variant(Role.DRESSED, "", after)
+    taken, dressed = variant(Role.TAKEN, "it", before), variant(Role.FULL, "", after)
     return evidence_of(taken, dressed, taken, timing(cost), LEVEL, full=True)
 
 
@@ -87,7 +86,7 @@ def test_a_change_below_the_minimal_models_own_error_or_below_what_is_none_is_no
         ("COSTS", 1.5, Verdict.COSTLY, Verdict.FREE, lambda: alone(MINIMAL_ERROR, 0.0, 1.2)),
         ("COSTS", 0.9, Verdict.FREE, Verdict.COSTLY, lambda: alone(MINIMAL_ERROR, 0.0, 1.0)),
         ("AS_GOOD", 1e6, Verdict.HARMFUL, Verdict.FREE, lambda: alone(1e-6, 1e-6, 1.0)),
-        ("AS_GOOD", 1e-3, Verdict.FREE, Verdict.UNTOLD, lambda: alone(MINIMAL_ERROR, 0.0, 1.0)),
+        ("AS_GOOD", 1e-3, Verdict.FREE, Verdict.UNDECIDED, lambda: alone(MINIMAL_ERROR, 0.0, 1.0)),
         ("AS_GOOD", 1e6, Verdict.REQUIRED, Verdict.FREE, lambda: without(1e-5)),
     ],
 )
@@ -114,15 +113,15 @@ def test_harm_beside_all_others_counts_and_is_told_so() -> None:
     assert verdict([harmless, in_full(MINIMAL_ERROR, MINIMAL_ERROR, 1.4)]) == (Verdict.COSTLY, BESIDE_OTHERS)
     # Where a model is wrong with it and without, it tells nothing, and what is known otherwise stays.
     assert verdict([harmless, in_full(1e-5, 1e-5)])[0] is Verdict.FREE
-    assert verdict([in_full(1e-5, 1e-5)])[0] is Verdict.UNTOLD
+    assert verdict([in_full(1e-5, 1e-5)])[0] is Verdict.UNDECIDED
 
 
 def test_what_an_engine_cannot_do_is_not_told() -> None:
     refused = replace(variant(Role.ADDED, "it", None), outcome="unsupported", reason="it has no rod")
     found = evidence_of(MINIMAL, refused, refused, None, LEVEL)
-    assert verdict([found]) == (Verdict.UNTOLD, "it has no rod")
-    assert verdict([]) == (Verdict.UNTOLD, "")
-    assert verdict([alone(MINIMAL_ERROR, 0.0, None)]) == (Verdict.UNTOLD, "it could not be timed")
+    assert verdict([found]) == (Verdict.UNDECIDED, "it has no rod")
+    assert verdict([]) == (Verdict.UNDECIDED, "")
+    assert verdict([alone(MINIMAL_ERROR, 0.0, None)]) == (Verdict.UNDECIDED, "it could not be timed")
 
 
 def torque(before: float | None, after: float | None, change: float, best: float = 1e-9) -> str:
@@ -148,4 +147,4 @@ def test_the_level_of_the_torque_is_that_of_the_best_model() -> None:
     assert Levels.of(models).torque == 3e-7
     assert Levels.of(models).motion["position"] == rules.NO_CHANGE
     assert Levels.of([MINIMAL]).torque == rules.NO_CHANGE
-    assert Effect.NONE.value == alone(MINIMAL_ERROR, 0.0, 1.0).effect
+    assert Effect.NONE is alone(MINIMAL_ERROR, 0.0, 1.0).effect

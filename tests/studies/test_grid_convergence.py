@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,6 +17,7 @@ from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import measure
+from conrod.studies.sweep.findings import order_of
 from conrod.studies.sweep.grid_convergence import (
     SAFE,
     UNSAFE,
@@ -27,7 +27,7 @@ from conrod.studies.sweep.grid_convergence import (
     observed_order_of_three,
     varying_components,
 )
-from conrod.studies.sweep.observed_orders import order_of, orders_along
+from conrod.studies.sweep.study import orders_along
 from conrod.studies.validation.refinement import GRIDS, PATHS, Family, Path, family_of, refined
 
 SAW, PRESS, CAM = SCENES["saw-500rpm"], SCENES["shear-press"], SCENES["cam-follower"]
@@ -151,18 +151,19 @@ def test_a_plateau_that_the_step_does_not_move_is_never_contained() -> None:
 
 
 def test_a_plateau_is_missed_only_where_it_is_larger_than_what_still_falls() -> None:
-    shares = [t.shares["position"].share for t in found_for(lambda h: 1e-5 + 1e-2 * h**2, GRIDS).triples]
-    assert shares[0] == 1.0
-    assert shares[-1] == 0.0
+    def share(steps: tuple[int, ...]) -> float | None:
+        return found_for(lambda h: 1e-5 + 1e-2 * h**2, steps).shares["position"].share
+
+    assert share(GRIDS[:3]) == 1.0
+    assert share(GRIDS[-3:]) == 0.0
 
 
 def test_counts_cover_every_varying_component_of_every_point_at_every_angle() -> None:
     found = found_for(lambda h: h)
     assert varying_components(SAW) == {"C": (True, False), "M": (True, True)}
-    assert len(found.triples) == len(STEPS) - 2
-    for triple in found.triples:
-        for share in triple.shares.values():
-            assert share.contained + share.missed + share.at_rounding == 3 * 20
+    triples = len(STEPS) - 2
+    for share in found.shares.values():
+        assert share.contained + share.missed + share.at_rounding == triples * 3 * 20
 
 
 def test_only_components_that_the_exact_motion_changes_are_looked_at() -> None:
@@ -176,13 +177,9 @@ def test_a_grid_that_failed_is_listed_and_its_triples_are_missing() -> None:
     runs[made.cells[0].key] = FAILED
     found = grid_convergence_of(made, runs)
     assert found.failed == ((20, "exploded"),)
-    assert [t.steps for t in found.triples] == [(40, 100, 200), (100, 200, 400)]
+    assert found.shares["position"].judged == 2 * 3 * 20  # of steps 40 to 200, and 100 to 400
     runs[made.cells[2].key] = FAILED
     assert grid_convergence_of(made, runs).shares == {}
-
-
-def test_the_result_is_plain_data() -> None:
-    assert json.loads(json.dumps(found_for(lambda h: h).as_dict(), allow_nan=False))["engine"] == "mujoco"
 
 
 def test_formal_orders_are_those_of_the_integrators() -> None:
@@ -243,16 +240,12 @@ def test_a_rounding_floor_that_grows_again_is_no_plateau() -> None:
     assert order_of(steps, [1e-5, 6e-7, 4e-8, 2e-12, 4e-12, 8e-12]).plateau is None
 
 
-def test_failed_runs_are_points_of_the_path_and_never_gaps() -> None:
+def test_the_order_is_that_of_the_runs_that_completed() -> None:
     made = family()
     runs = {cell.key: errors_by_step(SAW, lambda h: h**2, cell.settings.steps_per_revolution) for cell in made.cells}
     runs[made.cells[1].key] = FAILED
-    found = orders_along(made, runs)
-    assert [point.steps_per_revolution for point in found.points] == list(STEPS)
-    assert [point.steps_per_revolution for point in found.failed] == [40]
-    assert found.orders["position"].claimed == pytest.approx(2.0)
-    assert found.fixed["solref"] == [0.02, 1.0]
-    json.dumps(found.as_dict(), allow_nan=False)
+    assert orders_along(made, runs)["position"].claimed == pytest.approx(2.0)
+    assert len(orders_along(made, runs)["position"].pairs) == len(STEPS) - 2
 
 
 # -- real engines ----------------------------------------------------------------------------------------------------
@@ -284,7 +277,7 @@ def test_refining_all_grids_self_convergence_misses_nearly_all_of_stock_mujocos_
     found = run_family(family(GRIDS, MuJoCoSettings.stock(SAW, 1000)))
     assert found.failed == ((20, "opened"),)
     assert all((found.shares[q].share or 0.0) < 0.15 for q in QUANTITIES)
-    finest = found.triples[-1].shares
+    finest = run_family(family(GRIDS[-3:], MuJoCoSettings.stock(SAW, 1000))).shares
     assert all((finest[q].share or 0.0) <= 0.05 for q in QUANTITIES)
 
 
@@ -292,8 +285,9 @@ def test_refining_all_grids_self_convergence_misses_nearly_all_of_stock_mujocos_
 def test_softness_that_follows_the_step_hides_an_acceleration_that_does_not_converge() -> None:
     made = family_of("saw-500rpm", SAW, MuJoCoSettings.tuned(SAW, 1000), PATHS[1])
     runs = {cell.key: measure(cell) for cell in made.cells}
-    orders, found = orders_along(made, runs).orders, grid_convergence_of(made, runs)
+    orders = orders_along(made, runs)
+    found = grid_convergence_of(replace(made, cells=made.cells[-3:]), runs)
     assert orders["position"].claimed == pytest.approx(2.0, abs=0.05)
     assert orders["acceleration"].plateau is not None
-    assert (found.triples[-1].shares["position"].share or 0.0) > 0.95
-    assert found.triples[-1].shares["acceleration"].share == 0.0
+    assert (found.shares["position"].share or 0.0) > 0.95
+    assert found.shares["acceleration"].share == 0.0

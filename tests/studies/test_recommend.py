@@ -15,9 +15,10 @@ from conrod.exact.transmission import least_transmission_angle
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
+from conrod.studies.frame.study import pursue
 from conrod.studies.frame.timing import Timing
-from conrod.studies.recommend.choice import check_tolerances, recommend_for
-from conrod.studies.recommend.recommendation import Recommendation, Refusal, compared_with_stock
+from conrod.studies.recommend.recommendation import Recommendation, Refusal, savings_of
+from conrod.studies.recommend.study import check_tolerances, recommend_for
 from conrod.studies.sweep.plan import plan_sweep
 
 SAW = SCENES["saw-500rpm"]
@@ -29,11 +30,11 @@ class PretendedRuns:
     def __init__(self, error: Callable[[RunCase], float], cost: Callable[[RunCase], float]) -> None:
         self.error, self.cost, self.ran = error, cost, list[RunCase]()
 
-    def run(self, cells: list[RunCase], description: str = "") -> dict[str, Measurement]:
+    def run(self, cells: list[RunCase]) -> dict[str, Measurement]:
         self.ran += cells
         return {cell.key: self._measured(cell) for cell in cells}
 
-    def time(self, cells: list[RunCase], description: str = "") -> dict[str, Timing]:
+    def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         costs = {cell.key: self.cost(cell) for cell in cells}
         return {key: Timing(1e-6 * cost, 1e-6, cost, 1, 1, "m") for key, cost in costs.items()}
 
@@ -59,7 +60,7 @@ def second_order(cell: RunCase) -> float:
 
 def recommended(runs: PretendedRuns, **allowed: float) -> Any:
     plan = plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default")
-    (answer,) = recommend_for(plan, allowed, runs)
+    ((answer,),) = pursue([recommend_for(plan, allowed, runs.time)], runs.run)
     return answer
 
 
@@ -67,7 +68,7 @@ def test_the_coarsest_step_that_does_is_found_between_those_of_the_grid() -> Non
     answer = recommended(PretendedRuns(second_order, per_step), position=1e-4)
     assert isinstance(answer, Recommendation)
     # sqrt(40 / 1e-4) = 632 steps would just do; the error is aimed at 1.25 times below what is allowed.
-    assert answer.cell.settings.steps_per_revolution == 4 * math.ceil(math.sqrt(1.25 * 40.0 / 1e-4) / 4)
+    assert answer.case.settings.steps_per_revolution == 4 * math.ceil(math.sqrt(1.25 * 40.0 / 1e-4) / 4)
     assert 1.25 <= answer.margin < 1.3
 
 
@@ -76,14 +77,14 @@ def test_the_cheapest_is_chosen_by_cost_and_not_by_steps() -> None:
         return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
 
     answer = recommended(PretendedRuns(second_order, cost), position=1e-4)
-    assert answer.cell.settings.iterations == 1
+    assert answer.case.settings.iterations == 1
 
 
 def test_all_tolerances_have_to_be_met() -> None:
     runs = PretendedRuns(second_order, per_step)
     alone = recommended(runs, position=1e-4)
     both = recommended(runs, position=1e-4, acceleration=1e-6)
-    assert both.cell.settings.steps_per_revolution > 5 * alone.cell.settings.steps_per_revolution
+    assert both.case.settings.steps_per_revolution > 5 * alone.case.settings.steps_per_revolution
     assert set(both.errors) == {"position", "acceleration"}
 
 
@@ -107,7 +108,7 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) 
         return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
 
     answer = recommended(PretendedRuns(error, cost), position=1e-4)
-    assert answer.cell.settings.iterations == 3
+    assert answer.case.settings.iterations == 3
     assert {"1 iterations" in rejected.rule for rejected in answer.rejected} == {True}
     assert all(confirmation.held for confirmation in answer.confirmations)
     assert len(answer.confirmations) == 4
@@ -123,7 +124,7 @@ def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> No
     # At 2000 steps the error is 1e-5: it just does in the grid, and there is no room for a step in between.
     answer = recommended(PretendedRuns(error, per_step), position=1.05e-5)
     assert isinstance(answer, Recommendation)
-    assert answer.cell.settings.steps_per_revolution == 4000
+    assert answer.case.settings.steps_per_revolution == 4000
     assert {rejected.steps_per_revolution for rejected in answer.rejected} == {2000}
 
 
@@ -133,16 +134,16 @@ def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
 
     answer = recommended(PretendedRuns(error, per_step), position=1e-4)
     assert isinstance(answer, Refusal)
-    assert all("exploded" in rejected.why for rejected in answer.rejected)
+    assert all("exploded" in {one.outcome for one in rejected.why} for rejected in answer.rejected)
 
 
 def test_confirming_runs_are_none_of_the_grid() -> None:
     runs = PretendedRuns(second_order, per_step)
     answer = recommended(runs, position=1e-4)
-    grid = {cell.key for cell in plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default").grid_cells}
+    grid = {cell.key for cell in plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default").grid_cases}
     others = [c for c in runs.ran if c.start_angle or c.revolutions != 2.0 or c.scene.speed != SAW.speed]
     assert len({c.key for c in others} - grid) == 4
-    assert answer.cell.key not in {c.key for c in others}
+    assert answer.case.key not in {c.key for c in others}
 
 
 def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> None:
@@ -163,12 +164,10 @@ def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
     runs = PretendedRuns(lambda cell: 1.0 / cell.settings.steps_per_revolution, per_step)
     found, timings = runs.run(cells), runs.time(cells)
     mine = PretendedRuns(lambda _: 1e-6, per_step).run(cells[1:2])[cells[1].key]
-    told = compared_with_stock(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-4})
-    assert told.digits["position"] == pytest.approx(3.0)
-    assert told.cost_factor == pytest.approx(10.0)
-    assert (
-        compared_with_stock(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-5}).cost_factor is None
-    )
+    saved = savings_of(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-4})
+    assert saved.digits["position"] == pytest.approx(3.0)
+    assert saved.cost_factor == pytest.approx(10.0)
+    assert savings_of(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-5}).cost_factor is None
 
 
 @pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20])

@@ -19,7 +19,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.scenes import Saw
 from conrod.scenes.catalogue import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from conrod.studies.ablate.cell import ChangeCell, measure_change
+from conrod.studies.ablate.case import ChangeCase, measure_change
 from conrod.studies.frame.run import LEAST_STEPS, RunCase, as_run, measure
 from conrod.studies.frame.timing import time_run
 from conrod.studies.limits.axes import AXES
@@ -27,8 +27,8 @@ from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import length_power, rescaled
 from conrod.studies.limits.extremes import ExactTorque
 from conrod.studies.limits.stream_run import stream_run
-from conrod.studies.recommend.choice import confirming_cells
-from conrod.studies.sweep.plan import SweptRule
+from conrod.studies.recommend.study import confirming_cases
+from conrod.studies.sweep.plan import RulePlan
 from tests.support.command_line import conrod
 from tests.support.described import CATALOGUE, changed
 from tests.support.rolling_machines import gear_pair
@@ -119,7 +119,7 @@ def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
     scene, engine = read(PASS), engine_named("mujoco")
     rule = engine.grid(scene, "coarse")[0]
     one = RunCase(scene.kind, scene, rule.settings(scene, 200))
-    found = dict(confirming_cells(SweptRule(engine, rule, (one,)), one))
+    found = dict(confirming_cases(RulePlan(engine, rule, (one,)), one))
     assert list(found) == ["the pass backwards", "speed -10%", "speed +10%"]
     assert len({as_run(other).key for other in (one, *found.values())}) == 4
     assert as_run(found["the pass backwards"]).start_angle == scene.kinematics.span[1]
@@ -128,7 +128,7 @@ def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_ingredients_of_a_pass_are_looked_at_in_the_pass(engine: str) -> None:
     asked = cell(read(PASS), engine=engine)
-    change = ChangeCell(asked.name, asked.scene, asked.settings, against=asked.settings)
+    change = ChangeCase(asked.name, asked.scene, asked.settings, against=asked.settings)
     found = measure_change(change)
     assert found.outcome == "completed"
     assert found.beside is not None
@@ -145,7 +145,7 @@ def test_an_ingredient_of_joints_leaves_the_tendon_of_wheels_alone() -> None:
     scene = catalogue_scene("planetary-gear")
     bare = engine_named("mujoco").minimal(scene, 200)
     for name in ("passive-damping", "passive-armature"):
-        change = ChangeCell("a", scene, replace(bare, dressing=(name,)), against=bare, revolutions=0.1)
+        change = ChangeCase("a", scene, replace(bare, dressing=(name,)), against=bare, revolutions=0.1)
         found = measure_change(change)
         assert found.outcome == "completed"
         # Negative control: the joints have it. What turns evenly feels damping, and no inertia.

@@ -13,8 +13,9 @@ from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
 from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.plan import cells_to_time, plan_sweep, sweep_study
-from conrod.studies.sweep.results import pareto_front
+from conrod.studies.sweep.findings import pareto_front
+from conrod.studies.sweep.plan import plan_sweep
+from conrod.studies.sweep.study import cases_to_time, sweep_study
 
 EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
 
@@ -86,14 +87,14 @@ def small() -> Any:
     plan = plan_sweep("saw-500rpm", scene, [engine_named("pymunk")], "coarse")
     from dataclasses import replace
 
-    rules = tuple(replace(rule, cells=rule.cells[:2]) for rule in plan.rules)
+    rules = tuple(replace(rule, cases=rule.cases[:2]) for rule in plan.rules)
     plan = replace(plan, rules=rules, budgets=(), sensitivities=())
-    measurements = {cell.key: measure(cell) for cell in plan.cells}
+    measurements = {cell.key: measure(cell) for cell in plan.cases}
     timings = {
         cell.key: Timing(1e-6 * cell.settings.steps_per_revolution, 1e-6, cell.settings.steps_per_revolution, 1, 1, "m")
-        for cell in cells_to_time(plan, measurements)
+        for cell in cases_to_time(plan, measurements)
     }
-    return sweep_study(plan, measurements, timings, "m")
+    return sweep_study(plan, measurements, timings)
 
 
 def test_a_run_that_does_not_complete_is_a_point_without_errors(small: Any) -> None:
@@ -101,13 +102,12 @@ def test_a_run_that_does_not_complete_is_a_point_without_errors(small: Any) -> N
     assert [(point.preset, point.steps_per_revolution) for point in failed] == [("stock", 20)]
     assert failed[0].error("position") is None
     assert failed[0] not in small.front("position")
-    assert failed[0].label in {point["label"] for point in small.as_dict()["points"]}
 
 
 def test_points_are_numbered_by_engine_and_identified(small: Any) -> None:
     assert [point.label for point in small.points] == ["P1", "P2", "P3", "P4"]
     for point in small.points:
-        assert point.settings["steps_per_revolution"] == point.steps_per_revolution
+        assert small.rule_of(point).name == point.rule
         assert len(point.key) == 32
 
 

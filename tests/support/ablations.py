@@ -9,14 +9,14 @@ from typing import Any
 from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
 from conrod.engines.ingredients import Ingredient, Quantity
-from conrod.studies.ablate.plan import Role
-from conrod.studies.ablate.results import (
+from conrod.studies.ablate.findings import (
     AblationStudy,
     CompiledCount,
     EngineAblation,
     Evidence,
     Gruebler,
     IngredientResult,
+    Role,
     VariantResult,
 )
 from conrod.studies.ablate.verdict import JUDGED, Levels, evidence_of, torque_verdict, verdict
@@ -45,7 +45,7 @@ def variant(
     """A model whose errors are all of one size; one without an error did not complete."""
     completed = error is not None
     made = VariantResult(
-        role=role.value,
+        role=role,
         ingredient=ingredient,
         outcome="completed" if completed else "opened",
         reason="" if completed else "a gap of 0.4 m",
@@ -80,7 +80,7 @@ def ingredient(name: str, evidence: tuple[Evidence, ...], *, minimal: bool = Fal
         minimal=minimal,
         group="",
         needed_by=(),
-        verdict=found.slug,
+        verdict=found,
         because=because,
         torque=torque_verdict(evidence),
         evidence=evidence,
@@ -90,7 +90,7 @@ def ingredient(name: str, evidence: tuple[Evidence, ...], *, minimal: bool = Fal
 
 def engine_study(engine: str = "mujoco", version: str = "1.2.3") -> EngineAblation:
     """One ingredient of each kind."""
-    dressed = variant(Role.DRESSED, change=3e-11, cost=1.8)
+    dressed = variant(Role.FULL, change=3e-11, cost=1.8)
     models = (
         MINIMAL,
         variant(Role.ADDED, "looks"),
@@ -117,7 +117,7 @@ def engine_study(engine: str = "mujoco", version: str = "1.2.3") -> EngineAblati
 def ablation_study(*engines: EngineAblation, **others: Any) -> AblationStudy:
     """A study of the saw."""
     made = AblationStudy(
-        SCENE, "saw", "A saw", {"crank": 0.1, "rod": 0.4}, Gruebler(4, 4, 0, 1), engines or (engine_study(),)
+        SCENE, "saw", "A saw", {"crank": 0.1, "rod": 0.4}, Gruebler(4, 4, 0, 1), engines or (engine_study(),), {}
     )
     return replace(made, **others)
 
@@ -158,3 +158,6 @@ class Planted:
 
     def ingredients(self, machine: Any, minimal: Any) -> tuple[Ingredient[Any], ...]:
         return self.planted
+
+    def mobility(self, machine: Any, settings: Any, angle: Any) -> Any:
+        raise AssertionError("runs are of the real engine")

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
 from conrod.scenes import SCENES
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.frame.timing import Timing
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
-from conrod.studies.sweep.grid_convergence import GridConvergence, GridTriple, Share
-from conrod.studies.sweep.observed_orders import ObservedOrders, PathPoint, order_of
-from conrod.studies.sweep.results import SweepStudy, SweptPoint
+from conrod.studies.sweep.findings import Agreement, SweepStudy, SweptPoint, SweptRule, order_of
+from conrod.studies.sweep.grid_convergence import GridConvergence, Share
 from conrod.studies.sweep.sensitivity import Sensitivity, Variation
 
 STEPS = (20, 100, 500, 2500)
@@ -35,38 +33,33 @@ RULES: Mapping[str, Sequence[tuple[Any, tuple[float | None, ...]]]] = {
 }
 
 
-def measurement(error: float | None) -> Measurement:
-    if error is None:
-        return Measurement("opened", "the loop is open")
-    sizes = {"position": error, "velocity": 2.0 * error, "acceleration": 3.0 * error, "total": error}
-    return Measurement(
-        "completed",
-        errors={"C": {q: {"max": e, "rms": e / 2.0, "final": e / 3.0} for q, e in sizes.items()}},
-        prediction={q: {"predicted": sizes[q], "difference": sizes[q] ** 2} for q in QUANTITIES},
-    )
+def errors_of(error: float | None) -> dict[str, float] | None:
+    return None if error is None else {"position": error, "velocity": 2.0 * error, "acceleration": 3.0 * error}
 
 
 def points(engine: str) -> list[SweptPoint]:
     found: list[SweptPoint] = []
-    for (rule, knobs, preset, step), errors in RULES[engine]:
+    for (rule, _, preset, step), errors in RULES[engine]:
         for n, error in zip(STEPS, errors, strict=True):
-            label = f"{engine[0].upper()}{len(found) + 1}"
+            label, sizes = f"{engine[0].upper()}{len(found) + 1}", errors_of(error)
             # What a failed run cost must not be believed: it is made absurd here.
             seconds = 1e3 if error is None else step * n
-            timing = Timing(seconds, 1e-6, seconds / 1e-6, n, 3, "a machine")
             found.append(
                 SweptPoint(
-                    label,
-                    f"key-{label}",
-                    engine,
-                    rule,
-                    preset,
-                    "step alone",
-                    knobs,
-                    {"steps_per_revolution": n, "solref": (0.02, 1.0)},
-                    n,
-                    measurement(error),
-                    timing,
+                    label=label,
+                    key=f"key-{label}",
+                    engine=engine,
+                    rule=rule,
+                    preset=preset,
+                    steps_per_revolution=n,
+                    outcome="opened" if sizes is None else "completed",
+                    reason="the loop is open" if sizes is None else "",
+                    errors=sizes,
+                    prediction=None
+                    if sizes is None
+                    else {q: {"predicted": e, "difference": e**2} for q, e in sizes.items()},
+                    cost=seconds,
+                    ratio=seconds / 1e-6,
                 )
             )
     return found
@@ -76,32 +69,18 @@ def points(engine: str) -> list[SweptPoint]:
 fitted = cache(order_of)
 
 
-def orders(found: Sequence[SweptPoint], rule: str) -> ObservedOrders:
-    own = [p for p in found if p.rule == rule]
-    path = tuple(
-        PathPoint(
-            p.steps_per_revolution,
-            p.measurement.outcome,
-            {q: p.error(q) or 0.0 for q in QUANTITIES} if p.completed else None,
-        )
-        for p in own
-    )
-    done = [p for p in own if p.completed]
-    steps = [p.steps_per_revolution for p in done]
-    return ObservedOrders(
-        own[0].engine,
-        rule,
-        own[0].path,
-        {},
-        (),
-        path,
-        {q: fitted(tuple(steps), tuple(p.error(q) or 0.0 for p in done)) for q in QUANTITIES},
-    )
+def rules(engine: str) -> Iterator[SweptRule]:
+    for (name, knobs, _, _), errors in RULES[engine]:
+        known = [(n, errors_of(error)) for n, error in zip(STEPS, errors, strict=True)]
+        completed = [(n, sizes) for n, sizes in known if sizes is not None]
+        steps = tuple(n for n, _ in completed)
+        orders = {q: fitted(steps, tuple(sizes[q] for _, sizes in completed)) for q in QUANTITIES}
+        formal = {"RK4": 4.0, "Euler": 1.0, "implicitfast": 1.0}.get(knobs.get("integrator", ""), 2.0)
+        yield SweptRule(engine, name, "step alone", knobs, formal, orders)
 
 
 def convergence(engine: str, rule: str, share: Share, path: str = "step alone") -> GridConvergence:
-    shares = dict.fromkeys(QUANTITIES, share)
-    return GridConvergence(engine, rule, path, 1.0, (GridTriple((20, 100, 500), shares),), shares, ())
+    return GridConvergence(engine, rule, path, 1.0, dict.fromkeys(QUANTITIES, share), ())
 
 
 def part(name: str, size: float, predicted: float | None = None, known: float | None = 1e-13) -> Part:
@@ -121,7 +100,7 @@ BUDGET = ErrorBudget(
         part("step", 1e-3),
         part("model", 0.039, predicted=0.038),
         replace(part("regularisation, this step", 0.039, predicted=0.5), changes={"hardening": (None, 1e-9)}),
-        Part("stabilisation, this step", {"solref": ((0.02, 1.0), (0.01, 1.0))}, None, {"converged": "opened"}),
+        Part("stabilisation, this step", {"solref": ([0.02, 1.0], [0.01, 1.0])}, None, {"converged": "opened"}),
     ),
 )
 
@@ -151,15 +130,20 @@ SENSITIVITY = Sensitivity(
 
 def handmade_sweep() -> SweepStudy:
     """The sweep."""
-    found = points("mujoco") + points("pymunk")
+    scene = SCENES["saw-500rpm"]
     return SweepStudy(
         name="saw-500rpm",
-        scene=SCENES["saw-500rpm"],
+        title=scene.title,
+        parameters=dict(scene.parameters),
+        one_pass=False,
         grid="coarse",
         engines={"mujoco": "4.0.0", "pymunk": "7.3.1"},
+        reference_seconds={"mujoco": 1e-6, "pymunk": 1e-6},
+        unsupported={"newcomer": "newcomer has no grid of settings"},
         machine="a machine",
-        points=tuple(found),
-        orders=tuple(orders(found, rule) for rule in dict.fromkeys(p.rule for p in found)),
+        rules=(*rules("mujoco"), *rules("pymunk")),
+        points=(*points("mujoco"), *points("pymunk")),
+        agreement=Agreement(0.04, 17),
         grid_convergence=(
             convergence("mujoco", STOCK[0], Share(9, 91, 0, 20, 5, 0.05)),
             convergence("mujoco", HARD[0], Share(99, 1, 7, 0, 0, 1.25)),

@@ -35,10 +35,12 @@ F = TypeVar("F")
 
 # By name, the module whose `KIND` it is: a kind is imported when a folder holds one. An application may add its own.
 KINDS: dict[str, str] = {
+    "ablate": "conrod.report.ablate.report",
     "printed-values": "conrod.report.printed_values",
     "forces": "conrod.report.forces",
     "motion": "conrod.report.free_motion",
     "validation": "conrod.report.validation.report",
+    "sweep": "conrod.report.sweep.report",
 }
 
 
@@ -97,6 +99,7 @@ class Kind(Generic[F]):
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: of the names of its pages and data.
         kept: what of the findings is saved.
+        digits: significant ones of measured fractions in a folder; all of them where it is None.
         schema: of the findings.
     """
 
@@ -110,6 +113,7 @@ class Kind(Generic[F]):
     index_file: str = "README.md"
     suffix: str = ""
     kept: Callable[[F], F] = lambda findings: findings
+    digits: int | None = None
     schema: int = 2
 
     def page_file(self, part: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from urllib.parse import quote
 
 from conrod.report.figure import Figure
@@ -28,6 +28,11 @@ def figure_text(figure: Figure) -> str:
 def bullets(points: Iterable[str]) -> str:
     """A list of points, each on one line."""
     return "\n".join(f"- {' '.join(point.split())}" for point in points)
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words as a list in a sentence: `a, b and c`."""
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
 
 
 def unwrapped(text: str) -> str:

@@ -21,6 +21,7 @@ T = TypeVar("T")
 # Digits of an array, which is there to be drawn; single numbers keep all of theirs.
 DRAWN_DIGITS = 7
 LONGEST_LINE = 100
+GIVEN = {"parameters", "settings", "changes"}
 
 
 def plain(value: Any) -> Any:
@@ -36,7 +37,7 @@ def plain(value: Any) -> Any:
         case float():
             found = float(value) if math.isfinite(value) else str(float(value))
         case Enum():
-            found = value.name
+            found = value.value if isinstance(value.value, str) else value.name
         case np.generic():
             found = plain(value.item())
         case np.ndarray():
@@ -64,6 +65,19 @@ def restore(wanted: type[T], values: Any) -> T:
         return msgspec.convert(values, wanted, dec_hook=_restored, strict=False)
     except (msgspec.ValidationError, KeyError, TypeError) as error:
         raise InvalidInput(f"saved findings do not fit {wanted.__name__}: {error}") from None
+
+
+def shortened(values: Any, digits: int | None) -> Any:
+    """The values with so many significant digits of measured fractions; given ones keep all of theirs."""
+    match values:
+        case float() if digits is not None:
+            return numbers.rounded(values, digits)
+        case dict():
+            return {key: part if key in GIVEN else shortened(part, digits) for key, part in values.items()}
+        case list():
+            return [shortened(part, digits) for part in values]
+        case _:
+            return values
 
 
 def json_text(values: Any) -> str:

@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder, document_in
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, kind_named
 from conrod.report.reproduction import Reproduction
-from conrod.report.saved import json_text, plain, restore
+from conrod.report.saved import json_text, plain, restore, shortened
 from conrod.studies.frame.files import Batch
 from conrod.studies.validation.serialise import environment
 
@@ -52,7 +52,7 @@ def report_batch(
         }
         for name, one in findings.items()
     }
-    saved = {name: plain(kind.kept(one)) for name, one in findings.items()}
+    saved = {name: shortened(plain(kind.kept(one)), kind.digits) for name, one in findings.items()}
     whole = before.entries.keys() <= findings.keys()
     head = _head(kind) | {"command": command.of_all(findings) if whole else None}
     return _batch(before, head, before.entries | entries, saved, draw)

@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.numbers import ROUNDING
-from conrod.studies.ablate.results import EngineAblation, Evidence, IngredientResult, Verdict
-from conrod.studies.ablate.verdict import COSTS, Effect, Levels
+from conrod.studies.ablate.findings import Effect, EngineAblation, Evidence, IngredientResult, Verdict
+from conrod.studies.ablate.verdict import COSTS, Levels
 
 WIDTH, ROW = 9.5, 0.24  # [inch]
 LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 2.6, 0.25, 0.85, 0.42, 0.5  # [inch]
@@ -24,7 +24,7 @@ COLOURS = {
     Verdict.FREE: "#009E73",
     Verdict.COSTLY: "#E69F00",
     Verdict.HARMFUL: "#D55E00",
-    Verdict.UNTOLD: "#777777",
+    Verdict.UNDECIDED: "#777777",
 }
 APART = 0.17  # of a row: the two models of an ingredient above each other
 Row = IngredientResult | str  # or the heading of those below it
@@ -35,11 +35,9 @@ END_LENGTH = 28  # characters of how a run ended that fit into its row
 TITLE_LENGTH = 36  # characters of an ingredient's title that fit beside its row
 
 
-def ingredients_figure(found: EngineAblation) -> Figure | None:
-    """The figure of an engine; None where it has no ingredients."""
+def ingredients_figure(found: EngineAblation) -> Figure:
+    """The figure of an engine that has ingredients."""
     rows = _rows(found.ingredients)
-    if not rows:
-        return None
     tall = ROW * len(rows)
     height = TOP + tall + BOTTOM
     figure = Figure(figsize=(WIDTH, height))
@@ -131,7 +129,7 @@ def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence, level:
     if evidence is not ended[0]:
         return
     left = any(other.change["position"] > level for other in one.evidence if other.change is not None)
-    how = {Effect.NEEDED.value: "without it", Effect.WORSE.value: "with it"}.get(evidence.effect, "")
+    how = {Effect.REQUIRED: "without it", Effect.WORSE: "with it"}.get(evidence.effect, "")
     text = f"{', '.join(dict.fromkeys(other.because for other in ended))} {how}".strip()
     axes.annotate(
         text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}..",
@@ -150,7 +148,7 @@ def _verdicts(axes: Axes, rows: Sequence[Row]) -> None:
         if isinstance(one, str):
             continue
         axes.annotate(
-            one.verdict,
+            one.verdict.value,
             (1.0, row),
             xycoords=("axes fraction", "data"),
             xytext=(8.0, 0.0),
@@ -183,7 +181,7 @@ def _mark(colour: str, evidence: Evidence) -> dict[str, Any]:
 
 
 def _colour(one: IngredientResult) -> str:
-    return next(colour for verdict, colour in COLOURS.items() if verdict.slug == one.verdict)
+    return COLOURS[one.verdict]
 
 
 def _title(one: Row) -> str:
@@ -205,6 +203,6 @@ def _legend() -> list[Line2D]:
     }
     return [
         Line2D([], [], label="alone, in the minimal model", **mark),
-        Line2D([], [], label="in the fully dressed model", markerfacecolor="white", **mark),
+        Line2D([], [], label="in the full model", markerfacecolor="white", **mark),
         Line2D([], [], color="#d0d0d0", linewidth=7.0, label="no cost, no change"),
     ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits.words import BOUNDARIES, beyond, largest_error, span_text, up_to
-from conrod.report.sweep.naming import listed
+from conrod.report.markdown import listed
 from conrod.report.tables import paragraphs, table
 from conrod.studies.limits.results import Probe, Walk
 

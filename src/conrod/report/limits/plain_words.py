@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits.words import MOST_TOLD, Passage, falling, passages, span_text
-from conrod.report.sweep.naming import listed
+from conrod.report.markdown import listed
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import Probe, Walk
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits.words import largest_error, span_text
-from conrod.report.sweep.naming import listed
+from conrod.report.markdown import listed
 from conrod.report.tables import table
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level

@@ -1,9 +1,9 @@
-"""Error budgets: what the iteration, the step and the model itself contribute."""
+"""Error budgets: the parts of the iteration, the step and the model itself."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,30 +13,19 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid
 from conrod.report.charts.errors import NORMS
 from conrod.report.charts.styles import colour, engine_title
-from conrod.report.sweep.naming import setting_value
-from conrod.report.tables import paragraphs, table
+from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.sweep.results import SweepStudy
+from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
+from conrod.studies.sweep.findings import SweepStudy
 
-if TYPE_CHECKING:
-    from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
-
-# Of each part: marker, size; the parts that stand in the figure.
+# The parts that stand in the figure: name -> marker, size, words.
 SHOWN = {
-    "total": ("|", 13.0),
-    "iteration": ("o", 6.0),
-    "step": ("s", 5.5),
-    "model": ("^", 6.5),
-    "regularisation, this step": ("D", 4.5),
-    "stabilisation, this step": ("v", 6.0),
-}
-IN_WORDS = {
-    "total": "whole error",
-    "iteration": "iteration: stopping early",
-    "step": "step: its finite length",
-    "model": "model: softness, at no step",
-    "regularisation, this step": "what regularisation changes",
-    "stabilisation, this step": "what stabilisation changes",
+    "total": ("|", 13.0, "whole error"),
+    "iteration": ("o", 6.0, "iteration: stopping early"),
+    "step": ("s", 5.5, "step: its finite length"),
+    "model": ("^", 6.5, "model: softness, at no step"),
+    "regularisation, this step": ("D", 4.5, "what regularisation changes"),
+    "stabilisation, this step": ("v", 6.0, "what stabilisation changes"),
 }
 
 
@@ -46,19 +35,8 @@ def title_of(budget: ErrorBudget) -> str:
     return f"{engine_title(budget.engine)} {budget.preset}" + ("" if steps is None else f", {steps} steps")
 
 
-def budget_tables(study: SweepStudy) -> str:
-    """A table for each setting."""
-    blocks = []
-    for budget in study.budgets:
-        whole = "; ".join(f"{q} {numbers.measured(e)}" for q, e in (budget.whole_run or {}).items())
-        over = (
-            f"Largest error over the whole run, its start among it: {whole}." if whole else "The run did not complete."
-        )
-        blocks += [f"**{title_of(budget)} per revolution.** {over}", _table(budget), *_laws(budget)]
-    return paragraphs(*blocks)
-
-
-def _table(budget: ErrorBudget) -> str:
+def budget_table(budget: ErrorBudget) -> Table:
+    """A row for each part, with the size that the engine's law predicts where it has one."""
     lawful = any(part.predicted is not None for part in budget.parts)
     rows = [[_name(part), *_norms(part), *(_law(part) if lawful else [])] for part in budget.parts]
     head = ["part", *(f"{q}: max, rms (known to)" for q in QUANTITIES)]
@@ -66,49 +44,62 @@ def _table(budget: ErrorBudget) -> str:
 
 
 def _name(part: Part) -> str:
-    if not part.changes:
-        return part.name
     changes = (f"`{key}` {setting_value(old)} to {setting_value(new)}" for key, (old, new) in part.changes.items())
-    return f"{part.name}: {', '.join(changes)}"
+    return f"{part.name}: {', '.join(changes)}" if part.changes else part.name
+
+
+def setting_value(value: Any) -> str:
+    """A setting's value, short."""
+    match value:
+        case None:
+            return "none"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return numbers.quantity(value, 3)
+        case list() | tuple():
+            return "(" + ", ".join(setting_value(part) for part in value) + ")"
+        case _:
+            return str(value)
 
 
 def _norms(part: Part) -> list[str]:
     if part.norms is None:
         missing = ", ".join(f"{role}: {outcome}" for role, outcome in part.missing.items())
-        return [f"not known ({missing})", *[numbers.MISSING] * (len(QUANTITIES) - 1)]
+        return [f"unknown ({missing})", *[numbers.MISSING] * (len(QUANTITIES) - 1)]
     return [_norm(part.norms[quantity]) for quantity in QUANTITIES]
 
 
 def _norm(norm: Norm) -> str:
     known = "" if norm.known_to is None else f" ({numbers.measured(norm.known_to)})"
-    zero = "" if norm.told_from_zero else ", not told from zero"
+    zero = "" if norm.resolved else ", not resolved"
     return f"{numbers.measured(norm.max)}, {numbers.measured(norm.rms)}{known}{zero}"
 
 
 def _law(part: Part) -> list[str]:
+    predicted = numbers.measured(part.predicted)
     if part.predicted is None or part.norms is None:
-        return [numbers.measured(part.predicted), ""]
-    named = "the law's" if part.named else "not named: the law does not give the size"
+        return [predicted, ""]
+    position = part.norms["position"]
+    if not position.resolved:
+        return [predicted, "not named: not resolved"]
     # Two sizes that are both rounding agree about nothing.
-    rounding = part.norms["position"].max < numbers.ROUNDING
-    if not part.norms["position"].told_from_zero:
-        return [numbers.measured(part.predicted), "not named: not told from zero"]
-    return [numbers.measured(part.predicted), "not named: rounding" if rounding else named]
-
-
-def _laws(budget: ErrorBudget) -> list[str]:
-    laws = dict.fromkeys(part.law for part in budget.parts if part.law)
-    return [f"The law: {law}." for law in laws]
+    if position.max < numbers.ROUNDING:
+        return [predicted, "not named: rounding"]
+    return [predicted, "the law's" if part.named else "not named: the law does not give the size"]
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
 
 
-def budgets_figure(study: SweepStudy) -> Figure | None:
-    """The parts of every budget beside each other, a panel for each quantity; None where there is no budget."""
-    budgets = [budget for budget in study.budgets if any(part.norms is not None for part in budget.parts)]
-    if not budgets:
-        return None
+def known_budgets(study: SweepStudy) -> list[ErrorBudget]:
+    """Budgets of which a part is known."""
+    return [budget for budget in study.budgets if any(part.norms is not None for part in budget.parts)]
+
+
+def budgets_figure(study: SweepStudy) -> Figure:
+    """The parts of every known budget beside each other, a panel for each quantity."""
+    budgets = known_budgets(study)
     height = 0.95 * len(budgets) + 1.5
     figure = Figure(figsize=(10.5, height))
     panels = figure.subplots(1, 3, sharey=True)
@@ -137,22 +128,17 @@ def _largest(budgets: Sequence[ErrorBudget], quantity: str) -> float:
 
 def _draw(axes: Axes, place: int, budget: ErrorBudget, quantity: str) -> None:
     known = {part.name: part.norms[quantity] for part in budget.parts if part.norms is not None}
-    for lane, (name, (marker, size)) in enumerate(SHOWN.items()):
+    for lane, (name, (marker, size, words)) in enumerate(SHOWN.items()):
         if name not in known:
             continue
         norm, hue = known[name], colour(budget.engine)
         axes.plot(
-            on_log_grid(np.array([norm.max])),
-            [place + 0.14 * (lane - 0.5 * (len(SHOWN) - 1))],
-            linestyle="none",
-            marker=marker,
-            markersize=size,
-            color=hue,
-            markerfacecolor=hue if norm.told_from_zero and norm.max >= numbers.ROUNDING else "white",
-            markeredgewidth=2.0 if marker == "|" else 1.0,
-        )
+            on_log_grid(np.array([norm.max])), [place + 0.14 * (lane - 0.5 * (len(SHOWN) - 1))], linestyle="none",
+            marker=marker, markersize=size, color=hue, markeredgewidth=2.0 if marker == "|" else 1.0,
+            markerfacecolor=hue if norm.resolved and norm.max >= numbers.ROUNDING else "white",
+        )  # fmt: skip
         if place == 0:
-            axes.plot([], [], linestyle="none", marker=marker, markersize=size, color="#444444", label=IN_WORDS[name])
+            axes.plot([], [], linestyle="none", marker=marker, markersize=size, color="#444444", label=words)
 
 
 def _error_axis(axes: Axes, largest: float) -> None:

@@ -1,4 +1,4 @@
-"""What the runs and timings of a study of ingredients come to."""
+"""Study of a model's ingredients: the runs of its variants, their timings, and what these come to."""
 
 from __future__ import annotations
 
@@ -7,30 +7,46 @@ from typing import Any
 
 from conrod.engines.ingredients import Ingredient
 from conrod.mechanism.mechanism import Mechanism
-from conrod.studies.ablate.cell import CostCell
-from conrod.studies.ablate.plan import BESIDE_DRESSED, AblationPlan, Measurements, Role, Variant, full_variants
-from conrod.studies.ablate.results import (
+from conrod.runs.plain import restore
+from conrod.scenes import Scene
+from conrod.studies.ablate.case import CostCase
+from conrod.studies.ablate.findings import (
     AblationStudy,
     CompiledCount,
+    Effect,
     EngineAblation,
     Evidence,
     Gruebler,
     IngredientResult,
+    Role,
     VariantResult,
 )
-from conrod.studies.ablate.verdict import JUDGED, Effect, Levels, evidence_of, torque_verdict, verdict
+from conrod.studies.ablate.plan import OF_FULL, AblationPlan, Measurements, Variant, full_variants
+from conrod.studies.ablate.verdict import JUDGED, Levels, evidence_of, torque_verdict, verdict
 from conrod.studies.frame.paired_timing import PairedTiming
 from conrod.studies.frame.run import as_run
+from conrod.studies.frame.study import Study
 from conrod.studies.frame.timing import fingerprint
 
 Found = Mapping[tuple[Role, str], VariantResult]
+
+
+def ablate_engine(plan: AblationPlan) -> Study[EngineAblation]:
+    """The study of a scene's ingredients in one engine: runs twice, then timings, which are to be made alone."""
+    # Which ingredients a full model is to have is known when each has been seen alone.
+    first = yield plan.change_cases()
+    whole = completed_plan(plan, first)
+    runs = yield whole.change_cases()
+    # After all runs: what runs beside a timing is in it.
+    costs = yield whole.cost_cases(runs)
+    return engine_findings(whole, runs, costs)
 
 
 def completed_plan(plan: AblationPlan, runs: Measurements) -> AblationPlan:
     """The whole plan, when the minimal model and those that differ from it by one ingredient have been run.
 
     Args:
-        runs: key -> measurement, of all cells of the plan.
+        runs: key -> measurement, of all cases of the plan.
     """
     found = _found(plan, runs, {})
     level = Levels.of(found.values())
@@ -41,42 +57,43 @@ def completed_plan(plan: AblationPlan, runs: Measurements) -> AblationPlan:
         if role is Role.ADDED
     }
     # What the engine cannot do here, no model can have.
-    usable = [one for one in plan.ingredients if effects.get(one.name) != Effect.UNTOLD.value]
-    harmful = {name for name, effect in effects.items() if effect == Effect.WORSE.value}
+    usable = [one for one in plan.ingredients if effects.get(one.name) is not Effect.UNDECIDED]
+    harmful = {name for name, effect in effects.items() if effect is Effect.WORSE}
     return plan.with_variants(full_variants(plan.minimal, usable, harmful))
 
 
-def ablation_study(plans: Sequence[AblationPlan], runs: Measurements, costs: Measurements) -> AblationStudy:
-    """What the plans of one scene found.
+def ablation_study(
+    name: str, scene: Scene, engines: Sequence[EngineAblation], unsupported: Mapping[str, str]
+) -> AblationStudy:
+    """Findings on a scene from those in its engines.
 
     Args:
-        runs, costs: key -> measurement, of all cells.
+        unsupported: engine -> why it has no ingredients to study.
     """
-    name, scene = plans[0].name, plans[0].scene
-    return AblationStudy(
-        name,
-        scene.kind,
-        scene.title,
-        dict(scene.parameters),
-        gruebler(scene.kinematics.mechanism),
-        tuple(_of_engine(plan, runs, costs) for plan in plans),
-    )
+    count = gruebler(scene.kinematics.mechanism)
+    parameters = dict(scene.parameters)
+    return AblationStudy(name, scene.kind, scene.title, parameters, count, tuple(engines), dict(unsupported))
 
 
 def gruebler(mechanism: Mechanism) -> Gruebler:
-    """The count of a mechanism, the ground among its links."""
+    """Gruebler's count of a mechanism, the ground among its links."""
     higher = len(mechanism.cam_contacts)
     return Gruebler(len(mechanism.bodies) + 1, len(mechanism.joints) - higher, higher, mechanism.mobility)
 
 
-def _of_engine(plan: AblationPlan, runs: Measurements, costs: Measurements) -> EngineAblation:
+def engine_findings(plan: AblationPlan, runs: Measurements, costs: Measurements) -> EngineAblation:
+    """Findings in one engine.
+
+    Args:
+        runs, costs: key -> measurement, of all cases of the whole plan.
+    """
     found = _found(plan, runs, costs)
     level = Levels.of(found.values())
     return EngineAblation(
         engine=plan.engine.name,
         version=plan.engine.version,
         steps_per_revolution=plan.minimal.steps_per_revolution,
-        revolutions=as_run(plan.change_cell(plan.variants[0])).revolutions,
+        revolutions=as_run(plan.change_case(plan.variants[0])).revolutions,
         machine=fingerprint(),
         ingredients=tuple(_judged(ingredient, found, level) for ingredient in plan.ingredients),
         variants=tuple(found.values()),
@@ -91,11 +108,11 @@ def _found(plan: AblationPlan, runs: Measurements, costs: Measurements) -> Found
 
 
 def _result(plan: AblationPlan, variant: Variant, runs: Measurements, costs: Measurements) -> VariantResult:
-    run = runs[plan.change_cell(variant).key]
+    run = runs[plan.change_case(variant).key]
     beside = run.beside or {}
-    in_full = plan.cost_cell(variant, in_full=True) if variant.role in BESIDE_DRESSED else None
+    in_full = plan.cost_case(variant, in_full=True) if variant.role in OF_FULL else None
     return VariantResult(
-        role=variant.role.value,
+        role=variant.role,
         ingredient=variant.ingredient,
         outcome=run.outcome,
         reason=run.reason,
@@ -103,17 +120,17 @@ def _result(plan: AblationPlan, variant: Variant, runs: Measurements, costs: Mea
         change=beside.get("change"),
         torque_error=beside.get("torque"),
         torque_change=beside.get("torque_change"),
-        mobility=CompiledCount.of(beside.get("mobility")),
-        cost=_timing(costs, plan.cost_cell(variant)),
+        mobility=restore(CompiledCount, beside["mobility"]) if beside.get("mobility") else None,
+        cost=_timing(costs, plan.cost_case(variant)),
         cost_in_full=None if in_full is None else _timing(costs, in_full),
         settings=variant.settings.as_dict(),
     )
 
 
-def _timing(costs: Measurements, cell: CostCell) -> PairedTiming | None:
-    # A process that died or took too long has no cost to tell; that its run completed is known from elsewhere.
-    found = costs.get(cell.key)
-    return None if found is None or found.beside is None else PairedTiming.of(found.beside["paired"])
+def _timing(costs: Measurements, case: CostCase) -> PairedTiming | None:
+    # A process that died or took too long has no cost; that its run completed is known from elsewhere.
+    found = costs.get(case.key)
+    return None if found is None or found.beside is None else restore(PairedTiming, found.beside["paired"])
 
 
 # -- ingredients -----------------------------------------------------------------------------------------------------
@@ -121,7 +138,7 @@ def _timing(costs: Measurements, cell: CostCell) -> PairedTiming | None:
 
 def _judged(ingredient: Ingredient[Any], found: Found, level: Levels) -> IngredientResult:
     evidence = _evidence(ingredient.name, found, level)
-    came_to, because = verdict(evidence)
+    judgement, because = verdict(evidence)
     return IngredientResult(
         name=ingredient.name,
         title=ingredient.title,
@@ -129,7 +146,7 @@ def _judged(ingredient: Ingredient[Any], found: Found, level: Levels) -> Ingredi
         minimal=ingredient.minimal,
         group=ingredient.group,
         needed_by=tuple(quantity.value for quantity in ingredient.needed_by),
-        verdict=came_to.slug,
+        verdict=judgement,
         because=because,
         torque=torque_verdict(evidence),
         evidence=evidence,
@@ -138,17 +155,17 @@ def _judged(ingredient: Ingredient[Any], found: Found, level: Levels) -> Ingredi
 
 def _evidence(name: str, found: Found, level: Levels) -> tuple[Evidence, ...]:
     """Pairs of models that differ by an ingredient: its change is kept with the one that is compared."""
-    minimal, dressed = found[Role.MINIMAL, ""], found.get((Role.DRESSED, ""))
+    minimal, full = found[Role.MINIMAL, ""], found.get((Role.FULL, ""))
     pairs = []
     if (added := found.get((Role.ADDED, name))) is not None:
         pairs.append(evidence_of(minimal, added, added, added.cost, level))
     if (reduced := found.get((Role.REDUCED, name))) is not None:
         pairs.append(evidence_of(reduced, minimal, reduced, _inverse(reduced.cost), level))
-    if dressed is not None:
+    if full is not None:
         if (taken := found.get((Role.TAKEN, name))) is not None:
-            pairs.append(evidence_of(taken, dressed, taken, _inverse(taken.cost_in_full), level, full=True))
+            pairs.append(evidence_of(taken, full, taken, _inverse(taken.cost_in_full), level, full=True))
         if (harmed := found.get((Role.HARMED, name))) is not None:
-            pairs.append(evidence_of(dressed, harmed, harmed, harmed.cost_in_full, level, full=True))
+            pairs.append(evidence_of(full, harmed, harmed, harmed.cost_in_full, level, full=True))
     return tuple(pairs)
 
 

@@ -1,13 +1,12 @@
-"""What follows from measurement for an ingredient, from pairs of models that differ by it alone."""
+"""Verdicts on an ingredient, from measurements of pairs of models that differ by it alone."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 from conrod.runs.trajectory import Outcome
-from conrod.studies.ablate.results import Evidence, VariantResult, Verdict
+from conrod.studies.ablate.findings import Effect, Evidence, VariantResult, Verdict
 from conrod.studies.frame.paired_timing import PairedTiming
 
 # A difference of this share of the travel (and of omega L, omega^2 L, the torque's peak) is none: what rounding grows
@@ -23,16 +22,6 @@ COSTS = 1.03
 CHANGES_TORQUE = "changes it"
 BESIDE_OTHERS = "beside all others"
 JUDGED = ("position", "velocity", "acceleration", "total")
-
-
-class Effect(Enum):
-    """What an ingredient does to a quantity."""
-
-    NONE = "none"
-    NEEDED = "needed"
-    WORSE = "worse"
-    CHANGED = "changed"  # between two models neither of which has it right
-    UNTOLD = "not told"
 
 
 @dataclass(frozen=True)
@@ -66,7 +55,7 @@ def evidence_of(
     *,
     full: bool = False,
 ) -> Evidence:
-    """What two models show of the ingredient that they differ by.
+    """Evidence of two models on the ingredient that they differ by.
 
     Args:
         compared: the one of the two that the change is kept with.
@@ -78,7 +67,7 @@ def evidence_of(
         full=full,
         cost=cost,
         change=compared.change,
-        effect=effect.value,
+        effect=effect,
         because=because,
         torque_change=compared.torque_change,
         torque_effect=_torque_effect(without, with_it, compared.torque_change, level.torque),
@@ -86,15 +75,15 @@ def evidence_of(
 
 
 def motion_effect(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> tuple[Effect, str]:
-    """What an ingredient does to the observed motion, and what that is seen in."""
+    """Effect of an ingredient on the observed motion, and what it is seen in."""
     for run in (without, with_it):
         if run.outcome == Outcome.UNSUPPORTED.slug:
-            return Effect.UNTOLD, run.reason
+            return Effect.UNDECIDED, run.reason
     wrong_without, wrong_with = _wrong(without, level), _wrong(with_it, level)
     if wrong_without and wrong_with:
-        return Effect.UNTOLD, f"wrong with it and without: {wrong_with}"
+        return Effect.UNDECIDED, f"wrong with it and without: {wrong_with}"
     if wrong_without:
-        return Effect.NEEDED, wrong_without
+        return Effect.REQUIRED, wrong_without
     if wrong_with:
         return Effect.WORSE, wrong_with
     worse = _worse(without, with_it, level)
@@ -114,17 +103,15 @@ def _worse(without: VariantResult, with_it: VariantResult, level: Mapping[str, f
     return next((q for q in JUDGED if after[q] >= level[q] and after[q] > AS_GOOD * max(before[q], NO_CHANGE)), "")
 
 
-def _torque_effect(without: VariantResult, with_it: VariantResult, change: float | None, level: float) -> str:
-    """What an ingredient does to the drive torque; empty where that is not told."""
+def _torque_effect(without: VariantResult, with_it: VariantResult, change: float | None, level: float) -> Effect | None:
+    """Effect of an ingredient on the drive torque; None where the engine does not report it."""
     before, after = without.torque_error, with_it.torque_error
     if before is None or after is None:
-        return ""
+        return None
     right_before, right_after = before <= AS_GOOD * level, after <= AS_GOOD * level
     if right_before != right_after:
-        found = Effect.NEEDED if right_after else Effect.WORSE
-    else:
-        found = Effect.CHANGED if (change or 0.0) > AS_GOOD * level else Effect.NONE
-    return str(found.value)
+        return Effect.REQUIRED if right_after else Effect.WORSE
+    return Effect.CHANGED if (change or 0.0) > AS_GOOD * level else Effect.NONE
 
 
 def costs_time(cost: PairedTiming | None) -> bool:
@@ -133,34 +120,34 @@ def costs_time(cost: PairedTiming | None) -> bool:
 
 
 def verdict(evidence: Sequence[Evidence]) -> tuple[Verdict, str]:
-    """What all evidence of an ingredient comes to, and what it was seen in. Harm in any of it counts most."""
-    for effect, found in ((Effect.WORSE, Verdict.HARMFUL), (Effect.NEEDED, Verdict.REQUIRED)):
-        seen = [one for one in evidence if one.effect == effect.value]
+    """Verdict of all evidence on an ingredient, and what it was seen in. Harm in any of it counts most."""
+    for effect, found in ((Effect.WORSE, Verdict.HARMFUL), (Effect.REQUIRED, Verdict.REQUIRED)):
+        seen = [one for one in evidence if one.effect is effect]
         if seen:
             return found, _seen_in(seen[0], evidence)
-    told = [one for one in evidence if one.effect == Effect.NONE.value]
-    if not told:
-        return Verdict.UNTOLD, evidence[0].because if evidence else ""
-    dear = [one for one in told if costs_time(one.cost)]
+    decided = [one for one in evidence if one.effect is Effect.NONE]
+    if not decided:
+        return Verdict.UNDECIDED, evidence[0].because if evidence else ""
+    dear = [one for one in decided if costs_time(one.cost)]
     if dear:
         return Verdict.COSTLY, _seen_in(dear[0], evidence)
-    if any(one.cost is not None for one in told):
+    if any(one.cost is not None for one in decided):
         return Verdict.FREE, ""
-    return Verdict.UNTOLD, "it could not be timed"
+    return Verdict.UNDECIDED, "it could not be timed"
 
 
 def _seen_in(one: Evidence, evidence: Sequence[Evidence]) -> str:
-    """What evidence shows; where the ingredient alone does not show it, that it takes the others."""
+    """Reason that evidence gives; where the ingredient alone does not show it, that it takes the others."""
     alone = any(not other.full for other in evidence)
     return ", ".join(text for text in (one.because, BESIDE_OTHERS if one.full and alone else "") if text)
 
 
 def torque_verdict(evidence: Sequence[Evidence]) -> str:
-    """The same of the drive torque: what it needs is required of it; empty where no model shows an effect on it."""
+    """Verdict on the drive torque: an ingredient that it needs is required; empty where no model shows an effect."""
     effects = {one.torque_effect for one in evidence}
-    ways = (
-        (Effect.WORSE, Verdict.HARMFUL.slug),
-        (Effect.NEEDED, Verdict.REQUIRED.slug),
-        (Effect.CHANGED, CHANGES_TORQUE),
-    )
-    return next((slug for effect, slug in ways if effect.value in effects), "")
+    found = {
+        Effect.WORSE: Verdict.HARMFUL.value,
+        Effect.REQUIRED: Verdict.REQUIRED.value,
+        Effect.CHANGED: CHANGES_TORQUE,
+    }
+    return next((word for effect, word in found.items() if effect in effects), "")

@@ -1,9 +1,4 @@
-"""Dimensionless groups that a setting and a scene are compared with others by.
-
-What `conrod recommend` finds: plain, frozen data.
-
-What a setting saves against the engine's stock settings.
-"""
+"""Findings of `conrod recommend`: plain, frozen data."""
 
 from __future__ import annotations
 
@@ -24,7 +19,7 @@ from conrod.studies.frame.timing import Timing
 
 @dataclass(frozen=True)
 class Groups:
-    """What a recommendation depends on, free of size, mass and speed.
+    """Dimensionless groups that a recommendation depends on, free of size, mass and speed.
 
     Attributes:
         steps_per_revolution: 2 pi over the step of the crank angle.
@@ -37,17 +32,6 @@ class Groups:
     time_constant: float
     mass_ratio: float
     transmission_angle: float | None
-
-    def in_words(self) -> str:
-        """One line for people."""
-        angle = self.transmission_angle
-        words = [
-            f"{self.steps_per_revolution} steps per revolution",
-            f"omega x time constant = {self.time_constant:.3g}",
-            f"mass ratio = {self.mass_ratio:.3g}",
-            *([] if angle is None else [f"least transmission angle = {math.degrees(angle):.1f} deg"]),
-        ]
-        return ", ".join(words)
 
 
 def groups_of(scene: Scene, settings: Settings) -> Groups:
@@ -63,7 +47,12 @@ def groups_of(scene: Scene, settings: Settings) -> Groups:
 
 @dataclass(frozen=True)
 class Confirmation:
-    """A run that the grid does not contain: what is other about it, and its errors (None unless it completed)."""
+    """A run that the grid does not contain.
+
+    Attributes:
+        what: is other about it.
+        errors: of the quantities that a tolerance was given for; None unless it completed.
+    """
 
     what: str
     outcome: str
@@ -77,7 +66,22 @@ class Rejected:
 
     rule: str
     steps_per_revolution: int
-    why: str
+    why: tuple[Confirmation, ...]
+
+
+@dataclass(frozen=True)
+class Savings:
+    """A setting beside the stock ones at all steps of the grid, by quantity where it is a mapping.
+
+    Attributes:
+        digits: decimal digits gained at equal cost; None where no stock run is as cheap as this.
+        best: least error that any stock run reaches; empty where none completed.
+        cost_factor: cost of the cheapest stock run within all tolerances over this one's; None where there is none.
+    """
+
+    digits: Mapping[str, float | None]
+    best: Mapping[str, float]
+    cost_factor: float | None
 
 
 @dataclass(frozen=True)
@@ -93,20 +97,20 @@ class Recommendation:
     engine: str
     rule: str
     preset: str | None
-    cell: RunCase
+    case: RunCase
     errors: Mapping[str, float]
     margin: float
     timing: Timing
     confirmations: tuple[Confirmation, ...]
     rejected: tuple[Rejected, ...]
-    stock: StockComparison
+    savings: Savings
     groups: Groups
     paste: str
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Nothing of one engine qualifies: the nearest setting, and how far each quantity is out.
+    """No setting of one engine qualifies: the nearest one, and how far each quantity is out.
 
     Attributes:
         excess: quantity -> found over allowed, of those that are out.
@@ -122,52 +126,33 @@ class Refusal:
     why: str = ""
 
 
-@dataclass(frozen=True)
-class StockComparison:
-    """A setting beside the stock ones at all steps of the grid, by quantity where it is a mapping.
-
-    Attributes:
-        digits: decimal digits gained at equal cost; None where no stock run is as cheap as this.
-        best: least error that any stock run of the grid reaches; empty where none completed.
-        cost_factor: how many times the cost is that the cheapest stock run within all tolerances has; None where the
-            stock settings never get there.
-    """
-
-    digits: Mapping[str, float | None]
-    best: Mapping[str, float]
-    cost_factor: float | None
-
-
-def compared_with_stock(
+def savings_of(
     measurement: Measurement,
     timing: Timing,
-    stock: Sequence[RunCase],
+    cases: Sequence[RunCase],
     measurements: Mapping[str, Measurement],
     timings: Mapping[str, Timing],
     allowed: Mapping[str, float],
-) -> StockComparison:
+) -> Savings:
     """A measured and timed setting beside completed stock runs.
 
     Args:
-        stock: cells of the stock settings, at increasing numbers of steps; those without a timing do not count.
+        cases: of the stock settings, at increasing numbers of steps; those without a timing do not count.
         allowed: largest error by quantity.
     """
-    timed = [(timings[c.key].seconds_per_revolution, measurements[c.key]) for c in stock if c.key in timings]
+    timed = [(timings[c.key].seconds_per_revolution, measurements[c.key]) for c in cases if c.key in timings]
     cost = timing.seconds_per_revolution
     within = [c for c, m in timed if all((m.largest(q) or 0.0) <= limit for q, limit in allowed.items())]
-    digits: dict[str, float | None] = {}
-    for quantity in allowed:
-        errors = [(c, m.largest(quantity) or 0.0) for c, m in timed]
-        digits[quantity] = _digits(errors, cost, measurement.largest(quantity) or 0.0)
-    return StockComparison(
-        digits=digits,
-        best={q: min(m.largest(q) or 0.0 for _, m in timed) for q in allowed} if timed else {},
+    errors = {q: [(c, m.largest(q) or 0.0) for c, m in timed] for q in allowed}
+    return Savings(
+        digits={q: _digits(errors[q], cost, measurement.largest(q) or 0.0) for q in allowed},
+        best={q: min(error for _, error in errors[q]) for q in allowed if timed},
         cost_factor=min(within) / cost if within else None,
     )
 
 
 def _digits(stock: Sequence[tuple[float, float]], cost: float, error: float) -> float | None:
-    """Decimal digits between the stock error at a cost, interpolated between runs, and an error."""
+    """Decimal digits between the stock error at a cost, interpolated between (cost, error), and an error."""
     points = sorted(stock)
     if not points or cost < points[0][0] or error <= 0.0:
         return None

@@ -27,14 +27,14 @@ class BudgetPlan:
     """The runs of an error budget.
 
     Attributes:
-        cells: by role. `as is`; `converged` and `converged twice`: with infinitely many iterations and with twice
+        cases: by role. `as is`; `converged` and `converged twice`: with infinitely many iterations and with twice
             that; `finer` and `finest`: converged, at half the fineness and at all of it, softness fixed in seconds.
             `<knob>`, `<knob> finer` and `<knob> finest`: converged, with the softness of one knob varied.
         changes: by knob, the settings that it changes: from and to.
     """
 
     name: str
-    cells: Mapping[str, RunCase]
+    cases: Mapping[str, RunCase]
     changes: Mapping[str, Mapping[str, tuple[Any, Any]]]
 
 
@@ -55,17 +55,17 @@ def budget_plan_of(name: str, scene: Scene, settings: Settings, fineness: int = 
     if fineness < 2 or fineness % 2:
         raise InvalidInput(f"fineness = {fineness} must be an even number")
 
-    def cell(chosen: Settings, finer: int = 1) -> RunCase:
+    def case(chosen: Settings, finer: int = 1) -> RunCase:
         return RunCase(name, scene, refined(scene, chosen, finer * steps), signed_angles=BUDGET_ANGLES)
 
     variations: Variations[Any] = variations_of(engine_named(settings.engine))
     solved = variations.converged(scene, settings)
-    cells = {
+    cases = {
         AS_IS: RunCase(name, scene, settings, signed_angles=BUDGET_ANGLES),
-        CONVERGED: cell(solved),
-        TWICE: cell(variations.converged(scene, settings, 2)),
-        FINER: cell(solved, fineness // 2),
-        FINEST: cell(solved, fineness),
+        CONVERGED: case(solved),
+        TWICE: case(variations.converged(scene, settings, 2)),
+        FINER: case(solved, fineness // 2),
+        FINEST: case(solved, fineness),
     }
     changes = {}
     for knob, varied in (
@@ -73,10 +73,10 @@ def budget_plan_of(name: str, scene: Scene, settings: Settings, fineness: int = 
         (STABILISATION, variations.restabilised(scene, solved)),
     ):
         if varied is not None:
-            cells |= {knob: cell(varied), f"{knob} finer": cell(varied, fineness // 2)}
-            cells[f"{knob} finest"] = cell(varied, fineness)
+            cases |= {knob: case(varied), f"{knob} finer": case(varied, fineness // 2)}
+            cases[f"{knob} finest"] = case(varied, fineness)
             changes[knob] = _changes(solved, varied)
-    return BudgetPlan(name, cells, changes)
+    return BudgetPlan(name, cases, changes)
 
 
 def _changes(before: Settings, after: Settings) -> dict[str, tuple[Any, Any]]:

@@ -1,4 +1,4 @@
-"""Error budget: which part of an error is the iteration's, which the step's, and which the model's own.
+"""Error budget: the parts of an error that are the iteration's, the step's, and the model's own.
 
 With h the step, s the softness and k the iterations, the signed error at each crank angle telescopes:
 
@@ -11,13 +11,13 @@ the softness, regularisation and stabilisation, is varied alone: what changes is
 because the gap of a soft joint is a product of both.
 
 'Infinitely many' iterations and 'no' step are finite; how far the result is known is printed beside each part, as the
-change that the last doubling made. A part no larger than that is not told from zero.
+change that the last doubling made. A part no larger than that is not distinguishable from zero.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -60,8 +60,8 @@ class Norm:
     known_to: float | None
 
     @property
-    def told_from_zero(self) -> bool:
-        """Whether the part is larger than what is not known of it."""
+    def resolved(self) -> bool:
+        """Whether the part is larger than its own uncertainty."""
         return self.known_to is None or self.max > 2.0 * self.known_to
 
 
@@ -120,41 +120,37 @@ class ErrorBudget:
             return False
         return (norms[quantity].known_to or 0.0) <= SETTLED * max(norms[quantity].max, total[quantity].max)
 
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
-
 
 def budget_of(
     plan: BudgetPlan, measurements: Mapping[str, Measurement], predictions: Mapping[str, Prediction] | None = None
 ) -> ErrorBudget:
-    """The budget from the measurements of its cells.
+    """The budget from the measurements of its cases.
 
     Args:
         plan: of the runs.
-        measurements: by the cells' keys.
+        measurements: by the cases' keys.
         predictions: what the engine's law gives for the settings of a run, by role; see `roles_of_law`.
 
     Raises:
-        KeyError: a cell of the plan has not been measured.
+        KeyError: a case of the plan has not been measured.
         ArithmeticError: the parts do not sum to the whole.
     """
-    runs = Runs(plan, {role: measurements[cell.key] for role, cell in plan.cells.items()})
-    told = predictions or {}
+    runs = Runs(plan, {role: measurements[case.key] for role, case in plan.cases.items()})
+    laws = predictions or {}
     _check_sum(runs)
     parts = [
         runs.part(TOTAL, {AS_IS: 1}),
         runs.part(ITERATION, {AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, TWICE: -1}),
         runs.part(STEP, {CONVERGED: 1, FINEST: -1}, {FINER: 1, FINEST: -1}),
-        runs.part(MODEL, {FINEST: 1}, {FINER: 1, FINEST: -1}, prediction=told.get(FINEST)),
+        runs.part(MODEL, {FINEST: 1}, {FINER: 1, FINEST: -1}, prediction=laws.get(FINEST)),
     ]
     for knob in (k for k in (REGULARISATION, STABILISATION) if k in plan.changes):
         fine, finer = f"{knob} finest", f"{knob} finer"
         unknown = {FINEST: 1, fine: -1, FINER: -1, finer: 1}
-        changes, none, this = plan.changes[knob], _change(told, FINEST, fine), _change(told, CONVERGED, knob)
+        changes, none, this = plan.changes[knob], _change(laws, FINEST, fine), _change(laws, CONVERGED, knob)
         parts.append(runs.part(f"{knob}, no step", {FINEST: 1, fine: -1}, unknown, changes, none))
         parts.append(runs.part(f"{knob}, this step", {CONVERGED: 1, knob: -1}, None, changes, this))
-    settings, whole = plan.cells[AS_IS].settings, runs.measured[AS_IS]
+    settings, whole = plan.cases[AS_IS].settings, runs.measured[AS_IS]
     return ErrorBudget(
         scene=plan.name,
         engine=settings.engine,
@@ -208,7 +204,7 @@ class Runs:
 
     def combined(self, weights: Mapping[str, int]) -> Signed:
         """Signed errors of completed runs summed with weights, at each angle."""
-        points = self.plan.cells[AS_IS].scene.lengths
+        points = self.plan.cases[AS_IS].scene.lengths
         zero = np.zeros(1)
         return {
             q: {p: sum((w * self.measured[role].signed_of(p, q) for role, w in weights.items()), zero) for p in points}
@@ -220,7 +216,7 @@ class Runs:
         if unknown is None:
             return {quantity: Norm(*sizes(summed[quantity]), None) for quantity in QUANTITIES}
         left = self.combined(unknown)
-        rounding = rounding_level(max(self.plan.cells[role].settings.steps_per_revolution for role in unknown))
+        rounding = rounding_level(max(self.plan.cases[role].settings.steps_per_revolution for role in unknown))
         return {q: Norm(*sizes(summed[q]), max(rounding, sizes(left[q])[0])) for q in QUANTITIES}
 
 

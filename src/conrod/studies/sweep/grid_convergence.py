@@ -1,4 +1,4 @@
-"""Would a self-convergence study have noticed? The grid convergence index beside the true error.
+"""The grid convergence index beside the true error: what a study of convergence alone would have noticed.
 
 Who has no exact solution compares three grids, f1 (fine), f2 and f3 (coarse), at ratios of step r21 and r32. The
 observed order p solves
@@ -24,8 +24,7 @@ left out. Two solutions at one angle differ by the difference of their signed er
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +47,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Share:
-    """How often the band held the true error, of one quantity.
+    """Cells whose band holds the true error, of one quantity.
 
     Attributes:
         contained, missed: cells (component of a point at an angle) whose band did, did not.
@@ -66,27 +65,22 @@ class Share:
     ratio: float | None
 
     @property
+    def judged(self) -> int:
+        """Cells that are not at rounding."""
+        return self.contained + self.missed
+
+    @property
     def share(self) -> float | None:
-        """Contained cells over those that are not at rounding; None where there is none."""
-        told = self.contained + self.missed
-        return self.contained / told if told else None
-
-
-@dataclass(frozen=True)
-class GridTriple:
-    """Three grids: steps per revolution from coarse to fine, and the shares by quantity."""
-
-    steps: tuple[int, int, int]
-    shares: Mapping[str, Share]
+        """Contained cells over those judged; None where there is none."""
+        return self.contained / self.judged if self.judged else None
 
 
 @dataclass(frozen=True)
 class GridConvergence:
-    """What a self-convergence study would have said of a family.
+    """Verdict of a self-convergence study on a family.
 
     Attributes:
-        triples: of neighbouring grids that all completed.
-        shares: by quantity, over all triples.
+        shares: by quantity, over all triples of neighbouring grids that completed; empty where there is none.
         failed: steps per revolution and outcome of the grids that did not complete; their triples are missing.
     """
 
@@ -94,13 +88,8 @@ class GridConvergence:
     label: str
     path: str
     formal_order: float
-    triples: tuple[GridTriple, ...]
     shares: Mapping[str, Share]
     failed: tuple[tuple[int, str], ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -115,16 +104,16 @@ class Bands:
 
     def share(self) -> Share:
         """Counts and the median ratio."""
-        told = ~self.at_rounding
+        judged = ~self.at_rounding
         held = self.band >= self.error
         # An error that happens to be exactly zero is held, and has no ratio.
-        of = told & (self.error > 0.0)
+        of = judged & (self.error > 0.0)
         return Share(
-            contained=int((held & told).sum()),
-            missed=int((~held & told).sum()),
+            contained=int((held & judged).sum()),
+            missed=int((~held & judged).sum()),
             at_rounding=int(self.at_rounding.sum()),
-            unreasonable=int((self.unreasonable & told).sum()),
-            oscillating=int((self.oscillating & told).sum()),
+            unreasonable=int((self.unreasonable & judged).sum()),
+            oscillating=int((self.oscillating & judged).sum()),
             ratio=float(np.median(self.band[of] / self.error[of])) if of.any() else None,
         )
 
@@ -133,24 +122,19 @@ def grid_convergence_of(family: Family, measurements: Mapping[str, Measurement])
     """Grid convergence index of every triple of neighbouring grids, beside the true error.
 
     Raises:
-        KeyError: a cell of the family has not been measured.
+        KeyError: a case of the family has not been measured.
     """
     formal = variations_of(engine_named(family.engine)).formal_order(family.cells[0].settings)
     kept = varying_components(family.scene)
-    runs = [(cell.settings.steps_per_revolution, measurements[cell.key]) for cell in family.cells]
-    completed = [run for run in runs if run[1].signed is not None]
-    triples = [runs[i : i + 3] for i in range(len(runs) - 2) if all(run in completed for run in runs[i : i + 3])]
-    found = {q: [_bands_of(triple, q, kept, formal) for triple in triples] for q in QUANTITIES}
+    runs = [(case.settings.steps_per_revolution, measurements[case.key]) for case in family.cells]
+    triples = [t for t in (runs[i : i + 3] for i in range(len(runs) - 2)) if all(m.signed is not None for _, m in t)]
+    found = {q: [_bands_of(triple, q, kept, formal) for triple in triples] for q in QUANTITIES if triples}
     return GridConvergence(
         engine=family.engine,
         label=family.label,
         path=family.path,
         formal_order=formal,
-        triples=tuple(
-            GridTriple((t[0][0], t[1][0], t[2][0]), {q: found[q][i].share() for q in QUANTITIES})
-            for i, t in enumerate(triples)
-        ),
-        shares={q: pooled(found[q]).share() for q in QUANTITIES} if triples else {},
+        shares={quantity: pooled(parts).share() for quantity, parts in found.items()},
         failed=tuple((steps, measured.outcome) for steps, measured in runs if measured.signed is None),
     )
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from conrod.engines import engine_named
@@ -79,37 +79,33 @@ class Sensitivity:
         ratios = [variation.ratios[quantity] for variation in others]
         return max(max(r, 1.0 / r) if r else math.inf for r in ratios)
 
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
 
-
-def sensitivity_cells(name: str, scene: Scene, settings: Settings) -> dict[str, RunCase]:
+def sensitivity_cases(name: str, scene: Scene, settings: Settings) -> dict[str, RunCase]:
     """The runs, by what they change; gravity only where the machine feels it and the engine can be without.
 
     Raises:
         InvalidInput: the output link's mass is no parameter, or the engine is not in the table.
     """
     parameter = output_mass(scene)
-    cells = {BASE: RunCase(name, scene, settings)}
+    cases = {BASE: RunCase(name, scene, settings)}
     for factor in MASS_FACTORS:
         value = varied_mass(scene, parameter, factor)
-        cells[mass_label(parameter, factor)] = RunCase(name, scene.with_parameters(**{parameter: value}), settings)
+        cases[mass_label(parameter, factor)] = RunCase(name, scene.with_parameters(**{parameter: value}), settings)
     varied = capability(engine_named(settings.engine), Varied)
     if math.hypot(*scene.kinematics.mechanism.gravity) > 0.0 and not isinstance(varied, Lacking):
-        cells[GRAVITY] = RunCase(name, scene, varied.variations.gravity_switched(settings))
-    return cells
+        cases[GRAVITY] = RunCase(name, scene, varied.variations.gravity_switched(settings))
+    return cases
 
 
 def sensitivity_of(name: str, scene: Scene, settings: Settings, measurements: Mapping[str, Measurement]) -> Sensitivity:
-    """The result from the measurements of the cells.
+    """The result from the measurements of the cases.
 
     Raises:
-        KeyError: a cell has not been measured.
-        InvalidInput: as `sensitivity_cells`.
+        KeyError: a case has not been measured.
+        InvalidInput: as `sensitivity_cases`.
     """
     parameter = output_mass(scene)
-    runs = {label: (cell, measurements[cell.key]) for label, cell in sensitivity_cells(name, scene, settings).items()}
+    runs = {label: (case, measurements[case.key]) for label, case in sensitivity_cases(name, scene, settings).items()}
     base = runs[BASE][1]
     return Sensitivity(
         scene=name,
@@ -120,13 +116,13 @@ def sensitivity_of(name: str, scene: Scene, settings: Settings, measurements: Ma
         variations=tuple(
             Variation(
                 name=label,
-                value=None if cell.scene is scene else cell.scene.parameters[parameter],
+                value=None if case.scene is scene else case.scene.parameters[parameter],
                 outcome=run.outcome,
                 errors=None if run.errors is None else {q: run.largest(q) or 0.0 for q in QUANTITIES},
                 ratios={q: _ratio(run.largest(q), base.largest(q)) for q in QUANTITIES},
                 drive=None if run.drive is None else run.drive["speed"],
             )
-            for label, (cell, run) in runs.items()
+            for label, (case, run) in runs.items()
         ),
     )
 

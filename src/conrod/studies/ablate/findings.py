@@ -1,36 +1,63 @@
-"""What a study of ingredients finds; plain values that the report and the command line read."""
+"""Findings of a study of ingredients: plain values that the report and the command line read."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 from conrod.studies.frame.paired_timing import PairedTiming
 
 
+class Role(Enum):
+    """Place of a model in the study."""
+
+    MINIMAL = "minimal"
+    ADDED = "added"  # minimal and one ingredient more
+    REDUCED = "reduced"  # minimal without one of its own parts
+    FULL = "dressed"  # minimal and all ingredients that do it no harm, of each group the last one
+    TAKEN = "taken"  # full without one of them, or without a part of the minimal model
+    HARMED = "harmed"  # full and one of those that do harm
+    ALL = "all"  # minimal and all ingredients, those that do harm as well
+
+
+class Effect(Enum):
+    """Effect of an ingredient on a quantity."""
+
+    NONE = "none"
+    REQUIRED = "needed"
+    WORSE = "worse"
+    CHANGED = "changed"  # between two models neither of which has it right
+    UNDECIDED = "not told"
+
+
 class Verdict(Enum):
-    """What measurement says of an ingredient: the value is for results, the meaning for people."""
+    """Verdict of measurement on an ingredient."""
 
-    REQUIRED = ("required", "without it the observed motion is wrong")
-    FREE = ("free", "the motion is right with it and without it, and it costs nothing")
-    COSTLY = ("costly", "the motion is right with it and without it, and it costs time")
-    HARMFUL = ("harmful", "makes the motion worse")
-    UNTOLD = ("not told", "nothing was measured that tells")
+    REQUIRED = "required"
+    FREE = "free"
+    COSTLY = "costly"
+    HARMFUL = "harmful"
+    UNDECIDED = "undecided"
 
-    def __init__(self, slug: str, meaning: str) -> None:
-        self.slug = slug
-        self.meaning = meaning
+
+MEANINGS = {
+    Verdict.REQUIRED: "without it the observed motion is wrong",
+    Verdict.FREE: "the motion is right with it and without it, and it costs nothing",
+    Verdict.COSTLY: "the motion is right with it and without it, and it costs time",
+    Verdict.HARMFUL: "makes the motion worse",
+    Verdict.UNDECIDED: "no measurement decides",
+}
 
 
 @dataclass(frozen=True)
 class CompiledCount:
-    """Degrees of freedom and constraints of a compiled model along its motion, see `engines.mobility_count`.
+    """Degrees of freedom and constraints of a compiled model along its motion, see `engines.mobility`.
 
     Attributes:
         empty: rows that no coordinate enters.
-        redundant: constraint -> rows of it that say what others say already.
+        redundant: constraint -> rows of it that repeat others.
     """
 
     coordinates: int
@@ -50,32 +77,26 @@ class CompiledCount:
         """Constraints that a machine with one driven crank lacks."""
         return max(self.freedom - 1, 0)
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any] | None) -> CompiledCount | None:
-        """The inverse of `asdict`; None of None."""
-        return None if values is None else cls(**{**values, "empty": tuple(values["empty"])})
-
 
 @dataclass(frozen=True)
 class VariantResult:
     """A model of a study.
 
     Attributes:
-        role: see `variants.Role`.
         ingredient: that it differs by from what it is compared with; empty where it is none.
         errors: largest of the observed points against the exact motion: position, velocity, acceleration, total;
             None unless the run completed.
         change: largest difference of the observed points from what it is compared with, at the same instants:
             position, velocity, acceleration, normalised as errors are; None unless both completed.
-        torque_error: of the drive over the exact peak; None where it is not told.
+        torque_error: of the drive over the exact peak; None where the engine does not report it.
         torque_change: largest difference of it, likewise.
         mobility: None where it was not counted.
         cost: over the minimal model; None where the run did not complete or could not be timed.
-        cost_in_full: of a variant with one ingredient taken from the dressed model: over that model.
+        cost_in_full: of a variant with one ingredient taken from the full model: over that model.
         settings: as plain values.
     """
 
-    role: str
+    role: Role
     ingredient: str
     outcome: str
     reason: str
@@ -93,12 +114,6 @@ class VariantResult:
         """Whether it has errors."""
         return self.errors is not None
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> VariantResult:
-        """The inverse of `asdict`."""
-        costs = {name: PairedTiming.of(values[name]) for name in ("cost", "cost_in_full")}
-        return cls(**{**values, **costs, "mobility": CompiledCount.of(values["mobility"])})
-
 
 @dataclass(frozen=True)
 class Evidence:
@@ -108,33 +123,29 @@ class Evidence:
         full: whether all other ingredients are there, or none.
         cost: with it over without it.
         change: of the observed motion.
-        effect: of it on the motion, one of `verdict.Effect`; and on the drive torque, empty where that is not told.
+        effect: on the motion.
         because: what the effect was seen in: a quantity, or how the run ended that did not complete.
+        torque_effect: on the drive torque; None where the engine does not report it.
     """
 
     full: bool
     cost: PairedTiming | None
     change: Mapping[str, float] | None
-    effect: str
+    effect: Effect
     because: str
     torque_change: float | None
-    torque_effect: str
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Evidence:
-        """The inverse of `asdict`."""
-        return cls(**{**values, "cost": PairedTiming.of(values["cost"])})
+    torque_effect: Effect | None
 
 
 @dataclass(frozen=True)
 class IngredientResult:
-    """An ingredient, what was seen of it and what follows.
+    """An ingredient, the evidence on it and what follows.
 
     Attributes:
-        name, title, meaning, minimal, group: see `engines.ingredient.Ingredient`.
+        name, title, meaning, minimal, group: see `engines.capabilities.Ingredient`.
         needed_by: quantities that need it by what it is.
-        verdict, torque: slugs of `Verdict`; torque is empty where the drive torque is not told, or not touched.
         because: what the verdict was seen in.
+        torque: effect on the drive torque, empty where it is not reported, or not touched.
     """
 
     name: str
@@ -143,21 +154,15 @@ class IngredientResult:
     minimal: bool
     group: str
     needed_by: tuple[str, ...]
-    verdict: str
+    verdict: Verdict
     because: str
     torque: str
     evidence: tuple[Evidence, ...]
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> IngredientResult:
-        """The inverse of `asdict`."""
-        evidence = tuple(Evidence.of(one) for one in values["evidence"])
-        return cls(**{**values, "needed_by": tuple(values["needed_by"]), "evidence": evidence})
-
 
 @dataclass(frozen=True)
 class EngineAblation:
-    """What was found in one engine.
+    """Findings in one engine.
 
     Attributes:
         machine: that the costs were taken on.
@@ -173,16 +178,9 @@ class EngineAblation:
     ingredients: tuple[IngredientResult, ...]
     variants: tuple[VariantResult, ...]
 
-    def variant(self, role: str, ingredient: str = "") -> VariantResult | None:
+    def variant(self, role: Role, ingredient: str = "") -> VariantResult | None:
         """The variant of a role; None where there is none."""
         return next((v for v in self.variants if (v.role, v.ingredient) == (role, ingredient)), None)
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> EngineAblation:
-        """The inverse of `asdict`."""
-        ingredients = tuple(IngredientResult.of(one) for one in values["ingredients"])
-        variants = tuple(VariantResult.of(one) for one in values["variants"])
-        return cls(**{**values, "ingredients": ingredients, "variants": variants})
 
 
 @dataclass(frozen=True)
@@ -197,25 +195,17 @@ class Gruebler:
 
 @dataclass(frozen=True)
 class AblationStudy:
-    """What was found on a scene.
+    """Findings on a scene.
 
     Attributes:
         name, kind, title, parameters: of the scene.
+        unsupported: engine -> why it has no ingredients to study.
     """
 
     name: str
     kind: str
     title: str
-    parameters: Mapping[str, float]
+    parameters: Mapping[str, Any]
     gruebler: Gruebler
     engines: tuple[EngineAblation, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> AblationStudy:
-        """The inverse of `as_dict`."""
-        engines = tuple(EngineAblation.of(one) for one in values["engines"])
-        return cls(**{**values, "gruebler": Gruebler(**values["gruebler"]), "engines": engines})
+    unsupported: Mapping[str, str]

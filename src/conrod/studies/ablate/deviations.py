@@ -1,4 +1,4 @@
-"""What one run shows of the observed points and the drive, as deviations from the exact motion, sample by sample.
+"""Deviations of a run from the exact motion, sample by sample: of the observed points and of the drive torque.
 
 The deviations of two runs are subtracted, not the runs: where their samples lie at other instants, a deviation can be
 interpolated at the cost of a small share of itself, and the motion cannot.
@@ -51,8 +51,8 @@ class Observed:
         errors: point -> position, velocity, acceleration, total -> max, rms, final, as in a `Measurement`.
         motion: point -> position, velocity, acceleration -> by how much it is off at the nominal time.
         torque: by how much the drive torque is off that of the exact motion of the machine as it is described, over
-            its peak, from the second sample on; None where the engine does not tell it, and of a contact, whose force
-            chatters.
+            its peak, from the second sample on; None where the engine does not report it, and of a contact, whose
+            force chatters.
         torque_error: the largest of it.
     """
 
@@ -131,10 +131,10 @@ class _Gathered:
         return Observed(
             verdict,
             {p: {q: size.sizes() for q, size in sizes.items()} for p, sizes in self._sizes.items()},
-            {p: {q: _joined(parts) for q, parts in found.items()} for p, found in self._motion.items()},
-            _joined(self._torque) if self._torque else None,
+            {p: {q: _concatenated(parts) for q, parts in found.items()} for p, found in self._motion.items()},
+            _concatenated(self._torque) if self._torque else None,
         )
 
 
-def _joined(parts: list[Deviation]) -> Deviation:
+def _concatenated(parts: list[Deviation]) -> Deviation:
     return Deviation(np.concatenate([p.times for p in parts]), np.concatenate([p.values for p in parts]))

@@ -1,0 +1,167 @@
+"""Error against steps along the refinement paths of a sweep, with order, plateau and floor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from conrod.report import numbers
+from conrod.report.charts.canvas import on_log_grid, whole_decades
+from conrod.report.charts.errors import NORMS
+from conrod.report.charts.styles import colour, engine_title, preset_style
+from conrod.report.sweep.selection import cheapest_within, preset_curves
+from conrod.report.table import Table, table
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
+
+TOLERANCES = (1e-3, 1e-6, 1e-9)
+OTHER_LINES: tuple[tuple[Any, str], ...] = (
+    ((0, (3, 1, 1, 1)), "v"),
+    ((0, (1, 1)), "X"),
+    ((0, (6, 1, 1, 1, 1, 1)), "*"),
+)
+# A fitted floor is one where the errors come this near to it; far below them it is nothing that a run has shown.
+NEAR_FLOOR = 20.0
+FAILED_ABOVE, FAILED_APART = 1.03, 0.027  # of the panel's height
+
+
+@dataclass(frozen=True)
+class Path:
+    """A rule that the figure shows, with its points and how they are drawn."""
+
+    rule: SweptRule
+    points: Sequence[SweptPoint]
+    title: str
+    style: Mapping[str, Any]
+
+    @property
+    def completed(self) -> list[SweptPoint]:
+        """The points that have errors."""
+        return [point for point in self.points if point.completed]
+
+
+def principal_paths(study: SweepStudy) -> tuple[Path, ...]:
+    """The presets, and of each engine the rules that are cheapest for some tolerance of position."""
+    rules = {(rule.engine, rule.name): rule for rule in study.rules}
+    drawn: dict[tuple[str, str], tuple[str, Mapping[str, Any]]] = {}
+    for curve in preset_curves(study):
+        style = preset_style(curve.engine, curve.preset)
+        drawn.setdefault((curve.engine, curve.rule), (f"{engine_title(curve.engine)} {curve.preset}", style))
+    for engine in study.engines:
+        cheapest = [cheapest_within(study, "position", allowed, engine) for allowed in TOLERANCES]
+        names = dict.fromkeys(point.rule for point in cheapest if point is not None)
+        others = [(engine, name) for name in names if (engine, name) not in drawn]
+        for key, (line, marker) in zip(others, OTHER_LINES, strict=False):
+            style = preset_style(engine, None) | {"linestyle": line, "marker": marker, "markersize": 4.5}
+            drawn[key] = (f"{engine_title(engine)}: {key[1]}", style)
+    paths = [Path(rules[key], study.points_of(rules[key]), *shown) for key, shown in drawn.items() if key in rules]
+    return tuple(path for path in paths if path.completed)
+
+
+def orders_figure(study: SweepStudy) -> Figure:
+    """The principal paths, of which there must be one: a panel for each quantity."""
+    paths = principal_paths(study)
+    figure = Figure(figsize=(10.5, 10.8))
+    panels = figure.subplots(3, 1, sharex=True)
+    steps = sorted({p.steps_per_revolution for path in paths for p in path.points})
+    for axes, quantity in zip(panels, QUANTITIES, strict=True):
+        axes.set_xscale("log")
+        whole_decades(axes, [_curve(axes, path, quantity) for path in paths])
+        for path in paths:
+            _mark_end(axes, path, quantity)
+        axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
+        axes.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), handlelength=3.6, labelspacing=0.7, fontsize=7.0)
+    _mark_failed(panels[0], paths)
+    panels[-1].set_xlim(steps[0] / 1.2, steps[-1] * 1.2)
+    shown = steps if len(steps) <= 10 else steps[:: -(-len(steps) // 10)]
+    panels[-1].set_xticks(shown, [str(n) for n in shown])
+    panels[-1].minorticks_off()
+    panels[-1].set_xlabel("steps per revolution N (step of the crank angle h = 2π / N)")
+    figure.align_ylabels(panels)
+    figure.subplots_adjust(left=0.08, right=0.64, top=0.93, bottom=0.05, hspace=0.1)
+    return figure
+
+
+def _curve(axes: Axes, path: Path, quantity: str) -> Any:
+    steps = [float(p.steps_per_revolution) for p in path.completed]
+    errors = on_log_grid(np.array([p.error(quantity) or 0.0 for p in path.completed]))
+    label = f"{path.title}:\n{order_words(path.rule, path.points, quantity)}"
+    axes.plot(steps, errors, label=label, **path.style)
+    return errors
+
+
+def _mark_end(axes: Axes, path: Path, quantity: str) -> None:
+    """A broad pale line along a plateau; a dotted one at the floor of a curve that claims an order."""
+    plateau = path.rule.orders[quantity].plateau
+    steps = [p.steps_per_revolution for p in path.completed]
+    hue = colour(path.rule.engine)
+    if plateau is not None:
+        level = on_log_grid(np.array([plateau] * 2))
+        axes.plot([steps[-3], steps[-1]], level, color=hue, alpha=0.2, linewidth=8.0, zorder=1)
+    elif floor := floor_reached(path.rule, path.points, quantity):
+        level = on_log_grid(np.array([floor] * 2))
+        axes.plot([steps[-1] / 4.0, steps[-1] * 1.2], level, color=hue, linewidth=1.0, linestyle=":", zorder=1)
+
+
+def _mark_failed(axes: Axes, paths: Sequence[Path]) -> None:
+    """Runs that did not complete, above the first panel."""
+    failed = [path for path in paths if len(path.completed) < len(path.points)]
+    for k, path in enumerate(failed):
+        at = [p.steps_per_revolution for p in path.points if not p.completed]
+        style = dict(path.style) | {"linestyle": "none", "markersize": 5.0, "clip_on": False}
+        axes.plot(at, [FAILED_ABOVE + FAILED_APART * k] * len(at), transform=axes.get_xaxis_transform(), **style)
+    if failed:
+        place = (1.005, FAILED_ABOVE + 0.5 * FAILED_APART * (len(failed) - 1))
+        axes.annotate("did not complete", place, xycoords="axes fraction", fontsize=7.5, va="center")
+
+
+# -- words -------------------------------------------------------------------------------------------------------------
+
+
+def floor_reached(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> float | None:
+    """The fitted floor of a path that claims an order, where its errors come near to it."""
+    found = rule.orders[quantity]
+    least = min((p.error(quantity) or 0.0 for p in points if p.completed), default=0.0)
+    if found.claimed is None or found.floor is None:
+        return None
+    return found.floor if 0.0 < least <= NEAR_FLOOR * found.floor else None
+
+
+def order_words(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> str:
+    """Order, plateau and floor of one quantity, in one phrase."""
+    found = rule.orders[quantity]
+    if found.plateau is not None:
+        return f"plateau at {numbers.measured(found.plateau)}"
+    if found.claimed is None:
+        return "no order claimed"
+    floor = floor_reached(rule, points, quantity)
+    order = f"order {numbers.order(found.claimed)}"
+    return order if floor is None else f"{order}, floor {numbers.measured(floor)}"
+
+
+def orders_table(study: SweepStudy, *, presets_only: bool = False) -> Table:
+    """Order, plateau and floor of every rule, or of the presets alone."""
+    presets = {(curve.engine, curve.rule): curve.preset for curve in preset_curves(study)}
+    rows = []
+    for rule in study.rules:
+        preset = presets.get((rule.engine, rule.name))
+        if preset is not None or not presets_only:
+            name = rule.name if preset is None else f"{rule.name} (`{preset}`)"
+            found = [_in_full(rule, study.points_of(rule), quantity) for quantity in QUANTITIES]
+            rows.append([engine_title(rule.engine), name, rule.path, *found])
+    return table(["engine", "settings", "refined", *QUANTITIES], rows)
+
+
+def _in_full(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> str:
+    """As `order_words`, with the orders of the last pairs where none is claimed."""
+    found = rule.orders[quantity]
+    if found.plateau is None and found.claimed is None:
+        pairs = [pair for pair in found.pairs if pair is not None][-3:]
+        if pairs:
+            return "none claimed: last pairs " + ", ".join(f"{round(pair, 1) + 0.0:.1f}" for pair in pairs)
+    return order_words(rule, points, quantity)

@@ -1,0 +1,139 @@
+"""The report of a sweep: a page for each machine, and an index of the cheapest settings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from matplotlib.figure import Figure as Canvas
+
+from conrod.report import numbers
+from conrod.report.charts.styles import engine_title
+from conrod.report.figure import Figure
+from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.sweep import tables
+from conrod.report.sweep.bands import bands_figure, rows_of, shares_table
+from conrod.report.sweep.budgets import budget_table, budgets_figure, known_budgets, title_of
+from conrod.report.sweep.orders import TOLERANCES, orders_figure, orders_table, principal_paths
+from conrod.report.sweep.selection import placed_points
+from conrod.report.sweep.sentences import sentences
+from conrod.report.sweep.work_precision import work_precision_figure
+from conrod.report.table import Table, table
+from conrod.report.template import rendered
+from conrod.studies.recommend.transfer import transfers
+from conrod.studies.sweep.error_budget import ErrorBudget
+from conrod.studies.sweep.findings import SweepStudy
+
+
+def _page(part: Part[SweepStudy]) -> Page:
+    study, figures = part.findings, _figures(part.findings)
+    placed = placed_points(study)
+    text = rendered(
+        "sweep",
+        study=study,
+        versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
+        findings=sentences(study),
+        diagram=figures.get("work-precision"),
+        placed=placed,
+        failed=sum(not p.point.completed for p in placed),
+        untimed=sum(p.estimated and p.point.completed for p in placed),
+        unplaced=len(study.points) - len(placed),
+        cheapest=tables.cheapest_table(study),
+        one_pass=study.one_pass,
+        labelled=tables.labelled_table(study),
+        command=part.command,
+        orders_figure=figures.get("orders"),
+        preset_orders=orders_table(study, presets_only=True),
+        orders=orders_table(study),
+        shares=shares_table(study),
+        bands_figure=figures.get("convergence-index"),
+        budgets=[_budget(budget) for budget in study.budgets],
+        budgets_figure=figures.get("budget"),
+        predictions=tables.predictions_table(study),
+        variations=tables.variations_table(study),
+        failures=tables.failures_table(study),
+        grid=tables.grid_words(study),
+        knobs=tables.knobs_table(study),
+    )
+    return Page(text, tuple(figures.values()))
+
+
+def _figures(study: SweepStudy) -> dict[str, Figure]:
+    """The figures for which a study has data, by name."""
+    drawn: Mapping[str, tuple[str, Callable[[SweepStudy], Canvas], Any]] = {
+        "work-precision": ("Error against cost of every run", work_precision_figure, placed_points(study)),
+        "orders": ("Error against steps per revolution", orders_figure, principal_paths(study)),
+        "convergence-index": ("Share of bands that hold the true error", bands_figure, rows_of(study)),
+        "budget": ("Parts of the error", budgets_figure, known_budgets(study)),
+    }
+    return {
+        name: Figure(f"{study.name}-{name}", f"{alt}, {study.name}", partial(draw, study))
+        for name, (alt, draw, data) in drawn.items()
+        if data
+    }
+
+
+def _budget(budget: ErrorBudget) -> tuple[str, str, Table, list[str]]:
+    whole = "; ".join(f"{q} {numbers.measured(e)}" for q, e in (budget.whole_run or {}).items())
+    text = f"Largest error over the whole run, its start among it: {whole}." if whole else "The run did not complete."
+    laws = dict.fromkeys(part.law for part in budget.parts if part.law)
+    return title_of(budget), text, budget_table(budget), list(laws)
+
+
+def _summary(study: SweepStudy) -> dict[str, Any]:
+    return {
+        "findings": sentences(study),
+        "cheapest": tables.cheapest_rows(study, "position", TOLERANCES),
+        "engines": dict(study.engines),
+        "machine": study.machine,
+        "grid": study.grid,
+    }
+
+
+def _index(index: Index[SweepStudy]) -> Page:
+    studies = [index.findings(name) for name in index.entries]
+    rows = [
+        [f"[{name}]({entry['page']})", *row]
+        for name, entry in index.entries.items()
+        for row in entry["summary"]["cheapest"]
+    ]
+    head = ["machine", "position " + tables.CHEAPEST_HEAD[0], *tables.CHEAPEST_HEAD[1:]]
+    tried = list(transfers(studies))
+    drawn = [figure for study in studies if (figure := _figures(study).get("work-precision"))]
+    text = rendered(
+        "sweep-index",
+        entries=index.entries,
+        cheapest=table(head, rows, right=head[4:]),
+        figure=drawn[-1] if drawn else None,
+        one_pass=any(study.one_pass for study in studies),
+        transfers=tables.transfers_table(tried),
+        count=len(tried),
+        held=sum(one.held for one in tried),
+        versions=_versions(index.entries),
+        origin=index.origin,
+    )
+    return Page(text)
+
+
+def _versions(entries: Mapping[str, Mapping[str, Any]]) -> Table:
+    """All versions and machines that occur: scenes that were swept earlier stay as they were."""
+    found: dict[str, set[str]] = {"conrod": {entry["conrod"] for entry in entries.values()}}
+    for entry in entries.values():
+        summary = entry["summary"]
+        for engine, version in summary["engines"].items():
+            found.setdefault(engine_title(engine), set()).add(version)
+        found.setdefault("machine that was timed on", set()).add(summary["machine"])
+        found.setdefault("grid", set()).add(summary["grid"])
+    return table(["what", "which"], [[name, "; ".join(sorted(versions))] for name, versions in found.items()])
+
+
+KIND = Kind(
+    name="sweep",
+    findings=SweepStudy,
+    title=lambda study: study.title,
+    summary=_summary,
+    page=_page,
+    index=_index,
+    digits=6,
+)

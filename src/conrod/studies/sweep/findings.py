@@ -1,0 +1,173 @@
+"""Findings of a sweep on one scene: plain, frozen data that the report and the command line read without any engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from conrod.runs.convergence import PAIRS_AGREE, observed_order
+from conrod.studies.sweep.error_budget import ErrorBudget
+from conrod.studies.sweep.grid_convergence import GridConvergence
+from conrod.studies.sweep.sensitivity import Sensitivity
+
+COMPLETED = "completed"
+Item = TypeVar("Item")
+
+
+def pareto_front(items: Iterable[Item], costs: Callable[[Item], tuple[float, float]]) -> tuple[Item, ...]:
+    """Items that no other item beats or equals in both costs, by increasing first cost.
+
+    Of items with the same two costs the first is kept.
+    """
+    front: list[Item] = []
+    least = float("inf")
+    for item in sorted(items, key=costs):
+        if costs(item)[1] < least:
+            least = costs(item)[1]
+            front.append(item)
+    return tuple(front)
+
+
+@dataclass(frozen=True)
+class QuantityOrder:
+    """Fall of the largest error of one quantity with the step.
+
+    Attributes:
+        claimed: order, where consecutive pairs agree clear of the floor (docs/design.md, 'Convergence order').
+        pairs: order between completed neighbours, None where an error is zero.
+        plateau: error of the finest run where it has stopped falling: the orders of the last two pairs have no size.
+            None where it falls, or grows, to the end.
+        floor: of the fit e = c h^p + floor; None where there are too few points.
+    """
+
+    claimed: float | None
+    pairs: tuple[float | None, ...]
+    plateau: float | None
+    floor: float | None
+
+
+def order_of(steps: Sequence[int], errors: Sequence[float]) -> QuantityOrder:
+    """Order, plateau and floor of errors at increasing numbers of steps per revolution."""
+    found = observed_order(steps, errors)
+    last = found.pairs[-2:]
+    still = len(last) == 2 and all(order is not None and abs(order) <= PAIRS_AGREE for order in last)
+    return QuantityOrder(found.claimed, found.pairs, errors[-1] if still else None, found.floor)
+
+
+@dataclass(frozen=True)
+class SweptPoint:
+    """One run of the grid.
+
+    Attributes:
+        label: number of the point in its scene's table, such as M17: its name in a figure.
+        key: of the run in the ledger.
+        rule: name of its settings, the step apart.
+        preset: the preset that these settings are, if they are one.
+        errors: largest of each quantity over the run and the observed points, normalised; None unless it completed.
+        prediction: of a preset's run, quantity -> largest error predicted from the joints' gaps alone, and its largest
+            difference from the measured one.
+        cost: CPU time of a revolution [s]; None where it was not timed.
+        ratio: the same in steps of the engine's fixed reference loop.
+    """
+
+    label: str
+    key: str
+    engine: str
+    rule: str
+    preset: str | None
+    steps_per_revolution: int
+    outcome: str
+    reason: str
+    errors: Mapping[str, float] | None
+    prediction: Mapping[str, Mapping[str, float]] | None
+    cost: float | None
+    ratio: float | None
+
+    @property
+    def completed(self) -> bool:
+        """Whether the run has errors."""
+        return self.errors is not None
+
+    def error(self, quantity: str) -> float | None:
+        """Largest error of a quantity, normalised; None unless the run completed."""
+        return None if self.errors is None else self.errors[quantity]
+
+
+@dataclass(frozen=True)
+class SweptRule:
+    """Settings of one engine, the step apart, and how their errors fall with it.
+
+    Attributes:
+        path: what is refined along its points: the step alone, or the step with softness.
+        knobs: every knob and where it stands.
+        formal_order: of the integrator, by its description; None where the engine states none.
+        orders: by quantity.
+    """
+
+    engine: str
+    name: str
+    path: str
+    knobs: Mapping[str, str]
+    formal_order: float | None
+    orders: Mapping[str, QuantityOrder]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Errors predicted from the joints' gaps alone against the measured ones.
+
+    Attributes:
+        difference: largest one of position, over the measured error.
+        runs: completed ones whose error is neither rounding nor too large for a first-order statement.
+    """
+
+    difference: float
+    runs: int
+
+
+@dataclass(frozen=True)
+class SweepStudy:
+    """Findings on one scene.
+
+    Attributes:
+        name, title, parameters: of the scene.
+        one_pass: whether its input makes one pass instead of turning.
+        engines: name -> version.
+        reference_seconds: engine -> CPU time of a step of its reference loop [s], the median of its timings.
+        unsupported: engine -> why it cannot be swept.
+        machine: that the costs were taken on.
+        grid_convergence: of rules that differ in effect.
+        both_ways: of the presets' settings, refined along one path and along the other.
+    """
+
+    name: str
+    title: str
+    parameters: Mapping[str, Any]
+    one_pass: bool
+    grid: str
+    engines: Mapping[str, str]
+    reference_seconds: Mapping[str, float]
+    unsupported: Mapping[str, str]
+    machine: str
+    rules: tuple[SweptRule, ...]
+    points: tuple[SweptPoint, ...]
+    agreement: Agreement | None
+    grid_convergence: tuple[GridConvergence, ...]
+    both_ways: tuple[GridConvergence, ...]
+    budgets: tuple[ErrorBudget, ...]
+    sensitivities: tuple[Sensitivity, ...]
+
+    def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:
+        """Points that no other one beats in both cost and error, cheapest first."""
+        drawn = [p for p in self.points if p.completed and p.cost is not None and engine in (None, p.engine)]
+        return pareto_front(drawn, lambda p: (p.cost or 0.0, p.error(quantity) or 0.0))
+
+    def points_of(self, rule: SweptRule) -> list[SweptPoint]:
+        """The points of a rule, at increasing numbers of steps."""
+        own = [p for p in self.points if (p.engine, p.rule) == (rule.engine, rule.name)]
+        return sorted(own, key=lambda p: p.steps_per_revolution)
+
+    def rule_of(self, point: SweptPoint) -> SweptRule:
+        """The rule of a point; KeyError if there is none."""
+        return {(rule.engine, rule.name): rule for rule in self.rules}[point.engine, point.rule]
