@@ -51,11 +51,12 @@ def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(fol
     assert "likely cause: each row belongs 0.0003 s (0.3 of a step) earlier than its time says" in done.stdout
     assert "largest position error / L over 2 revolutions: 0.0" in done.stdout
     document = json.loads((folder / "o.json").read_text())
-    assert document["passed"] is False
-    assert document["table"]["rows"] == 2 * ROWS + 1
-    assert document["figure"] == max(errors["total"]["max"] for errors in document["errors"].values())
-    assert document["causes"][0]["kind"] == "time offset"
-    assert document == json.loads((folder / "rep/results.json").read_text())
+    summary, findings = document["parts"]["table"]["summary"], document["parts"]["table"]["findings"]
+    assert summary["passed"] is False
+    assert findings["rows"] == 2 * ROWS + 1
+    assert summary["figure"] == max(curves["total"]["size"]["max"] for curves in findings["errors"].values())
+    assert findings["causes"][0]["kind"] == "time offset"
+    assert findings == json.loads((folder / "rep/data/table.json").read_text())
     page = (folder / "rep/README.md").read_text()
     assert "## Likely causes" in page
     assert "conrod validate t.csv --scene saw-500rpm --tolerance position=1e-4,velocity=1e-3 --out rep" in page
@@ -68,7 +69,7 @@ def test_estimated_it_is_within_tolerance_status_0(folder: Path) -> None:
     done = conrod(*command, cwd=folder)
     assert done.returncode == 0, done.stdout
     assert "within tolerance: position" in done.stdout
-    found = json.loads((folder / "o.json").read_text())["estimation"]["estimates"]
+    found = json.loads((folder / "o.json").read_text())["parts"]["table"]["findings"]["estimation"]["estimates"]
     assert [one["name"] for one in found] == ["time"]
     assert found[0]["value"] == pytest.approx(3e-4, rel=1e-9)
 
@@ -103,7 +104,7 @@ def test_the_scene_takes_other_parameters(folder: Path) -> None:
         (("--json", "link.csv"), "--json link.csv: it is the same file as the table"),
         (("--json", "hard.csv"), "--json hard.csv: it is the same file as the table"),
         (("--out", "t.csv"), "t.csv is a file, not a folder"),
-        (("--out", "mine"), "it holds a README.md that is not the report of a table"),
+        (("--out", "mine"), "it holds a README.md that is not of this report"),
         (("--out", ".", "--json", "README.md"), "the report in . has a file of that name"),
     ],
 )
@@ -157,6 +158,10 @@ def test_a_report_may_be_made_again_in_its_folder(folder: Path) -> None:
     (folder / "rep/notes.txt").write_text("mine")
     assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
     assert (folder / "rep/figures/error.svg").read_bytes() == first
+    # From its own JSON, too.
+    assert conrod("report", "rep", "--out", "again", cwd=folder).returncode == 0
+    for name in ("README.md", "figures/error.svg"):
+        assert (folder / "again" / name).read_bytes() == (folder / "rep" / name).read_bytes()
     # A table without points has no errors to draw, and the old figure does not stay beside its page.
     times = np.linspace(0.0, 0.1, 50)
     (folder / "t.csv").write_text(csv_text({"time": times, "crank_angle": SAW.speed * times}))

@@ -37,6 +37,7 @@ F = TypeVar("F")
 KINDS: dict[str, str] = {
     "ablate": "conrod.report.ablate.report",
     "printed-values": "conrod.report.printed_values",
+    "trajectory": "conrod.report.trajectory",
     "forces": "conrod.report.forces",
     "motion": "conrod.report.free_motion",
     "validation": "conrod.report.validation.report",

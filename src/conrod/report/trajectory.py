@@ -1,0 +1,172 @@
+"""The report on a trajectory that came as a table: on the console, and as a page."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from conrod.own.tables.error_hypotheses import Cause
+from conrod.own.tables.estimation import Estimation
+from conrod.own.tables.judging import ERRORS
+from conrod.own.tables.study import TableStudy
+from conrod.report import numbers
+from conrod.report.charts.table_errors import error_figure
+from conrod.report.figure import Figure
+from conrod.report.kind import Kind, Page, Part
+from conrod.report.scene_words import parameters_table
+from conrod.report.table import Table, table
+from conrod.report.template import rendered
+
+PART = "table"  # of the report, which has one
+SHOWN = {"s": ("ms", 1e3), "rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3)}
+LEAST_DIGITS, MOST_DIGITS = 2, 10
+# Below a part in so many of its unit an estimate is rounding.
+ROUNDING = 1e-13
+
+
+# -- words: mm and degrees, two digits for what was measured ---------------------------------------------------------
+
+
+def summary_line(study: TableStudy) -> str:
+    """The table in a line."""
+    first, last = (f"{t:.6g}" for t in study.span)
+    return f"{study.file}: {study.rows} rows, {first} to {last} s, {_turns(study)} of {study.scene_name} ({study.form})"
+
+
+def figure_line(study: TableStudy) -> str:
+    """The one figure that counts; empty where the table has no positions."""
+    largest = study.largest("total")
+    return "" if largest is None else f"largest position error / L over {_turns(study)}: {numbers.measured(largest)}"
+
+
+def _turns(study: TableStudy) -> str:
+    return f"{study.revolutions:.4g} revolution{'' if study.revolutions == 1.0 else 's'}"
+
+
+def verdict_text(study: TableStudy) -> str:
+    """The verdict, with what is out of tolerance."""
+    if study.passed is None:
+        return "measured, not judged: give --tolerance"
+    if study.passed:
+        found = ((name, numbers.measured(study.largest(name)), limit) for name, limit in study.tolerance.items())
+        return f"within tolerance: {', '.join(f'{name} {size} <= {limit:g}' for name, size, limit in found)}"
+    beyond = study.exceeded.items()
+    return f"OUT OF TOLERANCE: {', '.join(f'{n} {numbers.measured(f)} > {limit:g}' for n, (f, limit) in beyond)}"
+
+
+def crank_text(study: TableStudy) -> str:
+    """How far the crank is off; empty where the table does not say where it was."""
+    if study.crank is None:
+        return ""
+    largest, final = numbers.measured(study.crank.phase_max), numbers.measured(study.crank.phase_final)
+    speed = "" if study.crank.speed is None else f"; its speed by {numbers.measured(study.crank.speed)} at most"
+    return f"crank angle against the nominal one: off by {largest} rad at most, {final} rad at the end{speed}"
+
+
+def estimation_lines(study: TableStudy) -> list[str]:
+    """What was estimated besides the table of estimates: the sense, what cannot be determined, and what is left."""
+    found = study.estimation
+    if found is None:
+        return []
+    unit = "of L" if study.errors else "rad"
+    left = f"what is left after it: {numbers.measured(found.remaining)} {unit} rms"
+    return [*([] if found.sense is None else [_sense_text(found.sense)]), *found.undetermined, left]
+
+
+def _sense_text(sense: tuple[int, float, float]) -> str:
+    value, left, opposite = sense
+    name = "the scene's" if value > 0 else "opposite to the scene's"
+    return (
+        f"sense of rotation: {name} (leaves {numbers.measured(left)} rms, the other one {numbers.measured(opposite)})"
+    )
+
+
+def cause_line(cause: Cause) -> str:
+    """A cause with what it explains."""
+    without = ", ".join(
+        f"{name} is {numbers.measured(after)} instead of {numbers.measured(before)}"
+        for name, (before, after) in cause.explains.items()
+    )
+    return f"likely cause: {cause.text}; without it {without}"
+
+
+# -- tables ----------------------------------------------------------------------------------------------------------
+
+
+def columns_table(study: TableStudy) -> Table:
+    """The columns that are used."""
+    rows = [(column.target.name, column.heading, column.unit, column.told_by) for column in study.columns]
+    return table(("quantity", "column", "unit", "unit from"), rows)
+
+
+def errors_table(study: TableStudy) -> Table:
+    """Errors over the run by point."""
+    rows = []
+    for point, curves in study.errors.items():
+        for name in ERRORS:
+            if name in curves:
+                size, limit = curves[name].size, study.tolerance.get(name)
+                sizes = (numbers.measured(value) for value in (size.max, size.rms, size.final))
+                rows.append((point, name, *sizes, "not judged" if limit is None else f"{limit:g}"))
+    return table(("point", "error", "max", "rms", "final", "tolerance"), rows, right=("max", "rms", "final"))
+
+
+def estimates_table(estimation: Estimation | None) -> Table:
+    """Estimated quantities; a value has the digits that its error leaves it."""
+    rows = []
+    for one in estimation.estimates if estimation else ():
+        unit, factor = SHOWN[one.unit]
+        value, error = one.value * factor, one.error * factor
+        rows.append((one.name, _with_digits(value, error), numbers.measured(error), unit, one.meaning))
+    return table(("what", "value", "standard error", "unit", "meaning"), rows, right=("value", "standard error"))
+
+
+def _with_digits(value: float, error: float) -> str:
+    if abs(value) < ROUNDING:
+        return numbers.measured(value)
+    digits = LEAST_DIGITS + math.ceil(math.log10(abs(value) / error)) if 0.0 < error < abs(value) else LEAST_DIGITS
+    return f"{value:.{min(digits, MOST_DIGITS) if error else MOST_DIGITS}g}"
+
+
+def _causes_table(study: TableStudy) -> Table:
+    rows = [
+        (cause.text, name, numbers.measured(before), numbers.measured(after))
+        for cause in study.causes
+        for name, (before, after) in cause.explains.items()
+    ]
+    return table(("cause", "error", "as it is", "without the cause"), rows)
+
+
+# -- the report ------------------------------------------------------------------------------------------------------
+
+
+def _page(part: Part[TableStudy]) -> Page:
+    study = part.findings
+    alt = "Error of the table over the run"
+    figures = (Figure("error", alt, lambda: error_figure(study)),) if study.errors else ()
+    text = rendered(
+        "trajectory", study=study, command=part.command, verdict=verdict_text(study), summary=summary_line(study),
+        counts=figure_line(study), figures=figures, errors=errors_table(study), crank=crank_text(study),
+        causes=_causes_table(study), estimates=estimates_table(study.estimation), columns=columns_table(study),
+        estimation=estimation_lines(study), parameters=parameters_table(study.scene),
+    )  # fmt: skip
+    return Page(text, figures)
+
+
+def _summary(study: TableStudy) -> dict[str, Any]:
+    return {
+        "passed": study.passed,
+        "figure": study.largest("total"),
+        "errors": {p: {name: curve.size for name, curve in curves.items()} for p, curves in study.errors.items()},
+        "exceeded": study.exceeded,
+        "causes": [cause.kind for cause in study.causes],
+    }
+
+
+KIND = Kind(
+    name="trajectory",
+    findings=TableStudy,
+    title=lambda study: f"{study.file} against {study.scene_name}",
+    summary=_summary,
+    page=_page,
+)
