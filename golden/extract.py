@@ -149,7 +149,8 @@ def _motion(file: Path) -> Records:
 
 
 def _limits(file: Path) -> Records:
-    for study in _json(file, "limits"):
+    for part in json.loads(file.read_text(encoding="utf-8"))["parts"].values():
+        study = part["findings"]
         for walk in study["walks"]:
             name = f"{walk['scene']}/{walk['axis']}/{walk['engine']}/{walk['preset']}"
             yield f"{name}/refused", Record(bool(walk["refusal"]))

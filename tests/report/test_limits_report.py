@@ -1,24 +1,25 @@
-"""The report of limits as files: whole, the same every time, and rendered from its own results.json."""
+"""The report of limits as files: whole, the same every time, rendered from its own JSON, merged with what is there."""
 
 from __future__ import annotations
 
 import json
 import math
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from limit_studies import follower, limit_study, of_axis
-from limit_walks import SCENE, quietened
+from limit_studies import follower, limit_study, of_axis, renamed
+from limit_walks import SCENE, detected
 
-from conrod.report.limits import writer
-from conrod.report.limits.document import rounded
-from conrod.report.limits.writer import limits_report_again, limits_report_batch
+from conrod.errors import InvalidInput
+from conrod.report import figure
+from conrod.report.folder import ReportFolder
+from conrod.report.limits.report import KIND, merged, report_batches, rounded
 from conrod.report.reproduction import Reproduction
+from conrod.report.saved import restore
+from conrod.report.writer import rendered_again
 from conrod.studies.frame.files import Batch, write_together
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import LimitStudy
@@ -31,27 +32,36 @@ def study() -> LimitStudy:
     return limit_study()
 
 
+def rendered(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -> Batch:
+    (batch,) = report_batches([study], folder, None, command)
+    return batch
+
+
+def kept(batch: Batch, scene: str = SCENE) -> LimitStudy:
+    return restore(LimitStudy, json.loads(str(batch.files[f"data/{scene}.json"])))
+
+
 @pytest.fixture(scope="module")
 def batch(study: LimitStudy, tmp_path_factory: pytest.TempPathFactory) -> Batch:
     """The whole report, rendered once."""
-    return limits_report_batch([study], tmp_path_factory.mktemp("limits"), COMMAND)
+    return rendered(study, tmp_path_factory.mktemp("limits"))
 
 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures by name alone: drawing them is what takes long."""
-    monkeypatch.setattr(writer, "limits_figures", lambda study: {w.axis: "<svg/>" for w in study.walks if w.probes})
+    """Figures without their drawing, which is what takes long."""
+    monkeypatch.setattr(figure.Figure, "svg", lambda self: "<svg/>")
 
 
 # -- the files ---------------------------------------------------------------------------------------------------------
 
 
 def test_the_report_is_whole(study: LimitStudy, batch: Batch) -> None:
+    drawings = {name: str(text) for name, text in batch.files.items() if name.endswith(".svg")}
     for name in ("README.md", f"{SCENE}.md"):
         links = re.findall(r"\]\(([^)]+)\)", str(batch.files[name]))
         assert links
         assert not [link for link in links if link not in batch.files]
-    drawings = {name: str(text) for name, text in batch.files.items() if name.endswith(".svg")}
     assert {name for name in drawings if name not in str(batch.files[f"{SCENE}.md"])} == set()
     for text in drawings.values():
         ElementTree.fromstring(text)
@@ -59,51 +69,33 @@ def test_the_report_is_whole(study: LimitStudy, batch: Batch) -> None:
         assert f"figures/{SCENE}-{axis}.svg" in drawings
 
 
-def test_rows_keep_to_their_columns(batch: Batch) -> None:
-    for name in ("README.md", f"{SCENE}.md"):
-        for block in str(batch.files[name]).split("\n\n"):
-            if block.startswith("| "):
-                widths = {len(re.findall(r"(?<!\\)\|", line)) for line in block.splitlines()}
-                assert len(widths) == 1, block[:200]
-
-
 @pytest.mark.usefixtures("undrawn")
-def test_the_report_names_the_quiet_runs_before_anything_else(study: LimitStudy, tmp_path: Path) -> None:
-    files = limits_report_batch([study], tmp_path, COMMAND).files
+def test_undetected_runs_come_before_anything_else(study: LimitStudy, tmp_path: Path) -> None:
+    files = rendered(study, tmp_path).files
     for name in ("README.md", f"{SCENE}.md"):
         text = str(files[name])
-        assert text.index("## Wrong, and nothing says so") == text.index("## "), name
-        assert "199 .. 31 steps" in text
-        assert "Quiet are also 2 of 5 runs of the maps." in text
-    # Negative control: quiet on a map alone is still quiet, and nothing is said where nothing is.
-    calm = replace(study, walks=tuple(quietened(study.walks)))
-    assert "No run was wrong" not in str(limits_report_batch([calm], (), tmp_path, COMMAND).files["README.md"])
-    calm = replace(calm, maps=())
-    text = str(limits_report_batch([calm], (), tmp_path, COMMAND).files[f"{SCENE}.md"])
-    assert "No run was wrong without a sign of it" in text
-    assert "**wrong but quiet**" not in text
+        assert text.index("**Wrong and undetected: ") < text.index("## "), name
+    page = str(files[f"{SCENE}.md"])
+    assert "199 .. 31 steps" in page
+    assert "So are 2 of 5 runs of the maps" in page
+    # Negative control: nothing is said where nothing is.
+    calm = str(rendered(replace(study, walks=tuple(detected(study.walks)), maps=()), tmp_path).files[f"{SCENE}.md"])
+    assert "No run was wrong and undetected" in calm
+    assert "So are" not in calm
 
 
 def test_words_are_explained_once(batch: Batch) -> None:
-    for name in ("README.md", f"{SCENE}.md"):
-        for level in Level:
-            assert str(batch.files[name]).count(f"- *{level.slug}*: {level.meaning}") == 1
-
-
-def test_powers_of_ten_are_written_as_in_the_figures(batch: Batch) -> None:
-    page = str(batch.files[f"{SCENE}.md"])
-    assert "1 .. 1e6" in page
-    assert "1 .. 1e-6" in page
-    assert re.search(r"\de[+-]0\d", page) is None
+    for level in Level:
+        assert str(batch.files["README.md"]).count(f"- *{level.slug}*: {level.meaning}") == 1
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_parts_that_were_not_asked_for_are_left_out(study: LimitStudy, tmp_path: Path) -> None:
-    whole = str(limits_report_batch([study], tmp_path, COMMAND).files[f"{SCENE}.md"])
-    alone = str(limits_report_batch([of_axis(study, "steps")], (), tmp_path, COMMAND).files[f"{SCENE}.md"])
-    for section in ("## Long runs", "## The same again?", "## Two axes at once", "## What was not walked, and why"):
-        assert section in whole
-        assert section not in alone
+    whole = str(rendered(study, tmp_path).files[f"{SCENE}.md"])
+    alone = str(rendered(of_axis(study, "steps"), tmp_path).files[f"{SCENE}.md"])
+    for section in ("Long runs", "Determinism", "Two axes at once", "Axes that were not walked, and why"):
+        assert f"<summary>{section}" in whole
+        assert f"<summary>{section}" not in alone
     assert "### Steps per revolution" in alone
 
 
@@ -112,63 +104,90 @@ def small(study: LimitStudy) -> LimitStudy:
     return replace(of_axis(study, "mass-ratio"), determinism=study.determinism, needs=study.needs)
 
 
-def test_the_same_study_gives_the_same_bytes(study: LimitStudy, tmp_path: Path) -> None:
-    batch, again = (limits_report_batch([small(limit_study())], tmp_path, COMMAND) for _ in range(2))
+def test_a_saved_report_renders_the_same_again(study: LimitStudy, tmp_path: Path) -> None:
+    batch = rendered(small(study), tmp_path)
+    write_together([batch])
+    (again,) = rendered_again(tmp_path)
     assert again.files == batch.files
     # Negative control: another measurement is seen.
-    other = replace(study, walks=tuple(quietened(study.walks)))
-    assert limits_report_batch([small(other)], tmp_path, COMMAND).files != batch.files
-
-
-def test_a_saved_report_renders_without_any_engine(study: LimitStudy, tmp_path: Path) -> None:
-    batch = limits_report_batch([small(study)], tmp_path, COMMAND)
-    write_together([batch])
-    for name in batch.files:
-        if name != "results.json":
-            (tmp_path / name).unlink()
-    # In a process in which no engine can be imported; that it cannot is looked at too.
-    code = (
-        "import sys; from pathlib import Path\n"
-        "class Absent:\n"
-        "    def find_spec(self, name, path=None, target=None):\n"
-        "        if name.split('.')[0] in ('mujoco', 'pymunk'): raise ImportError(name)\n"
-        "sys.meta_path.insert(0, Absent())\n"
-        "from conrod.studies.frame.files import write_together\n"
-        "from conrod.report.limits.writer import limits_report_again\n"
-        f"write_together([limits_report_again(Path({str(tmp_path)!r}))])\n"
-        "from conrod.engines import engine_named\n"
-        "try: engine_named('pymunk')\n"
-        "except ImportError: print('no engine')\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
-    assert done.stdout.strip() == "no engine"
-    assert {name: (tmp_path / name).read_text(encoding="utf-8") for name in batch.files} == batch.files
-
-
-def test_without_a_saved_report_there_is_none_to_render(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="no report of limits"):
-        limits_report_again(tmp_path)
+    other = replace(study, walks=tuple(detected(study.walks)))
+    assert rendered(small(other), tmp_path).files != batch.files
 
 
 def test_values_are_kept_as_they_are_and_measurements_rounded(study: LimitStudy, batch: Batch) -> None:
-    kept = LimitStudy.of(json.loads(str(batch.files["results.json"]))["limits"][SCENE]["study"])
-    assert [[p.value for p in walk.probes] for walk in kept.walks] == [
-        [p.value for p in walk.probes] for walk in study.walks
-    ]
-    assert [walk.boundaries for walk in kept.walks] == [walk.boundaries for walk in study.walks]
-    assert kept.determinism == study.determinism
-    assert kept.parameters == dict(study.parameters)
-    assert rounded({"value": 0.123456789, "torque": 0.123456789}) == {"value": 0.123456789, "torque": 0.1235}
+    found = kept(batch)
+    assert [[p.value for p in w.probes] for w in found.walks] == [[p.value for p in w.probes] for w in study.walks]
+    assert [walk.boundaries for walk in found.walks] == [walk.boundaries for walk in study.walks]
+    assert found.determinism == study.determinism
+    assert rounded({"torque": 0.123456789}) == {"torque": 0.1235}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_flight_keeps_the_digits_of_its_landing(study: LimitStudy, tmp_path: Path) -> None:
     cam = replace(of_axis(study, "rounding"), name="cam-follower", floats=(follower("mujoco", "tuned"),))
-    batch = limits_report_batch([cam], (), tmp_path, COMMAND)
-    kept = LimitStudy.of(json.loads(str(batch.files["results.json"]))["limits"]["cam-follower"]["study"]).floats[0]
-    assert (kept.held, kept.flown) == (0.998, 0.9995)
-    # A landing is told to a thousandth of a degree, which four digits of the angle would not tell.
-    assert math.degrees(kept.flights[0].landing_error or 0.0) == pytest.approx(0.05, abs=1e-5)
-    page = str(batch.files["cam-follower.md"])
-    assert "+0.050 deg" in page
-    assert "](figures/cam-follower-follower-float.svg)" in page
+    batch = rendered(cam, tmp_path)
+    found = kept(batch, "cam-follower").floats[0]
+    assert (found.held, found.flown) == (0.998, 0.9995)
+    # A landing is given to a thousandth of a degree, for which four digits of the angle would not do.
+    assert math.degrees(found.flights[0].landing_error or 0.0) == pytest.approx(0.05, abs=1e-5)
+    assert "+0.050 deg" in str(batch.files["cam-follower.md"])
     assert "figures/cam-follower-follower-float.svg" in batch.files
+
+
+# -- into a folder that holds a report already -------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_scenes_of_an_earlier_report_stay(study: LimitStudy, tmp_path: Path) -> None:
+    write_together([rendered(study, tmp_path)])
+    batch = rendered(renamed(study, "saw-40rpm"), tmp_path)
+    assert f"[{SCENE}]({SCENE}.md)" in str(batch.files["README.md"])
+    assert f"{SCENE}.md" not in batch.files
+    assert set(json.loads(str(batch.files["results.json"]))["parts"]) == {SCENE, "saw-40rpm"}
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_one_axis_alone_replaces_that_axis_alone(study: LimitStudy, tmp_path: Path) -> None:
+    write_together([rendered(study, tmp_path)])
+    again = of_axis(study, "mass-ratio")
+    walks = (replace(w, probes=tuple(replace(p, key="new") for p in w.probes)) for w in again.walks)
+    command = Reproduction("conrod limits {scene} --axis mass-ratio --out reports/limits")
+    batch = rendered(replace(again, walks=tuple(walks)), tmp_path, command)
+    write_together([batch])
+    found = kept(batch)
+    assert [(w.axis, w.engine, w.preset) for w in found.walks] == [(w.axis, w.engine, w.preset) for w in study.walks]
+    assert {w.axis for w in found.walks if any(p.key == "new" for p in w.probes)} == {"mass-ratio"}
+    assert found.determinism == study.determinism
+    assert f"`{COMMAND.of(SCENE)}`, then `{command.of(SCENE)}`" in str(batch.files[f"{SCENE}.md"])
+    # The same study whole again: nothing of the two remains.
+    assert command.of(SCENE) not in str(rendered(study, tmp_path).files[f"{SCENE}.md"])
+
+
+def test_nothing_is_kept_of_another_machine_or_another_engine(study: LimitStudy) -> None:
+    steps = of_axis(study, "steps")
+    assert merged(study, steps) == study
+    assert merged(study, replace(steps, parameters={**study.parameters, "rod": 9.0})).walks == steps.walks
+    newer = merged(study, replace(steps, engines={**study.engines, "pymunk": "8.0.0"}))
+    assert {walk.axis for walk in newer.walks if walk.engine == "pymunk"} == {"steps"}
+    assert {walk.axis for walk in newer.walks if walk.engine == "mujoco"} == {walk.axis for walk in study.walks}
+    # One engine alone leaves the other one's walks.
+    mujoco = tuple(walk for walk in steps.walks if walk.engine == "mujoco")
+    one = merged(study, replace(steps, walks=mujoco, engines={"mujoco": "4.0.0"}))
+    assert one.walks == study.walks
+    assert dict(one.engines) == dict(study.engines)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_figure_that_is_no_longer_shown_goes(study: LimitStudy, tmp_path: Path) -> None:
+    write_together([rendered(study, tmp_path)])
+    assert rendered(study, tmp_path).obsolete == ()
+    gone = rendered(replace(of_axis(study, "steps"), parameters={**study.parameters, "rod": 9.0}), tmp_path).obsolete
+    assert f"figures/{SCENE}-nearness.svg" in gone
+    assert f"figures/{SCENE}-steps.svg" not in gone
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
+    ReportFolder(tmp_path, KIND).check([SCENE])
+    (tmp_path / "results.json").write_text('{"schema": 1, "sweeps": {}}')
+    with pytest.raises(InvalidInput, match="report of another version"):
+        ReportFolder(tmp_path, KIND)

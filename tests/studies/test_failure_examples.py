@@ -129,7 +129,7 @@ def test_the_trap_is_noted_even_where_the_loop_stays_closed() -> None:
     [
         (SolverRecord(40, 100, 0, 0, 11.9), "stopped after 0 iterations, residual above 10"),
         (SolverRecord(40, 100, 0, 1, 0.17), "stopped after 0 iterations at some steps, residual above 0.1"),
-        (SolverRecord(40, 10, 10, 10, 9.6e-6), "took all its iterations, residual above 1e-06"),
+        (SolverRecord(40, 10, 10, 10, 9.6e-6), "took all its iterations, residual above 1e-6"),
         (SolverRecord(40, 100, 3, 7, 2e-3), "stopped before all its iterations, residual above 0.001"),
         (SolverRecord(40, 100, None, None, 2e-3), "left its task unfinished, residual above 0.001"),
         (SolverRecord(40, 100, 0, 0, 1e-15), ""),

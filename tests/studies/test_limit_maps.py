@@ -228,15 +228,15 @@ def test_ways_that_are_not_known_have_no_way_s_colour(made_up: LimitMap) -> None
     assert to_hex(NOT_LOOKED_AT) not in colours_in(drawn(mapped(MADE_UP, MASSES, one_way, (17, 9))))
 
 
-@pytest.mark.parametrize("quiet", [True, False])
-def test_quiet_failures_are_outlined(quiet: bool) -> None:
-    runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", quiet, None))
+@pytest.mark.parametrize("undetected", [True, False])
+def test_undetected_failures_are_outlined(undetected: bool) -> None:
+    runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", undetected, None))
     found = LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
     figure = drawn(found)
     lines = [len(collection.get_segments()) for collection in figure.axes[0].collections]  # type: ignore[attr-defined]
     # The boundary, then the outline's white casing and its red core: both cells of a column, four sides.
-    assert lines == ([1, 4, 4] if quiet else [1, 0, 0])
-    assert any("undetected" in text for text in legend_of(figure)) is quiet
+    assert lines == ([1, 4, 4] if undetected else [1, 0, 0])
+    assert any("undetected" in text for text in legend_of(figure)) is undetected
 
 
 @pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.other.name)

@@ -10,7 +10,7 @@ from conrod.studies.limits.results import Probe, Walk
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
 SCENE = "saw-500rpm"
-# Up to which value, what a run shows there: (value, level, outcome, quiet, largest position error).
+# Up to which value, what a run shows there: (value, level, outcome, undetected, largest position error).
 Part = tuple[float, str, str, bool, float | None]
 
 STOCK: tuple[Part, ...] = (
@@ -38,14 +38,14 @@ PYMUNK: tuple[Part, ...] = (
 )
 
 
-def probe(value: float, level: str, outcome: str, quiet: bool, error: float | None, **others: object) -> Probe:
+def probe(value: float, level: str, outcome: str, undetected: bool, error: float | None, **others: object) -> Probe:
     """A run on an axis."""
     made = Probe(
         value=value,
         text=f"{value:.4g}",
         level=level,
         outcome=outcome,
-        undetected=quiet,
+        undetected=undetected,
         reason="" if outcome == "completed" else f"made to be {outcome}",
         errors=None if error is None else {"position": error, "velocity": 3.0 * error, "acceleration": 9.0 * error},
         torque=None,
@@ -103,7 +103,7 @@ def _of_part(value: float, first: float, parts: Sequence[Part]) -> Probe:
 
 
 def steps_walks() -> tuple[Walk, ...]:
-    """Steps per revolution of all presets; two of them pass through quiet runs."""
+    """Steps per revolution of all presets; two of them pass through undetected runs."""
     ends = (
         ("mujoco", "stock", STOCK),
         ("mujoco", "tuned", TUNED),
@@ -171,7 +171,7 @@ def regularisation_walks() -> tuple[Walk, ...]:
 
 
 def pose_walks() -> tuple[Walk, ...]:
-    """Start poses, some of which are quietly wrong with one preset."""
+    """Start poses, some of which are wrong and undetected with one preset."""
 
     def shown(k: int, error: float) -> Probe:
         if k % 25 == 0 and error > 1e-3:
@@ -182,7 +182,7 @@ def pose_walks() -> tuple[Walk, ...]:
     return tuple(listed("start-pose", e, preset, [shown(k, error) for k in range(72)]) for e, preset, error in ends)
 
 
-def quietened(walks: Sequence[Walk]) -> list[Walk]:
+def detected(walks: Sequence[Walk]) -> list[Walk]:
     """The same walks, had every engine warned."""
     return [
         replace(

@@ -39,6 +39,7 @@ KINDS: dict[str, str] = {
     "printed-values": "conrod.report.printed_values",
     "trajectory": "conrod.report.trajectory",
     "forces": "conrod.report.forces",
+    "limits": "conrod.report.limits.report",
     "motion": "conrod.report.free_motion",
     "validation": "conrod.report.validation.report",
     "sweep": "conrod.report.sweep.report",

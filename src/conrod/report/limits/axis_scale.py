@@ -1,4 +1,4 @@
-"""Where values of an axis stand in a figure: the harmless end on the left, equal steps of its scale equally long."""
+"""Places of values along an axis of a figure: the safe end on the left, equal steps of its scale equally long."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class AxisScale:
 
     Attributes:
         low, high: smallest and largest place of a value.
-        falling: whether values fall from the harmless end to the hopeless one.
+        falling: whether values fall from the safe end to the failing one.
     """
 
     scale: Scale
@@ -32,9 +32,9 @@ class AxisScale:
 
     @classmethod
     def of(cls, scale: Scale, walks: Sequence[Walk]) -> AxisScale:
-        """The scale that holds all probes; walks that go both ways from one value have the smaller values left."""
+        """Return the scale that holds all probes; walks both ways from one value have the smaller values left."""
         places = [place(scale, probe.value) for walk in walks for probe in walk.probes]
-        ways = {walk.probes[-1].value < walk.probes[0].value for walk in walks if len(walk.probes) > 1}
+        ways = {walk.falling for walk in walks if len(walk.probes) > 1}
         return cls(scale, min(places), max(places), ways == {True})
 
     def apply(self, axes: Axes, label: str) -> None:
@@ -47,7 +47,7 @@ class AxisScale:
         axes.set_xlabel(label)
 
     def ticks(self) -> list[float]:
-        """Round values between the ends: one, two and five of each decade, or whole decades where these are many."""
+        """Return round values between the ends: one, two and five of each decade, or decades where these are many."""
         if self.scale is Scale.LISTED:
             return _even(self.low, self.high)
         if self.scale is Scale.NEARNESS:
@@ -69,7 +69,7 @@ class AxisScale:
 
 
 def place(scale: Scale, value: float) -> float:
-    """Where a value stands: decades for numbers, decades of the distance to one for nearness, else the value."""
+    """Return where a value stands: decades for numbers, decades of the distance to one for nearness, else the value."""
     match scale:
         case Scale.NEARNESS:
             return -math.log10(1.0 - value)
@@ -80,7 +80,7 @@ def place(scale: Scale, value: float) -> float:
 
 
 def tick_text(scale: Scale, value: float) -> str:
-    """A round value, short."""
+    """Return a round value, short."""
     if scale is Scale.NEARNESS and value > 0.9991:
         return f"1 - 1e{round(math.log10(1.0 - value))}"
     if scale is Scale.LISTED or 1e-3 < value < 99999.0:

@@ -17,9 +17,9 @@ from conrod.report.charts.canvas import on_grid
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits.axis_scale import AxisScale, place
 from conrod.report.limits.marks import (
+    LEVEL_COLOURS,
     OUTCOME_MARKS,
-    QUIET_COLOUR,
-    level_colour,
+    UNDETECTED_COLOUR,
     level_handles,
     mark_style,
     outcome_handles,
@@ -31,7 +31,7 @@ from conrod.studies.limits.results import Probe, Stretch, Walk, stretches
 WIDTH, LANE = 9.5, 0.42  # [inch]
 LEFT, RIGHT, TOP, BOTTOM = 2.1, 0.25, 0.2, 0.52  # margins [inch]
 HALF_BAR, HALF_TICK = 0.27, 0.09  # of a lane
-QUIET_LINE, BELOW = 3.2, 0.075  # [pt], of a lane
+UNDETECTED_LINE, BELOW = 3.2, 0.075  # [pt], of a lane
 LEGEND_COLUMNS, LEGEND_ROW = 7, 0.19  # [inch]
 INSIDE, ABOVE, UP = 5.0, 3.5, 0.46  # marks on a bar and above one that is too narrow for them [pt], of a lane
 NARROW = 0.013  # of the width
@@ -42,19 +42,21 @@ Lanes = Mapping[str, Sequence[Walk]]  # what a lane is called -> the walks in it
 
 
 def preset_lanes(walks: Sequence[Walk]) -> Lanes:
-    """A lane for each engine and preset; walks that go both ways from one value share it."""
+    """Return a lane for each engine and preset; walks that go both ways from one value share it."""
     lanes: dict[str, list[Walk]] = {}
     for walk in walks:
         lanes.setdefault(f"{engine_title(walk.engine)} {walk.preset}", []).append(walk)
     return lanes
 
 
-def boundary_chart(lanes: Lanes) -> Figure | None:
-    """A bar for each lane along one axis; None where nothing was walked between two ends."""
-    walked = {name: [w for w in walks if w.boundaries and len(w.probes) > 1] for name, walks in lanes.items()}
-    walked = {name: walks for name, walks in walked.items() if walks}
-    if not walked:
-        return None
+def has_boundaries(walk: Walk) -> bool:
+    """Return whether a walk has something between two ends."""
+    return bool(walk.boundaries) and len(walk.probes) > 1
+
+
+def boundary_chart(lanes: Lanes) -> Figure:
+    """Draw a bar for each lane along one axis, of which at least one was walked between two ends."""
+    walked = {name: found for name, walks in lanes.items() if (found := [w for w in walks if has_boundaries(w)])}
     together = [walk for walks in walked.values() for walk in walks]
     axis = AXES[together[0].axis]
     scale = AxisScale.of(axis.scale, together)
@@ -97,12 +99,12 @@ def _draw_walk(axes: Axes, scale: AxisScale, lane: int, walk: Walk) -> None:
 
 
 def _draw_stretch(axes: Axes, lane: int, stretch: Stretch, start: float, end: float) -> None:
-    """A bar of the level's colour, underlined where it is quiet."""
+    """A bar of the level's colour, underlined where it is undetected."""
     low, wide = (min(start, end), lane - HALF_BAR), abs(end - start)
-    axes.add_patch(Rectangle(low, wide, 2 * HALF_BAR, facecolor=level_colour(stretch.level), linewidth=0.0))
+    axes.add_patch(Rectangle(low, wide, 2 * HALF_BAR, facecolor=LEVEL_COLOURS[stretch.level], linewidth=0.0))
     if stretch.undetected:
         below = [lane + HALF_BAR + BELOW] * 2
-        style: dict[str, Any] = {"color": QUIET_COLOUR, "linewidth": QUIET_LINE, "solid_capstyle": "butt"}
+        style: dict[str, Any] = {"color": UNDETECTED_COLOUR, "linewidth": UNDETECTED_LINE, "solid_capstyle": "butt"}
         axes.plot([start, end], below, zorder=4, **style)
 
 
@@ -129,11 +131,11 @@ def _places(scale: AxisScale, probes: Sequence[Probe], span: float) -> Array:
 def _legend(walks: Sequence[Walk]) -> list[object]:
     """Only what occurs."""
     found = [stretch for walk in walks for stretch in stretches(walk)]
-    quiet = Line2D([], [], color=QUIET_COLOUR, linewidth=QUIET_LINE, label="undetected: no warning, finite numbers")
+    undetected = Line2D([], [], color=UNDETECTED_COLOUR, linewidth=UNDETECTED_LINE, label="undetected")
     run = Line2D([], [], linestyle="none", marker="|", markersize=5.0, color=TICK_COLOUR, label="a run")
     return [
         *level_handles({stretch.level for stretch in found}),
-        *([quiet] if any(stretch.undetected for stretch in found) else []),
+        *([undetected] if any(stretch.undetected for stretch in found) else []),
         *outcome_handles({stretch.outcome for stretch in found}),
         run,
     ]

@@ -15,7 +15,7 @@ from conrod.exact.motion import Array
 from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.limits.axis_scale import AxisScale, place
-from conrod.report.limits.marks import OUTCOME_MARKS, QUIET_COLOUR, outcome_handles
+from conrod.report.limits.marks import OUTCOME_MARKS, UNDETECTED_COLOUR, outcome_handles
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Scale
 from conrod.studies.limits.results import Probe, Walk
@@ -25,7 +25,7 @@ LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
 LEGEND_COLUMNS, LEGEND_ROW = 5, 0.19
 LANE = 0.17  # of a run that did not complete [inch]
 ABOVE = 0.06  # of the panel's top [inch]
-QUIET_RING: dict[str, Any] = {"marker": "o", "markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.3}
+UNDETECTED_RING: dict[str, Any] = {"marker": "o", "markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.3}
 
 
 @dataclass(frozen=True)
@@ -41,30 +41,23 @@ class Panel:
     of: Callable[[Probe], float | None]
 
 
-def position_of(probe: Probe) -> float | None:
-    """Largest position error of a run, over L."""
-    return None if probe.errors is None else probe.errors["position"]
-
-
-POSITION = Panel("position error, max / L", position_of)
+POSITION = Panel("position error, max / L", lambda probe: probe.position)
 TORQUE = Panel("drive torque error, max / peak", lambda probe: probe.torque)
-RULER = "the reference's own error"
+REFERENCE = "the reference's own error"
 
 
-def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), ruler: bool = False) -> Figure | None:
-    """Some quantities of all runs of some walks; None where no run has any of them.
+def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), reference: bool = False) -> Figure:
+    """Draw some quantities of all runs of some walks, at least one of which has one of them.
 
     Args:
-        ruler: whether the reference's own error is drawn too.
+        reference: whether the reference's own error is drawn too.
     """
     walks = [walk for walk in walks if walk.probes]
     panels = [panel for panel in panels if _values(walks, panel)]
-    if not panels:
-        return None
     axis = AXES[walks[0].axis]
     scale = AxisScale.of(axis.scale, walks)
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
-    handles = _legend(walks, ruler)
+    handles = _legend(walks, reference)
     strip = ABOVE + LANE * len(lanes) if lanes else 0.0
     head = TOP + LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS) + strip
     height = head + len(panels) * PANEL + (len(panels) - 1) * GAP + BOTTOM
@@ -72,7 +65,7 @@ def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), ru
     for k, panel in enumerate(panels):
         low = height - head - (k + 1) * PANEL - k * GAP
         axes = figure.add_axes((LEFT / WIDTH, low / height, (WIDTH - LEFT - RIGHT) / WIDTH, PANEL / height))
-        _draw_panel(axes, scale, walks, panel, ruler and panel is POSITION)
+        _draw_panel(axes, scale, walks, panel, reference and panel is POSITION)
         if k == 0:
             _draw_failed(axes, scale, walks, lanes)
         if k < len(panels) - 1:
@@ -91,10 +84,10 @@ def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
     return [value for value in found if value is not None]
 
 
-def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel, ruler: bool) -> None:
+def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel, reference: bool) -> None:
     drawn = [on_log_grid(np.array(_values(walks, panel)))]
-    rulers = _rulers(walks) if ruler else []
-    drawn += [on_log_grid(np.array([own for _, own in rulers]))] if rulers else []
+    own_errors = _reference_errors(walks) if reference else []
+    drawn += [on_log_grid(np.array([own for _, own in own_errors]))] if own_errors else []
     whole_decades(axes, drawn)
     for walk in walks:
         style = preset_style(walk.engine, walk.preset)
@@ -104,12 +97,19 @@ def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Pane
         for run in _unbroken(walk.probes, panel):
             heights = on_log_grid(np.array([panel.of(probe) for probe in run], dtype=float))
             axes.plot(_places(scale, run), heights, **style)
-        quiet = [probe for probe in walk.probes if probe.undetected and panel.of(probe) is not None]
-        if quiet:
-            heights = on_log_grid(np.array([panel.of(probe) for probe in quiet], dtype=float))
-            axes.plot(_places(scale, quiet), heights, linestyle="none", color=QUIET_COLOUR, zorder=6, **QUIET_RING)
-    if rulers:
-        where = on_grid(np.array([place(scale.scale, value) for value, _ in rulers]), scale.high - scale.low)
+        undetected = [probe for probe in walk.probes if probe.undetected and panel.of(probe) is not None]
+        if undetected:
+            heights = on_log_grid(np.array([panel.of(probe) for probe in undetected], dtype=float))
+            axes.plot(
+                _places(scale, undetected),
+                heights,
+                linestyle="none",
+                color=UNDETECTED_COLOUR,
+                zorder=6,
+                **UNDETECTED_RING,
+            )
+    if own_errors:
+        where = on_grid(np.array([place(scale.scale, value) for value, _ in own_errors]), scale.high - scale.low)
         axes.plot(where, drawn[-1], color="black", linewidth=1.4, zorder=2)
     scale.apply(axes, "")
     axes.set_ylabel(panel.label)
@@ -130,7 +130,7 @@ def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Seq
                         linestyle="none",
                         marker=OUTCOME_MARKS.get(probe.outcome, "o"),
                         markersize=4.0,
-                        color=QUIET_COLOUR if probe.undetected else colour(walk.engine),
+                        color=UNDETECTED_COLOUR if probe.undetected else colour(walk.engine),
                         markeredgewidth=0.9,
                     )
         name = f"{engine_title(key[0])} {key[1]}"
@@ -147,7 +147,7 @@ def _unbroken(probes: Sequence[Probe], panel: Panel) -> list[list[Probe]]:
     return [run for run in runs if run]
 
 
-def _rulers(walks: Sequence[Walk]) -> list[tuple[float, float]]:
+def _reference_errors(walks: Sequence[Walk]) -> list[tuple[float, float]]:
     """Values and the reference's own error there, which is the same for all engines."""
     found = {
         probe.value: probe.reference_error
@@ -162,7 +162,7 @@ def _places(scale: AxisScale, probes: Sequence[Probe]) -> Array:
     return on_grid(np.array([place(scale.scale, probe.value) for probe in probes]), scale.high - scale.low)
 
 
-def _legend(walks: Sequence[Walk], ruler: bool) -> list[Line2D]:
+def _legend(walks: Sequence[Walk], reference: bool) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
     bare: dict[str, Any] = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
     handles = [
@@ -170,9 +170,9 @@ def _legend(walks: Sequence[Walk], ruler: bool) -> list[Line2D]:
         for engine, preset in names
     ]
     probes = [probe for walk in walks for probe in walk.probes]
-    if ruler and any(probe.reference_error is not None for probe in probes):
-        handles.append(Line2D([], [], color="black", linewidth=1.4, label=RULER))
+    if reference and any(probe.reference_error is not None for probe in probes):
+        handles.append(Line2D([], [], color="black", linewidth=1.4, label=REFERENCE))
     if any(probe.undetected for probe in probes):
-        ring = Line2D([], [], linestyle="none", color=QUIET_COLOUR, label="red: undetected", **QUIET_RING)
+        ring = Line2D([], [], linestyle="none", color=UNDETECTED_COLOUR, label="red: undetected", **UNDETECTED_RING)
         handles.append(ring)
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

@@ -27,14 +27,12 @@ SPEEDS, LENGTHS, NONE = (0.96, 1.24), (0.05, 100.0), 0.03  # speeds and lengths 
 SHARE_OF_EXACT = {**EXACT, "linewidth": 4.0}
 
 
-def float_figure(floats: Sequence[FollowerFloat]) -> Figure | None:
+def float_figure(floats: Sequence[FollowerFloat]) -> Figure:
     """Gap against crank angle, gap and penetration on a logarithmic scale, and length of flights against speed.
 
-    None where no run was recorded.
+    At least one run must have been recorded.
     """
     drawn = [found for found in floats if found.curve is not None]
-    if not drawn:
-        return None
     engines = list(dict.fromkeys(found.engine for found in drawn))
     height = TOP + TALL + 2.0 * (BETWEEN + LOW) + BOTTOM
     figure = Figure(figsize=(WIDTH, height))

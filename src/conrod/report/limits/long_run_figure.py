@@ -22,11 +22,9 @@ CLOCK = "a clock that sums its steps, x ω"
 Quantity = Callable[[Mark], float]
 
 
-def long_run_figure(runs: Sequence[LongRun]) -> Figure | None:
-    """Loop error on the left, phase on the right, against revolutions; None where no run has a mark."""
+def long_run_figure(runs: Sequence[LongRun]) -> Figure:
+    """Draw loop error on the left, phase on the right, against revolutions; at least one run has marks."""
     runs = [run for run in runs if run.marks]
-    if not runs:
-        return None
     height = TOP + PANEL + BOTTOM
     figure = Figure(figsize=(WIDTH, height))
     wide = (WIDTH - LEFT - RIGHT - GAP) / 2.0

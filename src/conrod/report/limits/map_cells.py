@@ -1,7 +1,4 @@
-"""Errors at the nodes of a map that were not run, for its shades alone: between those of the runs about them.
-
-The cells of a map, a rectangle about each node: merged into few areas, and the seams between unequal ones.
-"""
+"""Cells of a map, a rectangle about each node: merged into few areas, the seams between unequal ones, their shades."""
 
 from __future__ import annotations
 
@@ -28,11 +25,11 @@ def shaded_errors(runs: Sequence[MapRun], shape: tuple[int, int]) -> Array:
     Raises:
         ValueError: no run has an error.
     """
-    told = [run for run in runs if run.error is not None]
-    if not told:
-        raise ValueError("there is no error to tell others from")
-    at = np.array([(run.i, run.j) for run in told], dtype=float)
-    logarithms = np.log10(on_log_grid(np.array([run.error for run in told])))
+    known = [run for run in runs if run.error is not None]
+    if not known:
+        raise ValueError("there is no error to shade others from")
+    at = np.array([(run.i, run.j) for run in known], dtype=float)
+    logarithms = np.log10(on_log_grid(np.array([run.error for run in known])))
     i, j = np.meshgrid(np.arange(shape[0]), np.arange(shape[1]), indexing="ij")
     squared = (i[..., None] - at[:, 0]) ** 2 + (j[..., None] - at[:, 1]) ** 2
     # At a run itself all weight is its own.

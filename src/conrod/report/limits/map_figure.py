@@ -1,4 +1,4 @@
-"""The heat map of a pair of axes: how large the error is, how runs fail, and where nothing says so."""
+"""Heat map of a pair of axes: how large the error is, how runs fail, and where that is undetected."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from conrod.report.charts.canvas import on_grid
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits.axis_scale import AxisScale, place, tick_text
 from conrod.report.limits.map_cells import Node, areas, edges_about, seams, shaded_errors
-from conrod.report.limits.marks import OUTCOME_COLOURS, QUIET_COLOUR, draw_scale, error_colour, mark_style
+from conrod.report.limits.marks import OUTCOME_COLOURS, UNDETECTED_COLOUR, draw_scale, error_colour, mark_style
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
@@ -38,11 +38,11 @@ BOUNDARY: dict[str, Any] = {"color": "#111111", "linewidth": 1.1}
 RAN: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 1.8, "color": "#555555"}
 # White beneath the red: it is seen on dark colours, and without colour.
 CASING: dict[str, Any] = {"color": "white", "linewidth": 3.0}
-CORE: dict[str, Any] = {"color": QUIET_COLOUR, "linewidth": 1.5}
+CORE: dict[str, Any] = {"color": UNDETECTED_COLOUR, "linewidth": 1.5}
 
 
 def map_figure(found: LimitMap) -> Figure:
-    """The map of one preset of one engine on one scene."""
+    """Draw the map of one preset of one engine on one scene."""
     handles, labels = _legend(found)
     legend = LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS)
     height = BOTTOM + PANEL_HEIGHT + TITLE + legend
@@ -83,9 +83,9 @@ def _draw(axes: Axes, found: LimitMap) -> None:
         axes.add_patch(PathPatch(path, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1))
     lines = seams({node: standing(run.level) for node, run in nodes.items()}, x_edges, y_edges)
     axes.add_collection(LineCollection(lines, zorder=3, capstyle="projecting", **BOUNDARY))
-    quiet = seams({node: found.is_undetected(node) for node in nodes}, x_edges, y_edges, around=False)
+    undetected = seams({node: found.is_undetected(node) for node in nodes}, x_edges, y_edges, around=False)
     for k, outline in enumerate((CASING, CORE)):
-        axes.add_collection(LineCollection(quiet, zorder=4 + k, capstyle="projecting", clip_on=False, **outline))
+        axes.add_collection(LineCollection(undetected, zorder=4 + k, capstyle="projecting", clip_on=False, **outline))
     for style, at in _marked(found):
         axes.plot(x[[run.i for run in at]], y[[run.j for run in at]], zorder=6, **style)
     axes.set_xlim(x_edges[0], x_edges[-1])

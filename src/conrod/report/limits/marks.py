@@ -1,8 +1,6 @@
-"""The colour of a run in one piece, by the size of its error: a shade for each decade, darker where it is larger.
+"""Colours and marks of runs in the figures of limits: by level, by the decade of the error, by the outcome.
 
-How runs look in the figures of limits: a colour for each level, a mark for each way of ending, a frame for quiet.
-
-Levels darken from safe to unbounded, so that they are told apart in print without colour too.
+Levels darken from safe to unbounded, so that they can be distinguished in print without colour too.
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR, Level
 LIGHTEST, DARKEST = "#fbfefc", "#9ad2b3"
 FIRST, LAST = round(math.log10(ROUNDING)), round(math.log10(SAFE_ERROR))  # decades of a safe error
 DECADES = LAST - FIRST
-TOLD = 2  # every so-many-th decade has its number
+LABELLED = 2  # every so-many-th decade has its number
 
 
 def _mixed(share: float) -> str:
@@ -36,7 +34,7 @@ SHADES = tuple(_mixed(k / (DECADES - 1)) for k in range(DECADES))
 
 
 def error_colour(level: str, error: float) -> str:
-    """The colour of a run that completed, with its largest position error, normalised."""
+    """Return the colour of a run that completed, with its largest position error, normalised."""
     if level != Level.SAFE.slug:
         return LEVEL_COLOURS[level]
     decade = math.floor(math.log10(max(error, ROUNDING))) - FIRST
@@ -44,13 +42,13 @@ def error_colour(level: str, error: float) -> str:
 
 
 def draw_scale(axes: Axes) -> None:
-    """All shades above each other, with the errors at which they change."""
+    """Draw all shades above each other, with the errors at which they change."""
     colours = (*SHADES, LEVEL_COLOURS[Level.ROUGH.slug], LEVEL_COLOURS[Level.WRONG.slug])
     for k, colour in enumerate(colours):
         axes.add_patch(Rectangle((0.0, k), 1.0, 1.0, facecolor=colour, edgecolor="#888888", linewidth=0.3))
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, len(colours))
-    decades = {k - FIRST: f"1e{k}" for k in range(FIRST, LAST, TOLD)}
+    decades = {k - FIRST: f"1e{k}" for k in range(FIRST, LAST, LABELLED)}
     ticks = decades | {DECADES: f"{100 * SAFE_ERROR:g} %", DECADES + 1: f"{100 * ROUGH_ERROR:g} %"}
     axes.set_yticks(list(ticks), list(ticks.values()))
     axes.set_xticks([])
@@ -70,48 +68,30 @@ LEVEL_COLOURS = {
     Level.UNBOUNDED.slug: "#332f45",
 }
 DARK = (Level.BROKEN.slug, Level.UNBOUNDED.slug)
-OUTCOME_MARKS = {
-    Outcome.DIVERGED.slug: "x",
-    Outcome.EXPLODED.slug: "*",
-    Outcome.RESET.slug: "P",
-    Outcome.FLIPPED.slug: ">",
-    Outcome.LOCKED.slug: "s",
-    Outcome.OPENED.slug: "v",
-    Outcome.LOST_CONTACT.slug: "^",
-    Outcome.TUNNELLED.slug: "D",
-    Outcome.STALLED.slug: "d",
-    Outcome.CRASHED.slug: "X",
-    Outcome.TIMED_OUT.slug: "h",
-    Outcome.OUT_OF_MEMORY.slug: "p",
-    Outcome.UNSUPPORTED.slug: "+",
+# Mark of an outcome, and its shade in a map, as dark as its level.
+OUTCOMES = {
+    Outcome.DIVERGED.slug: ("x", "#332f45"),
+    Outcome.EXPLODED.slug: ("*", "#1f4e79"),
+    Outcome.RESET.slug: ("P", "#5a1414"),
+    Outcome.FLIPPED.slug: (">", "#7650a8"),
+    Outcome.LOCKED.slug: ("s", "#84592f"),
+    Outcome.OPENED.slug: ("v", "#a03c5e"),
+    Outcome.LOST_CONTACT.slug: ("^", "#2b7a80"),
+    Outcome.TUNNELLED.slug: ("D", "#5c6a2c"),
+    Outcome.STALLED.slug: ("d", "#96501e"),
+    Outcome.CRASHED.slug: ("X", "#000000"),
+    Outcome.TIMED_OUT.slug: ("h", "#4a4a4a"),
+    Outcome.OUT_OF_MEMORY.slug: ("p", "#646464"),
+    Outcome.UNSUPPORTED.slug: ("+", "#7a7a7a"),
 }
-# Ways of failing have shades of their own in a map, as dark as their levels.
-OUTCOME_COLOURS = {
-    Outcome.DIVERGED.slug: "#332f45",
-    Outcome.EXPLODED.slug: "#1f4e79",
-    Outcome.RESET.slug: "#5a1414",
-    Outcome.FLIPPED.slug: "#7650a8",
-    Outcome.LOCKED.slug: "#84592f",
-    Outcome.OPENED.slug: "#a03c5e",
-    Outcome.LOST_CONTACT.slug: "#2b7a80",
-    Outcome.TUNNELLED.slug: "#5c6a2c",
-    Outcome.STALLED.slug: "#96501e",
-    Outcome.CRASHED.slug: "#000000",
-    Outcome.TIMED_OUT.slug: "#4a4a4a",
-    Outcome.OUT_OF_MEMORY.slug: "#646464",
-    Outcome.UNSUPPORTED.slug: "#7a7a7a",
-}
-# A run that ran to its end and is wrong is quiet: the mark of what nothing gives away.
-QUIET_COLOUR = "#d40000"
-
-
-def level_colour(level: str) -> str:
-    """The colour of a level."""
-    return LEVEL_COLOURS[level]
+OUTCOME_MARKS = {slug: mark for slug, (mark, _) in OUTCOMES.items()}
+OUTCOME_COLOURS = {slug: colour for slug, (_, colour) in OUTCOMES.items()}
+# Of runs that are wrong and undetected.
+UNDETECTED_COLOUR = "#d40000"
 
 
 def mark_style(outcome: str, level: str, size: float = 5.0) -> dict[str, Any]:
-    """Arguments of `Axes.plot` for the mark of a way of ending, on the colour of a level."""
+    """Return arguments of `Axes.plot` for the mark of a way of ending, on the colour of a level."""
     hue = "white" if level in DARK else "black"
     return {
         "linestyle": "none",
@@ -124,7 +104,7 @@ def mark_style(outcome: str, level: str, size: float = 5.0) -> dict[str, Any]:
 
 
 def level_handles(levels: set[str]) -> list[Patch]:
-    """Legend entries of levels, from good to bad, with what they mean."""
+    """Return legend entries of levels, from good to bad, with what they mean."""
     return [
         Patch(facecolor=LEVEL_COLOURS[level.slug], edgecolor="#666666", linewidth=0.4, label=level.slug)
         for level in Level
@@ -133,7 +113,7 @@ def level_handles(levels: set[str]) -> list[Patch]:
 
 
 def outcome_handles(outcomes: set[str]) -> list[Line2D]:
-    """Legend entries of ways of ending, in the order of the list of outcomes."""
+    """Return legend entries of ways of ending, in the order of the list of outcomes."""
     return [
         Line2D([], [], label=outcome.slug, **(mark_style(outcome.slug, Level.SAFE.slug)))
         for outcome in Outcome

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
 from conrod.studies.limits.case import LimitCase, Setup
 
+EXPONENT = re.compile(r"(?<=\d)e(?:\+|(-))0*(\d)")
 FINE = 0.02  # a boundary is found to two per cent of what its scale measures
 
 Spans = tuple[tuple[float, float], ...]  # each from a safe value to a failing one
@@ -67,6 +69,10 @@ class Axis:
         """Return None, or why this setup does not have the axis."""
         reason = self.lacks(setup)
         return None if reason is None else f"{reason}: {self.name} does not apply"
+
+    def readable(self, setup: Setup, value: float) -> str:
+        """Return the text of a value, powers of ten as figures have them: 1e6 for 1e+06."""
+        return EXPONENT.sub(r"e\1\2", self.text(setup, value))
 
     def spans(self, setup: Setup) -> Spans:
         """Return the ways to walk it."""

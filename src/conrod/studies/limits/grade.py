@@ -89,7 +89,11 @@ def solver_note(solver: SolverRecord | None) -> str:
     if solver is None or solver.residual is None or solver.residual <= LEFT:
         # With nothing left to do, to stop at once is right.
         return ""
-    return f"{_iterations(solver)}, residual above {10.0 ** math.floor(math.log10(solver.residual)):g}"
+    return f"{_iterations(solver)}, residual above {_power(math.floor(math.log10(solver.residual)))}"
+
+
+def _power(exponent: int) -> str:
+    return f"{10.0**exponent:g}" if -5 < exponent < 6 else f"1e{exponent}"
 
 
 def _iterations(solver: SolverRecord) -> str:

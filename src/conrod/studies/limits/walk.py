@@ -101,7 +101,7 @@ def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measuremen
     errors = {q: measurement.largest(q) for q in QUANTITIES}
     return Probe(
         value=value,
-        text=axis.text(setup, value),
+        text=axis.readable(setup, value),
         level=grade.level.slug,
         outcome=grade.outcome,
         undetected=grade.undetected,
@@ -195,7 +195,7 @@ def _reached(case: LimitCase, recorded: Extremes | None) -> float:
 
 def _marked(axis: Axis, setup: Setup, mark: Mark, key: str) -> Probe:
     level, value = Level.of_error(mark.position), float(mark.revolution)
-    text, undetected, errors = axis.text(setup, value), level is Level.WRONG, {"position": mark.position}
+    text, undetected, errors = axis.readable(setup, value), level is Level.WRONG, {"position": mark.position}
     return Probe(value, text, level.slug, "completed", undetected, "", errors, None, "", None, key)
 
 

@@ -1,0 +1,354 @@
+"""The report of limits: a page for each machine, and an index."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from conrod.errors import InvalidInput
+from conrod.report import numbers
+from conrod.report.charts.styles import engine_title
+from conrod.report.figure import Figure
+from conrod.report.folder import ReportFolder
+from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.limits.boundary_chart import boundary_chart, has_boundaries, preset_lanes
+from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart
+from conrod.report.limits.float_figure import float_figure
+from conrod.report.limits.long_run_figure import long_run_figure
+from conrod.report.limits.map_figure import map_figure
+from conrod.report.limits.tables import (
+    boundaries_table,
+    determinism_table,
+    flight_table,
+    long_run_table,
+    maps_table,
+    needs_table,
+    onset_table,
+    reference_note,
+    refusals,
+    steps_table,
+    torque_notes,
+    undetected_table,
+)
+from conrod.report.limits.words import by_axis, elsewhere_words, findings, undetected_words
+from conrod.report.reproduction import Reproduction
+from conrod.report.saved import restore
+from conrod.report.template import rendered
+from conrod.report.writer import document_text, report_batch
+from conrod.studies.frame.files import Batch, single
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Scale
+from conrod.studies.limits.grade import Level
+from conrod.studies.limits.maps import LimitMap
+from conrod.studies.limits.results import LimitStudy, Walk
+
+Walks = Sequence[Walk]
+PARTS = ("walks", "long_runs", "maps", "needs", "determinism", "floats")
+
+# -- figures ---------------------------------------------------------------------------------------------------------
+
+
+def axis_figure(axis: str, walks: Walks) -> Figure | None:
+    """Return the figure of an axis: boundaries, or the errors at listed values; None where nothing was walked."""
+    name, title = f"{walks[0].scene}-{axis}", AXES[axis].title
+    if AXES[axis].scale is Scale.LISTED:
+        measured = any(probe.position is not None for walk in walks for probe in walk.probes)
+        return Figure(name, f"{title}: errors", partial(error_chart, walks)) if measured else None
+    if not any(map(has_boundaries, walks)):
+        return None
+    alt = f"{title}: how far each engine and preset can be relied on"
+    return Figure(name, alt, lambda: boundary_chart(preset_lanes(walks)))
+
+
+def errors_figure(axis: str, walks: Walks) -> Figure | None:
+    """Return the errors along an axis where they show more than its boundaries."""
+    if axis not in ("nearness", "regularisation") or not any(p.position for walk in walks for p in walk.probes):
+        return None
+    name, alt = f"{walks[0].scene}-{axis}-errors", f"{AXES[axis].title}: errors"
+    if axis == "nearness":
+        return Figure(name, alt, partial(error_chart, walks, reference=True))
+    return Figure(name, alt, partial(error_chart, walks, (TORQUE, POSITION)))
+
+
+def map_of(found: LimitMap) -> Figure:
+    """Return the figure of a map."""
+    name = f"{found.scene}-{found.x_axis}-x-{found.y_axis}-{found.engine}-{found.preset}"
+    title = f"{AXES[found.x_axis].title} x {AXES[found.y_axis].title}, {engine_title(found.engine)} {found.preset}"
+    return Figure(name, title, partial(map_figure, found))
+
+
+def needs_figure(study: LimitStudy) -> Figure | None:
+    """Return the mass ratio that holds with numbers of iterations that stay."""
+    if not any(has_boundaries(walk) for need in study.needs for walk in need.walks):
+        return None
+    lanes = {
+        f"{engine_title(n.engine)} {n.preset}, {n.iterations} iteration{'s' * (n.iterations > 1)}": n.walks
+        for n in study.needs
+    }
+    alt = "Mass ratio that holds with a fixed number of iterations"
+    return Figure(f"{study.name}-mass-ratio-iterations", alt, lambda: boundary_chart(lanes))
+
+
+def follower_figure(study: LimitStudy) -> Figure | None:
+    """Return the flights of a follower."""
+    if not any(found.curve for found in study.floats):
+        return None
+    alt = "Flight of the follower, how deep it sinks, and from which speed it flies"
+    return Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
+
+
+def long_figure(study: LimitStudy) -> Figure | None:
+    """Return loop error and phase of the long runs."""
+    if not any(run.marks for run in study.long_runs):
+        return None
+    alt = "Loop error and phase against revolutions"
+    return Figure(f"{study.name}-long-runs", alt, partial(long_run_figure, study.long_runs))
+
+
+# -- pages -----------------------------------------------------------------------------------------------------------
+
+
+def _page(part: Part[LimitStudy]) -> Page:
+    study = part.findings
+    walked = {axis: walks for axis, walks in by_axis(study.walks).items() if any(w.probes for w in walks)}
+    sections = [_section(axis, walks) for axis, walks in walked.items()]
+    special = {"needs": needs_figure(study), "follower": follower_figure(study), "long_runs": long_figure(study)}
+    maps = [map_of(found) for found in study.maps]
+    shown = [figure for section in sections for figure in section["figures"]]
+    text = rendered(
+        "limits",
+        study=study,
+        versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
+        commands=part.options.get("commands", {}).get(part.name, [part.command]),
+        undetected=undetected_words(study.walks),
+        elsewhere=elsewhere_words(study),
+        findings=findings(study.walks),
+        overview=shown[0] if shown else None,
+        dangers=undetected_table(study.walks),
+        sections=sections,
+        maps=maps,
+        maps_table=maps_table(study.maps),
+        needs_table=needs_table(study.needs),
+        onsets=onset_table(study.floats),
+        flights=flight_table(study.floats),
+        theory=next((found.theory * 30.0 / math.pi for found in study.floats if found.theory is not None), None),
+        not_flown=[f"{engine_title(f.engine)} `{f.preset}`: {f.refusal}" for f in study.floats if f.refusal],
+        same_again=determinism_table(study.determinism),
+        long_table=long_run_table(study.long_runs),
+        not_walked=[
+            f"{AXES[axis].title}: {' '.join(refusals(walks))}"
+            for axis, walks in by_axis(study.walks).items()
+            if axis not in walked
+        ],
+        special=special,
+    )
+    return Page(text, (*shown, *maps, *(figure for figure in special.values() if figure)))
+
+
+def _section(axis: str, walks: Walks) -> dict[str, Any]:
+    return {
+        "axis": axis,
+        "title": AXES[axis].title,
+        "listed": AXES[axis].listed,
+        "figures": [figure for make in (axis_figure, errors_figure) if (figure := make(axis, walks))],
+        "boundaries": boundaries_table(walks),
+        "again": any(boundary.good_again for walk in walks for boundary in walk.boundaries),
+        "reference": reference_note(walks),
+        "torques": torque_notes(walks) if axis == "regularisation" else [],
+        "refusals": refusals(walks),
+    }
+
+
+def _index(index: Index[LimitStudy]) -> Page:
+    studies = [index.findings(name) for name in index.entries]
+    walks = [walk for study in studies for walk in study.walks]
+    figures = [figure for study in studies if (figure := _steps_figure(study))]
+    text = rendered(
+        "limits-index",
+        entries=index.entries,
+        undetected=undetected_words(walks),
+        in_one_piece=[
+            f"{study.name}, {row[0]}: {row[2]} (up to {row[3]} L)"
+            for study in studies
+            for row in undetected_table(study.walks).rows
+            if str(row[1]).startswith(Level.WRONG.slug)
+        ],
+        repeated=_repeated(studies),
+        long_runs=_long_runs(studies),
+        onsets=_onsets(studies),
+        figure=figures[0] if figures else None,
+        steps=steps_table(walks),
+        levels=list(Level),
+        origin=index.origin,
+    )
+    return Page(text, tuple(figures[:1]))
+
+
+def _steps_figure(study: LimitStudy) -> Figure | None:
+    walks = [walk for walk in study.walks if walk.axis == "steps"]
+    return axis_figure("steps", walks) if walks else None
+
+
+def _repeated(studies: Sequence[LimitStudy]) -> str:
+    """How many repeated runs were identical to the last bit, and which were not."""
+    found = [one for study in studies for one in study.determinism if one.identical]
+    other = [f"{f.scene} {engine_title(f.engine)} {f.preset}" for f in found if not all(f.identical.values())]
+    if not found:
+        return ""
+    return f"{len(found) - len(other)} of {len(found)}" + (f"; not {', '.join(other)}" if other else "")
+
+
+def _long_runs(studies: Sequence[LimitStudy]) -> str:
+    """How many long runs completed, and where the others ended."""
+    runs = [run for study in studies for run in study.long_runs]
+    if not runs:
+        return ""
+    ended = [f"{r.scene} {engine_title(r.engine)} {r.preset} {r.outcome}" for r in runs if r.outcome != "completed"]
+    longest = numbers.quantity(max(run.revolutions for run in runs))
+    kept = f"{len(runs) - len(ended)} of {len(runs)} completed, the longest over {longest} revolutions"
+    return kept + (f"; {', '.join(ended)}" if ended else "")
+
+
+def _onsets(studies: Sequence[LimitStudy]) -> str:
+    """Onsets of a follower's flight over the theory's, where the contact is hard enough to show them."""
+    floats = [found for study in studies for found in study.floats if found.fit and found.onset is not None]
+    return ", ".join(f"{found.onset:.4f} ({engine_title(found.engine)} {found.preset})" for found in floats)
+
+
+def _summary(study: LimitStudy) -> dict[str, Any]:
+    return {
+        "undetected": sum(probe.undetected for walk in study.walks for probe in walk.probes),
+        "runs": sum(len(walk.probes) for walk in study.walks),
+        "text": undetected_words(study.walks),
+        "findings": findings(study.walks),
+    }
+
+
+# -- what is kept ----------------------------------------------------------------------------------------------------
+
+# Inputs are kept as they are; everything else that is a fraction was measured.
+INPUTS = {
+    "parameters",
+    "value",
+    "last_good",
+    "first_bad",
+    "good_again",
+    "x",
+    "y",
+    "revolutions",
+    "speed",
+    "held",
+    "flown",
+}
+# Flights are compared with exact ones: a small difference of the two is what counts.
+COMPARED = {"exact", "measured"}
+MEASURED_DIGITS, COMPARED_DIGITS = 4, 8
+
+
+def rounded(value: Any, digits: int | None = MEASURED_DIGITS) -> Any:
+    """Return findings with what was measured in few significant digits."""
+    match value:
+        case float():
+            return value if digits is None or not math.isfinite(value) else numbers.rounded(value, digits)
+        case tuple() if hasattr(value, "_fields"):
+            return type(value)(*(rounded(part, digits) for part in value))
+        case tuple() | list():
+            return tuple(rounded(part, digits) for part in value)
+        case Mapping():
+            return {name: rounded(part, digits) for name, part in value.items()}
+        case _ if is_dataclass(value) and not isinstance(value, type):
+            parts = {f.name: getattr(value, f.name) for f in fields(value)}
+            return replace(value, **{name: rounded(part, _digits(name, digits)) for name, part in parts.items()})
+        case _:
+            return value
+
+
+def _digits(name: str, digits: int | None) -> int | None:
+    return None if digits is None or name in INPUTS else COMPARED_DIGITS if name in COMPARED else digits
+
+
+KIND = Kind(
+    name="limits",
+    findings=LimitStudy,
+    title=lambda study: study.title,
+    summary=_summary,
+    page=_page,
+    index=_index,
+    kept=rounded,
+)
+
+# -- files -----------------------------------------------------------------------------------------------------------
+
+
+def report_batches(
+    studies: Sequence[LimitStudy], folder: Path | None, file: Path | None, command: Reproduction | None
+) -> list[Batch]:
+    """Return the files of a report and of a JSON document, rendered and not yet written.
+
+    What a study did not look at stays in the report of a folder; the document holds the studies alone, unrounded.
+    """
+    found = {study.name: study for study in studies}
+    batches = [single(file, document_text(replace(KIND, kept=lambda study: study), found))] if file else []
+    if folder and command:
+        whole, earlier = with_earlier(found, folder)
+        commands = {name: list(dict.fromkeys([*earlier.get(name, ()), command.of(name)])) for name in found}
+        batches.append(report_batch(KIND, whole, folder, command, {"commands": commands}))
+    return batches
+
+
+# -- studies that add to a report ------------------------------------------------------------------------------------
+
+
+def with_earlier(studies: Mapping[str, LimitStudy], folder: Path) -> tuple[dict[str, LimitStudy], dict[str, list[str]]]:
+    """Return studies with what a folder's report has of the same machines besides, and the commands that found that."""
+    before, whole, commands = ReportFolder(folder, KIND), dict(studies), dict[str, list[str]]()
+    for name in studies.keys() & before.entries.keys():
+        try:
+            earlier = restore(LimitStudy, before.values(name))
+        except InvalidInput:
+            continue
+        whole[name] = merged(earlier, studies[name])
+        if whole[name] != studies[name]:
+            entry = before.entries[name]
+            commands[name] = entry["options"].get("commands", {}).get(name, [entry["command"]])
+    return whole, commands
+
+
+def merged(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
+    """Return the earlier study with all that the new one studied again replaced, and with what it adds.
+
+    Nothing is kept of another machine, or of another version of an engine: figures that no run would give again.
+    """
+    if (earlier.kind, dict(earlier.parameters)) != (new.kind, dict(new.parameters)):
+        return new
+    changed = {name for name, version in new.engines.items() if earlier.engines.get(name, version) != version}
+    engines = {**earlier.engines, **new.engines}
+    parts: dict[str, Any] = {}
+    for name in PARTS:
+        kept = [part for part in getattr(earlier, name) if part.engine not in changed]
+        parts[name] = _replaced(kept, getattr(new, name))
+    order = list(AXES), list(engines)
+    walks = sorted(parts["walks"], key=lambda walk: (order[0].index(walk.axis), order[1].index(walk.engine)))
+    return replace(new, **{**parts, "engines": engines, "walks": tuple(walks)})
+
+
+def _topic(part: Any) -> tuple[Any, ...]:
+    """What a part of a study is about, besides the scene."""
+    about = ("engine", "preset", "axis", "x_axis", "y_axis", "iterations")
+    return tuple(getattr(part, name, None) for name in about)
+
+
+def _replaced(earlier: Sequence[Any], new: Sequence[Any]) -> tuple[Any, ...]:
+    """New parts stand where the first earlier one about the same stood; those about something else at the end."""
+    ahead: dict[tuple[Any, ...], list[Any]] = {}
+    for part in new:
+        ahead.setdefault(_topic(part), []).append(part)
+    about = set(ahead)
+    found: list[Any] = []
+    for part in earlier:
+        found += ahead.pop(_topic(part), []) if _topic(part) in about else [part]
+    return (*found, *(part for parts in ahead.values() for part in parts))
