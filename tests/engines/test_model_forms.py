@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
-from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW
+from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, WITH_A_ROD
 
 from conrod import Comparison, InvalidInput, MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, run
 from conrod.engines import ENGINES, engine_named
@@ -29,7 +29,7 @@ from conrod.runs.convergence import observed_order
 
 QUANTITIES = ("position", "velocity", "acceleration")
 TURN = 2.0 * math.pi
-FORMED = [name for name in EVERY_SCENE if not EVERY_SCENE[name].kinematics.mechanism.cam_contacts]
+FORMED = list(WITH_A_ROD)
 
 
 def pymunk_form(scene: Any, steps: int, iterations: int = 10, rod: str = DISTANCE_JOINT) -> PymunkSettings:

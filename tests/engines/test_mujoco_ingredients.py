@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
+from catalogue import CAM, EVERY_SCENE, PRESS, SAW, SCENES, WITH_A_ROD
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
@@ -291,7 +291,7 @@ def test_the_drive_torque_of_a_dressed_model_is_that_of_the_exact_motion(machine
 # -- free bodies -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [n for n in EVERY_SCENE if n in LINKAGES or n.startswith(("press", "saw"))])
+@pytest.mark.parametrize("name", WITH_A_ROD)
 def test_a_free_body_starts_where_the_exact_motion_has_it(name: str) -> None:
     scene: Any = EVERY_SCENE[name]
     settings = replace(MuJoCoSettings.hardened(scene, 100), dressing=("free-bodies",))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
-from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW
+from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, WITH_A_ROD
 
 from conrod import Comparison, InvalidInput, Outcome, PymunkSettings, Trajectory, compare, run
 from conrod.engines import engine_named
@@ -154,7 +154,7 @@ def test_the_minimal_model_is_as_accurate_as_the_best_preset(name: str) -> None:
         assert small.worst(quantity) == pytest.approx(tuned.worst(quantity), rel=0.01)
 
 
-@pytest.mark.parametrize("name", [n for n in EVERY_SCENE if not EVERY_SCENE[n].kinematics.mechanism.cam_contacts])
+@pytest.mark.parametrize("name", WITH_A_ROD)
 def test_its_iterations_are_enough(name: str) -> None:
     scene: Any = EVERY_SCENE[name]
     few, many = (measured(scene, replace(minimal(scene), iterations=count)) for count in (10, 300))

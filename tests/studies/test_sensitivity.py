@@ -44,7 +44,6 @@ def run_study(scene: Scene, settings: Settings) -> Sensitivity:
 def test_the_mass_that_is_varied_is_that_of_the_link_with_the_output_point_alone(name: str) -> None:
     scene = SCENES[name]
     parameter = output_mass(scene)
-    assert parameter == ("follower_mass" if name == "cam-follower" else "slider_mass")
     heavier = scene.with_parameters(**{parameter: 3.0}).mechanism()
     changed = [b.name for b in scene.mechanism().bodies if heavier.body(b.name).mass != b.mass]
     assert changed == [next(o.body for o in scene.mechanism().observed if o.name == scene.output)]
