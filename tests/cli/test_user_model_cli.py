@@ -45,17 +45,18 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
     assert "It is saw-40rpm" in told
     assert "worked out: plane xz, turned by 0 deg, crank zero at 90 deg, unit m" in told
     assert digest(file) == before
-    found = json.loads(document.read_text())
-    assert found["passed"]
+    part = json.loads(document.read_text())["parts"]["my saw"]
+    found = part["findings"]
+    assert part["summary"]["passed"]
     assert found["identity"]["frame"]["zero"] == pytest.approx(1.5707963267948966)
     assert set(found["runs"]) == {"as it is", "as it is, solver tolerance 0", "tuned", "hardened"}
-    assert json.loads((out / "my saw.json").read_text()) == found
-    page = (out / "my saw.md").read_text()
+    assert json.loads((out / "data/my saw-model.json").read_text()) == found
+    page = (out / "my saw-model.md").read_text()
     assert "It is saw-40rpm" in page
     assert "figures/my%20saw-model.svg" in page
     assert (out / "figures" / "my saw-model.svg").read_text().rstrip().endswith("</svg>")
     assert "conrod validate" in page
-    assert {p.name for p in out.iterdir()} == {"my saw.md", "my saw.json", "figures"}
+    assert {p.name for p in out.iterdir()} == {"my saw-model.md", "models.md", "models.json", "figures", "data"}
 
 
 def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from conrod.own.models.lengths import Length
 from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.request import Place
 from conrod.own.models.scanning import scan
-from conrod.report.user_model.words import length
+from conrod.report.user_model_words import length
 
 SAW = TEXTS["saw"]
 DEGREES = np.pi / 180.0

@@ -24,7 +24,7 @@ from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import Place
 from conrod.own.models.scanning import scan
-from conrod.report.user_model.words import verdict
+from conrod.report.user_model_words import verdict
 
 SAW = TEXTS["saw"]
 

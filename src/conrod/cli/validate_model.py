@@ -9,17 +9,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-from rich.markup import escape
-from rich.table import Table
-
 from conrod.cli import options as exit_status
 from conrod.cli.model_options import ModelOptions
+from conrod.cli.outputs import outputs
 from conrod.errors import InvalidInput
 from conrod.own.models.study import ModelStudy
-from conrod.report.terminal import console
-from conrod.report.user_model import words
-from conrod.report.user_model import words as run_words
+from conrod.report import user_model_words as words
+from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.user_model import KIND, runs_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,27 +27,20 @@ if TYPE_CHECKING:
 def print_model_study(study: ModelStudy) -> None:
     """Verdict, frame, wiring, paths, runs."""
     out = console()
-    colour = "green" if study.passed else "red"
-    out.print(f"[{colour}]{escape(study.file)}: {escape(words.verdict(study))}[/]", soft_wrap=True)
+    out.print(f"{study.file}: {words.verdict(study)}", style="green" if study.passed else "red", markup=False,
+              soft_wrap=True)  # fmt: skip
     for title, lines in (
         ("frame", words.frame(study)),
         ("wiring", words.wiring(study)),
         ("paths (kinematic mode)", words.paths(study)),
-        ("its own settings", [run_words.own_settings(study), *study.model.remarks]),
+        ("its own settings", [words.own_settings(study), *study.model.remarks]),
     ):
-        out.print(f"\n{title}")
-        for line in lines:
-            out.print(f"  {escape(line)}", soft_wrap=True)
+        print_lines(out, ("", title))
+        print_lines(out, lines, indent=2)
     out.print()
     if study.runs:
-        table = Table(title="driven: largest error, normalised by L, omega L, omega^2 L", title_justify="left")
-        for heading in run_words.HEAD:
-            table.add_column(heading, justify="left" if heading in ("settings", "verdict") else "right")
-        for row in run_words.rows(study):
-            table.add_row(*(escape(cell) for cell in row))
-        out.print(table)
-    for line in run_words.drive(study):
-        out.print(f"  {escape(line)}", soft_wrap=True)
+        print_table(out, runs_table(study), folding=("verdict",))
+    print_lines(out, words.drive(study), indent=2)
 
 
 DEFAULT_REVOLUTIONS = 2
@@ -71,8 +61,10 @@ def validate_model(
     document: str | None,
 ) -> None:
     """Judge a file against the machine that a scene is."""
-    from conrod.report.user_model.page import outputs_of, results_file
-    from conrod.studies.frame.files import naming, write_together
+    from conrod.cli.model_request import model_command_line
+    from conrod.own.models.model_files import as_outputs_must_not_be
+    from conrod.report.reproduction import Reproduction
+    from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import parse_tolerance, select_scene
 
     for name, value in (("--engine", engine), ("--preset", preset), ("--steps-per-rev", steps_per_rev)):
@@ -80,22 +72,18 @@ def validate_model(
             raise InvalidInput(f"{name} does not go with a model: it is judged as it is, in MuJoCo, at its own step")
     machine = select_scene(scene, assignments)[1]
     asked = None if tolerance is None else parse_tolerance(tolerance)
-    folder, target = outputs_of(file, out, document)
+    name = Path(file).stem
+    files = outputs(KIND, [name], out, document, as_outputs_must_not_be(Path(file)))
     judged = judge_model(
         file, (scene, machine), options, DEFAULT_REVOLUTIONS if revolutions is None else revolutions, asked
     )
     with naming("standard output"):
         print_model_study(judged)
-    batches = [results_file(judged, target)] if target else []
-    if folder:
-        from conrod.cli.model_request import model_command_line
-        from conrod.report.user_model.page import model_report_batch
-
-        command = model_command_line(file, scene, options, revolutions, tolerance, assignments, folder)
-        batches.append(model_report_batch(judged, folder, command))
-    write_together(batches)
-    if folder:
-        click.echo(f"report: {folder / Path(file).stem}.md")
+    command = None
+    if files.folder:
+        line = model_command_line(file, scene, options, revolutions, tolerance, assignments, files.folder)
+        command = Reproduction(line)
+    files.write({name: judged}, command)
     if not judged.passed:
         sys.exit(exit_status.FAILED)
 

@@ -40,6 +40,7 @@ KINDS: dict[str, str] = {
     "trajectory": "conrod.report.trajectory",
     "forces": "conrod.report.forces",
     "limits": "conrod.report.limits.report",
+    "model": "conrod.report.user_model",
     "motion": "conrod.report.free_motion",
     "validation": "conrod.report.validation.report",
     "sweep": "conrod.report.sweep.report",

@@ -37,7 +37,7 @@ def plain(value: Any) -> Any:
         case float():
             found = float(value) if math.isfinite(value) else str(float(value))
         case Enum():
-            found = value.value if isinstance(value.value, str) else value.name
+            found = value.value
         case np.generic():
             found = plain(value.item())
         case np.ndarray():
@@ -134,6 +134,4 @@ def _restored(wanted: type, values: Any) -> Any:
         return _scene(values)
     if wanted is np.ndarray or getattr(wanted, "__origin__", None) is np.ndarray:
         return np.array(values, dtype=float)
-    if issubclass(wanted, Enum):
-        return wanted[values]
     raise TypeError(f"{wanted} cannot be restored")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import Enum
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from conrod.exact.motion import Array
 
 
 class Outcome(Enum):
-    """The end of a run; the members' texts are for people."""
+    """The end of a run, by its slug; the members' meanings are for people."""
 
     COMPLETED = ("completed", "ran to its end")
     DIVERGED = ("diverged", "a state is not finite")
@@ -30,9 +30,14 @@ class Outcome(Enum):
     OUT_OF_MEMORY = ("out-of-memory", "the run needed more memory than its limit")
     UNSUPPORTED = ("unsupported", "the engine or the preset cannot do this")
 
-    def __init__(self, slug: str, meaning: str) -> None:
-        self.slug = slug
-        self.meaning = meaning
+    slug: str
+    meaning: str
+
+    def __new__(cls, slug: str, meaning: str) -> Self:
+        made = object.__new__(cls)
+        made._value_ = made.slug = slug
+        made.meaning = meaning
+        return made
 
     @classmethod
     def of(cls, slug: str) -> Outcome:

@@ -1,7 +1,4 @@
-"""What was found of the runs of a user's model, in sentences.
-
-What was found of a user's model, in sentences: the same on the console and on the page.
-"""
+"""Findings on a user's model in sentences, the same on the console and on the page."""
 
 from __future__ import annotations
 
@@ -17,25 +14,19 @@ from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.report import numbers
 from conrod.scenes import Scene
 
-HEAD = ("settings", "steps/rev", *QUANTITIES, "verdict")
 
-
-def rows(study: ModelStudy) -> list[list[str]]:
-    """The runs as a table."""
-    return [_row(study, run) for run in study.runs.values()]
-
-
-def _row(study: ModelStudy, run: JudgedRun) -> list[str]:
-    errors = [numbers.measured(run.worst(quantity)) for quantity in QUANTITIES]
+def run_cells(study: ModelStudy, run: JudgedRun) -> tuple[str, ...]:
+    """A run as cells of a table: settings, steps a revolution, largest errors, verdict."""
+    errors = (numbers.measured(run.worst(quantity)) for quantity in QUANTITIES)
     if run.errors is None:
-        told = f"{run.outcome.slug}: {run.reason}"
+        said = f"{run.outcome.slug}: {run.reason}"
     elif run is study.own and study.tolerance:
-        told = "OUT OF TOLERANCE" if study.exceeded() else "within tolerance"
+        said = "OUT OF TOLERANCE" if study.exceeded() else "within tolerance"
     elif run.label == OWN and run is not study.own:
-        told = "contains what the drive changes"
+        said = "contains what the drive changes"
     else:
-        told = "measured"
-    return [run.label, numbers.quantity(run.steps_per_revolution, 5), *errors, told]
+        said = "measured"
+    return run.label, numbers.quantity(run.steps_per_revolution, 5), *errors, said
 
 
 def drive(study: ModelStudy) -> list[str]:
