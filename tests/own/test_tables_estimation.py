@@ -47,18 +47,6 @@ def test_a_time_offset_is_found(name: str, share: float, tmp_path: Path) -> None
     assert (judged(table, scene, tmp_path).largest("total") or 0.0) > 1e-8
 
 
-@pytest.mark.parametrize(("name", "phase"), [("saw-500rpm", 2.7), ("cam-follower", 2.7), ("shear-press", -0.02)])
-def test_a_crank_phase_is_found(name: str, phase: float, tmp_path: Path) -> None:
-    scene = SCENES[name]
-    table = exact_table(scene)
-    motion = scene.motion(scene.speed * table["time"] + phase, scene.speed)
-    for point in scene.lengths:
-        table[f"{point}.x"], table[f"{point}.y"] = motion.point(point).position.T
-    study = judged(table, scene, tmp_path, ["phase"])
-    assert values(study.estimation) == {"phase": pytest.approx(phase, abs=1e-11)}
-    assert (study.largest("total") or 0.0) < 1e-11
-
-
 @pytest.mark.parametrize("scene", LINKAGES)
 def test_sense_phase_and_frame_are_found_together(scene: Scene, tmp_path: Path) -> None:
     table = exact_table(scene)
@@ -170,9 +158,3 @@ def test_too_few_rows_are_refused(tmp_path: Path) -> None:
     table = {name: column[:2] for name, column in exact_table(scene).items()}
     with pytest.raises(InvalidInput, match="4 numbers are too few to estimate time, x, y, rotation from"):
         judged(table, scene, tmp_path, ["time", "frame"])
-
-
-def test_velocities_alone_do_not_tell_an_offset(tmp_path: Path) -> None:
-    scene = Saw()
-    with pytest.raises(InvalidInput, match="--estimate time: the table has no positions"):
-        judged(exact_table(scene, ["velocity"]), scene, tmp_path, ["time"])

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
-from conrod.own.tables.study import TableStudy
 from conrod.runs.trajectory import Instants
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
-from tests.support.synthetic import longer_rod, synthetic_trajectory
+from tests.support.synthetic import synthetic_trajectory
 from tests.support.table_files import LETTERS, Columns, exact_table, judged
 
 ALL = ("position", "velocity", "acceleration")
@@ -108,12 +107,6 @@ def test_rates_are_normalised_by_the_crank_speed(quantity: str, letter: str, pow
     assert study.largest("position") == 0.0
 
 
-def test_without_a_tolerance_nothing_is_judged(tmp_path: Path) -> None:
-    table = exact_table(Saw())
-    table["C.x"] += 1.0
-    assert judged(table, Saw(), tmp_path).passed is None
-
-
 def test_a_component_that_a_table_has_not_is_not_judged_and_said(tmp_path: Path) -> None:
     table = exact_table(ShearPress())
     del table["G.y"]
@@ -155,15 +148,6 @@ def test_an_encoder_log_is_judged_by_its_crank_angle(tmp_path: Path) -> None:
     assert judged(table, scene, tmp_path, tolerance={"phase": 0.0099}).passed is False
 
 
-def test_a_longer_rod_is_an_error_that_no_common_cause_explains(tmp_path: Path) -> None:
-    scene = Saw(speed=20.0)
-    trajectory = synthetic_trajectory(scene, longer_rod(scene))
-    study = judged(table_of(trajectory, "position"), scene, tmp_path, tolerance={"position": 1e-6})
-    assert study.passed is False
-    assert 1e-5 < (study.largest("position") or 0.0) < 1e-3
-    assert study.causes == ()
-
-
 def test_the_sides_of_a_jump_are_told_by_the_crank(tmp_path: Path) -> None:
     # At a joint of the cam's arcs the acceleration has two values; the table's own account of it is the right one.
     scene = CamFollower(speed=2.0)
@@ -175,13 +159,9 @@ def test_the_sides_of_a_jump_are_told_by_the_crank(tmp_path: Path) -> None:
 def test_times_too_large_for_their_digits_are_noted(tmp_path: Path) -> None:
     scene = Saw(speed=50.0)
     table = exact_table(scene)
-    late = replace_times(table, 1.7e9)
+    late = table | {"time": table["time"] + 1.7e9}
     assert any("uncertain by" in note for note in judged(late, scene, tmp_path).notes)
     assert not any("uncertain by" in note for note in judged(table, scene, tmp_path).notes)
-
-
-def replace_times(table: Columns, by: float) -> Columns:
-    return table | {"time": table["time"] + by}
 
 
 def test_rows_are_thinned_evenly_and_keep_their_ends(tmp_path: Path) -> None:
@@ -195,10 +175,6 @@ def test_rows_are_thinned_evenly_and_keep_their_ends(tmp_path: Path) -> None:
     assert replace(few, times=few.times).thinned(100) == replace(few, times=few.times)
 
 
-def largest_of(study: TableStudy) -> float:
-    return study.largest("total") or 0.0
-
-
 @pytest.mark.slow
 def test_a_million_rows_are_judged(tmp_path: Path) -> None:
     scene = Saw(speed=50.0)
@@ -207,4 +183,4 @@ def test_a_million_rows_are_judged(tmp_path: Path) -> None:
     table["C.x"][765_432] += 1e-3 * scene.lengths["C"]
     study = judged(table, scene, tmp_path)
     assert study.rows == 1_000_000
-    assert largest_of(study) == pytest.approx(1e-3, rel=1e-6)
+    assert study.largest("total") == pytest.approx(1e-3, rel=1e-6)

@@ -12,7 +12,7 @@ from conrod import InvalidInput
 from conrod.own.tables.headings import factor, readings
 from conrod.own.tables.quantity import meant_by, targets
 from conrod.own.tables.samples import Observed
-from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
+from conrod.scenes import SCENES, CamFollower, Saw
 from tests.support.table_files import csv_text, exact_table, read, write_all_formats, written
 
 SAW = Saw(speed=4.0)
@@ -181,12 +181,6 @@ def test_conrods_own_export_is_read_whole(name: str, tmp_path: Path) -> None:
         assert set(samples) == {"position", "velocity", "acceleration"}
     assert all(".j" in heading for heading in found.unused)
     assert len(found.unused) == 2 * len(scene.lengths)
-
-
-def test_the_press_has_an_a_that_is_no_acceleration(tmp_path: Path) -> None:
-    scene = ShearPress()
-    found = read(written(tmp_path, "t,Ax,Ay,Gx\n0,1,2,3\n1,2,3,4\n"), scene)
-    assert [column.target.name for column in found.columns] == ["time", "A.x", "A.y", "G.x"]
 
 
 def test_units_in_every_cell_are_those_of_the_column(tmp_path: Path) -> None:

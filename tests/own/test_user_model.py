@@ -21,7 +21,6 @@ from own_model_edits import (
 
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.lengths import Length
-from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.request import Place
 from conrod.own.models.scanning import scan
 from conrod.report.user_model_words import length
@@ -163,13 +162,6 @@ def test_one_length_that_is_off_is_found_to_rounding(
 def test_all_lengths_off_alike_are_one_explanation(tmp_path: Path) -> None:
     (found,) = seen(tmp_path, "press", scaled(TEXTS["press"], 1.001)).explanations
     assert told(found.lengths) == ["all lengths are 0.1 % too long"]
-
-
-def test_lengths_in_another_unit_are_told_by_their_factor() -> None:
-    assert [length(Length(ALL_LENGTHS, 1.0, factor)) for factor in (0.001, 0.9)] == [
-        "all lengths are 0.001 times those expected",
-        "all lengths are 10 % too short",
-    ]
 
 
 def test_a_misplaced_point_is_no_wrong_length(tmp_path: Path) -> None:

@@ -6,15 +6,19 @@ import math
 
 import pytest
 
-from audits.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Kind
+from conrod.own.printed.judging import Case, Explanation, Kind, Neighbour, judge
+from conrod.own.printed.printed import Item, Number
 from conrod.own.printed.user_table import audit_table
 from conrod.scenes import ShearPress
 from conrod.scenes.catalogue import scene_named
 
 HEADING = "scene,quantity,angle_deg,printed,unit\n"
 PRESS = ShearPress()
+
+
+def number_of(text: str) -> Item:
+    return Item("test", "key", "here", 1, "length", "", Number(text), "mm", "")
 
 
 def speeds(turn: float = math.pi / 180.0, factor: float = 1e3) -> list[str]:
@@ -142,26 +146,6 @@ def test_a_table_that_is_none_is_refused(text: str, message: str) -> None:
         audit_table("mine", text)
 
 
-def test_every_cam_of_the_document_is_surveyed_and_six_break_its_rule() -> None:
-    surveys = [survey(cam) for cam in cams()]
-    broken = {(s.base, s.flank) for s in surveys if not s.keeps_the_rule}
-    assert len(surveys) == 25
-    assert broken == {(36.0, 88.0), (36.0, 98.0), (36.0, 108.0), (36.0, 118.0), (46.0, 108.0), (46.0, 118.0)}
-    for found in surveys:
-        # The rise is smooth to first order; the series is not, and is worse for a longer flank.
-        assert abs(found.exact_jump_c[:2]).max() < 1e-9
-        assert found.is_least or abs(found.jump_c[1]) > 1e-3
-
-
-def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> None:
-    cam = cams()[4]
-    angle = 150.0
-    sine = (cam.flank - cam.base) * math.sin(math.radians(angle - cam.joint_b)) / (cam.flank + 9.0)
-    found = float(pressure_angles(cam, cam.exact(angle), 9.0)[0])
-    assert found == pytest.approx(math.degrees(math.asin(sine)), abs=1e-10)
-    assert found > LARGEST_PRESSURE_ANGLE
-
-
 def test_values_that_slipped_by_a_row_are_a_wrong_step_throughout_and_no_misprint() -> None:
     right = speeds()
     verdicts = audit_table("mine", table([*right[1:], "0.00"]))
@@ -195,3 +179,47 @@ def test_a_print_that_should_be_nothing_is_off_by_its_own_size_and_a_row_without
     assert (found.kind, found.should_be) == (Kind.WRONG_STEP, "-0.00" if found.exact < 0.0 else "0.00")
     assert found.exact == pytest.approx(0.0, abs=1e-9)
     assert (found.off, found.line) == (pytest.approx(1.0), 6)
+
+
+# -- the engine of verdicts ------------------------------------------------------------------------------------------
+
+
+def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print() -> None:
+    item = number_of("2.35")
+    assert judge(Case(item, 2.3541, "sum")).kind is Kind.AGREES
+    assert judge(Case(item, 2.3591, "sum")).kind is Kind.AFTER_ROUNDING
+    assert judge(Case(item, 2.40, "sum", causes=(Explanation("pi = 3.14", 2.3502),))).kind is Kind.EXPLAINED
+    assert judge(Case(item, 2.85, "sum", neighbours=(Neighbour("beside", 2.85, 0.01),))).kind is Kind.MISPRINT
+    assert judge(Case(item, 2.40, "sum", wrong_steps=(Explanation("5 for 6", 2.3549),))).kind is Kind.WRONG_STEP
+    assert judge(Case(item, 2.40, "sum", reading=0.1)).kind is Kind.AFTER_ROUNDING
+    assert judge(Case(item, 2.40, "sum")).kind is Kind.NOT_REPRODUCIBLE
+
+
+def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
+    near_misses = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449))
+    verdict = judge(Case(number_of("2.35"), 2.40, "sum", causes=near_misses, wrong_steps=(near_misses[1],)))
+    assert verdict.kind is Kind.NOT_REPRODUCIBLE
+    assert "pi" not in verdict.reason
+
+
+def test_a_neighbour_that_contradicts_the_exact_value_too_proves_no_misprint() -> None:
+    verdict = judge(Case(number_of("2.35"), 2.85, "sum", neighbours=(Neighbour("beside", 3.85, 0.01),)))
+    assert verdict.kind is Kind.NOT_REPRODUCIBLE
+
+
+@pytest.mark.parametrize(("text", "value", "rounds", "cuts"), [
+    ("63,45", 63.457, False, True),
+    ("63.46", 63.457, True, False),
+    ("-0.0", -0.04, True, True),
+    ("-2.3", 2.34, False, False),
+    ("520,408", 520.40816, True, True),
+    ("8", 8.0, True, True),
+])  # fmt: skip
+def test_printed_digits_round_and_cut(text: str, value: float, rounds: bool, cuts: bool) -> None:
+    assert (Number(text).is_rounding_of(value), Number(text).is_cut_of(value)) == (rounds, cuts)
+
+
+@pytest.mark.parametrize("text", ["", "1e3", "nan", "1.2.3", "1 2", "inf", "12,", "0x10", "١٢"])
+def test_what_is_no_printed_number_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInput, match="is not a decimal number"):
+        Number(text)
