@@ -26,7 +26,7 @@ SOFT = ARM.format('<equality><connect name="belt" body1="a" anchor="0.3 0 0" sol
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The command's work in this process: to begin another takes longer than what is looked at."""
     monkeypatch.setattr(
-        "conrod.studies.execution.confined.confined", lambda task, path, *arguments: task(path, *arguments)
+        "conrod.studies.execution.isolation.confined", lambda task, path, *arguments: task(path, *arguments)
     )
 
 

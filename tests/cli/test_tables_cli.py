@@ -31,7 +31,7 @@ def _read_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.Mo
     """A process for each table takes longer than what is claimed here; `confined` ones have theirs."""
     if "confined" not in request.node.name:
         monkeypatch.setattr(
-            "conrod.studies.execution.confined.confined", lambda task, *arguments, timeout: task(*arguments)
+            "conrod.studies.execution.isolation.confined", lambda task, *arguments, timeout: task(*arguments)
         )
 
 

@@ -16,7 +16,7 @@ from conrod.cli.model_request import given_frame, question_of
 from conrod.errors import InvalidInput
 from conrod.own.models.scanning import scan
 from conrod.scenes import SCENES
-from conrod.studies.execution.confined import confined
+from conrod.studies.execution.isolation import confined
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
 ASKED = ("--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--point", "M=geom:rod")

@@ -23,9 +23,8 @@ from rich.console import Console
 from conrod import InvalidInput
 from conrod.cli.progress import CostBar, ProgressBar
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.limits import Limits
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.execution.worker_process import WorkerDied
+from conrod.studies.execution.worker_process import Limits, WorkerDied
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure

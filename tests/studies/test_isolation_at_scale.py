@@ -17,9 +17,9 @@ from conrod import MuJoCoSettings
 from conrod.studies.execution import worker_process
 from conrod.studies.execution.child import Child
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.limits import Limits
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.worker import perform
+from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
@@ -48,8 +48,8 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Process ids of all workers that are started."""
     start, ids = worker_process._started, []
 
-    def counted(limits: Limits) -> Child:
-        child = start(limits)
+    def counted(limits: Limits, threads_of_its_own: bool) -> Child:
+        child = start(limits, threads_of_its_own)
         ids.append(child._process.pid)
         return child
 

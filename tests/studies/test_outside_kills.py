@@ -15,13 +15,11 @@ from command_line import conrod
 from failure_examples import BoundedCase
 from outside_kills import descendants, killing, waiting_cell, was_alone
 
-from conrod import PymunkSettings, Saw, Trajectory, run
-from conrod.engines.engine import Machine
-from conrod.runs.trajectory import Outcome, Settings
+from conrod import PymunkSettings, Saw
+from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.child import KilledFromOutside
-from conrod.studies.execution.confined import confined
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.isolation import Ended, isolated, isolated_once, run_isolated
+from conrod.studies.execution.isolation import Ended, confined, isolated, isolated_once
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
 
@@ -107,17 +105,13 @@ def test_what_is_isolated_is_repeated_once(folder: Path) -> None:
     assert len(list(folder.iterdir())) == 6
 
 
-def hang(machine: Machine, settings: Settings, revolutions: float) -> Trajectory:
-    time.sleep(1000.0)
-    return run(machine, settings, revolutions)
-
-
 def test_what_a_limit_ends_is_not_killed_from_outside() -> None:
     # Negative control: conrod's own SIGKILL is an outcome at once.
     begin = time.monotonic()
-    ended = run_isolated(SAW, PymunkSettings.tuned(SAW, 20), 1.0, timeout=3.0, task=hang)
+    ended = isolated(time.sleep, 1000.0, timeout=1.0)
+    assert isinstance(ended, Ended)
     assert ended.outcome is Outcome.TIMED_OUT
-    assert time.monotonic() - begin >= 3.0
+    assert time.monotonic() - begin >= 1.0
     with LocalProcesses(1, cell_timeout=1.0) as executor, pytest.raises(TimeoutError):
         executor.submit(time.sleep, 1000.0).result()
 

@@ -68,7 +68,7 @@ def harden(
     request = Request(keyframe, seconds, _time_constant(solref), integrator, force, content="-o" in files)
 
     from conrod.mjcf.harden.study import harden_file
-    from conrod.studies.execution.confined import confined
+    from conrod.studies.execution.isolation import confined
 
     found = confined(harden_file, path, request)
     with naming("standard output"):

@@ -67,7 +67,7 @@ def lint(
     request = _request(machine, crank, points, keyframe, seconds, ignored, folder)
 
     from conrod.mjcf.lint.linting import lint as look
-    from conrod.studies.execution.confined import confined
+    from conrod.studies.execution.isolation import confined
 
     report = confined(look, path, request)
     with naming("standard output"):

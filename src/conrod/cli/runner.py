@@ -16,7 +16,6 @@ from conrod.cli.options import RunOptions
 from conrod.cli.progress import CostBar, ProgressBar, RoundsBar
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.studies.execution.costs import time_cases
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.case import Case
@@ -141,6 +140,8 @@ class Runner:
 
     def time(self, cells: list[RunCase], description: str = "costs") -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""
+        from conrod.studies.execution.costs import time_cases
+
         with CostBar(description) as bar:
             return time_cases(
                 cells,

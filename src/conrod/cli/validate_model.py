@@ -107,7 +107,7 @@ def judge_model(
     from conrod.own.models.request import Drive, DrivenRun, Order
     from conrod.own.models.scanning import scan
     from conrod.own.models.study import study
-    from conrod.studies.execution.confined import confined
+    from conrod.studies.execution.isolation import confined
     from conrod.studies.frame.resolve_arguments import MOST_SAMPLES, REVOLUTIONS
 
     check_count("--revolutions", revolutions, *REVOLUTIONS)

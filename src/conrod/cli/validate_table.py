@@ -68,7 +68,7 @@ def validate_table(
     Raises:
         InvalidInput: the table or an option cannot be used.
     """
-    from conrod.studies.execution.confined import confined
+    from conrod.studies.execution.isolation import confined
 
     for name, value in runs.items():
         if value is not None:

@@ -36,7 +36,7 @@ KEPT, SPARE, ATTEMPTS = 0.01, 1.25, 4
 def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Report:
     """What a model carries that its motion does not need, and what will bite.
 
-    To be called in a process of its own, see `conrod.studies.execution.confined`.
+    To be called in a process of its own, see `conrod.studies.execution.isolation`.
 
     Args:
         path: an MJCF file.

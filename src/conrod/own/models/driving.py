@@ -30,7 +30,7 @@ BESIDE = 1e-4
 def drive_model(
     path: Path, question: Question, scan: Scan, drive: Drive, orders: tuple[Order, ...]
 ) -> tuple[DrivenRun, ...]:
-    """Runs of a model; to be called in a process of its own, see `conrod.studies.execution.confined`.
+    """Runs of a model; to be called in a process of its own, see `conrod.studies.execution.isolation`.
 
     Raises:
         InvalidInput: its time step needs more samples than can be kept.

@@ -82,7 +82,7 @@ def told_start(model: mujoco.MjModel, keyframe: int | None) -> str:
 def load_model(path: Path) -> mujoco.MjModel:
     """The compiled model of an MJCF, URDF or binary model file.
 
-    To be called in a process of its own, see `conrod.studies.execution.confined`: the engine may abort on what
+    To be called in a process of its own, see `conrod.studies.execution.isolation`: the engine may abort on what
     it is given.
 
     Raises:

@@ -53,7 +53,7 @@ class _Sample:
 
 
 def scan(path: Path, question: Question) -> Scan:
-    """One turn of a model; to be called in a process of its own, see `conrod.studies.execution.confined`.
+    """One turn of a model; to be called in a process of its own, see `conrod.studies.execution.isolation`.
 
     Raises:
         InvalidInput: the model cannot be loaded, has not what was asked for, is of another mobility than the machine,

@@ -15,8 +15,7 @@ from conrod.errors import InvalidInput
 from conrod.studies.execution import cluster_connection as cluster_worker
 from conrod.studies.execution.child import KilledFromOutside
 from conrod.studies.execution.cluster_connection import connected, one_line
-from conrod.studies.execution.limits import Limits
-from conrod.studies.execution.worker_process import WorkerDied, killed_again
+from conrod.studies.execution.worker_process import Limits, WorkerDied, killed_again
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")

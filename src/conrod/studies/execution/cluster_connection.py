@@ -18,8 +18,7 @@ from importlib.metadata import version
 from typing import Any
 
 from conrod.errors import InvalidInput
-from conrod.studies.execution.limits import Limits
-from conrod.studies.execution.worker_process import WorkerDied, WorkerProcesses
+from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcesses
 from conrod.studies.frame.case import Case
 
 _lock = threading.Lock()

@@ -10,9 +10,8 @@ from typing import Protocol
 
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.limits import Limits
 from conrod.studies.execution.worker import on_known_scene, perform
-from conrod.studies.execution.worker_process import WorkerDied
+from conrod.studies.execution.worker_process import Limits, WorkerDied
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement

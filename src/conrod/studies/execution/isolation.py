@@ -1,30 +1,23 @@
-"""A run in a process of its own: what kills the process, hangs it or fills the memory is an outcome like any other."""
+"""A call in a process of its own: what kills the process, hangs it or fills the memory is an outcome like any other."""
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
-from conrod.engines import engine_named
-from conrod.engines.engine import Machine
-from conrod.engines.running import run
-from conrod.errors import portable
-from conrod.runs.trajectory import Outcome, Settings, Trajectory
-from conrod.studies.execution.child import (
-    BEGUN,
-    RESERVE,
-    Child,
-    KilledFromOutside,
-    Owner,
-    address_space,
-    ran_out_of_memory,
-)
+from conrod.errors import InvalidInput
+from conrod.runs.trajectory import Outcome
+from conrod.studies.execution.child import KilledFromOutside
+from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
 
-Task = Callable[[Machine, Settings, float], Trajectory]
 Result = TypeVar("Result")
+
+# What work on a file of a user's may take.
+FILE_TIMEOUT = 600.0  # [s]
+FILE_HEADROOM = 4 << 30  # [bytes]
 
 
 @dataclass(frozen=True)
@@ -35,20 +28,8 @@ class Ended:
     reason: str
 
 
-@dataclass(frozen=True)
-class _Returned:
-    """What a call came to in the other process."""
-
-    result: Any = None
-    error: Exception | None = None
-
-
 def isolated(
-    task: Callable[..., Result],
-    *arguments: Any,
-    timeout: float | None = None,
-    memory: int | None = None,
-    headroom: int | None = None,
+    task: Callable[..., Result], *arguments: Any, timeout: float | None = None, headroom: int | None = None
 ) -> Result | Ended:
     """What a function returns in a fresh process, or how that process ended.
 
@@ -57,124 +38,61 @@ def isolated(
 
     Args:
         task: what to do there; a function that can be pickled, as its arguments.
-        timeout: longest time that the call may take there [s], from when it begins; None for no limit.
-        memory: largest address space that the process may have [bytes], None for no limit.
-        headroom: the same, counted from what the process has when the call begins [bytes].
+        timeout: longest time that the call may take there [s]; None for no limit.
+        headroom: address space that the process may take beyond what it has when the call begins [bytes], None for no
+            limit.
 
     Raises:
         Exception: what the task raised there, other than MemoryError.
     """
     with suppress(KilledFromOutside):
-        return isolated_once(task, *arguments, timeout=timeout, memory=memory, headroom=headroom)
+        return isolated_once(task, *arguments, timeout=timeout, headroom=headroom)
     try:
-        return isolated_once(task, *arguments, timeout=timeout, memory=memory, headroom=headroom)
+        return isolated_once(task, *arguments, timeout=timeout, headroom=headroom)
     except KilledFromOutside as error:
         return Ended(Outcome.CRASHED, f"{error.how}, and again when it was repeated")
 
 
 def isolated_once(
-    task: Callable[..., Result],
-    *arguments: Any,
-    timeout: float | None = None,
-    memory: int | None = None,
-    headroom: int | None = None,
+    task: Callable[..., Result], *arguments: Any, timeout: float | None = None, headroom: int | None = None
 ) -> Result | Ended:
-    """As `isolated`, for a part of a cell, which its executor repeats as a whole and with nothing beside it.
+    """As `isolated`, for a part of a case, which its executor repeats as a whole and with nothing beside it.
 
     Raises:
         KilledFromOutside: the process was killed, and not by conrod.
     """
-    child = Child("conrod.studies.execution.isolation")
+    worker = WorkerProcess(Limits(timeout, headroom=headroom), threads_of_its_own=True)
     try:
-        child.send(pickle.dumps((task, arguments, memory, headroom)))
-        # To start takes longer than many a call; what cannot be unpickled there has no beginning.
-        first = child.receive()
-        answer: _Returned = pickle.loads(child.receive(timeout) if first == BEGUN else first)
+        return worker.call(task, arguments, {})
     except TimeoutError as error:
         return Ended(Outcome.TIMED_OUT, str(error))
-    except EOFError:
-        return Ended(Outcome.CRASHED, child.how_it_ended())
+    except MemoryError as error:
+        return Ended(Outcome.OUT_OF_MEMORY, str(error))
+    except WorkerDied as error:
+        return Ended(Outcome.CRASHED, str(error))
     finally:
         # Also where the wait was interrupted.
-        child.end()
-    if isinstance(answer.error, MemoryError):
-        return Ended(Outcome.OUT_OF_MEMORY, _limit(memory, headroom) or str(answer.error))
-    if answer.error is not None:
-        raise answer.error
-    result: Result = answer.result
-    return result
+        worker.end()
 
 
-def run_isolated(
-    machine: Machine,
-    settings: Settings,
-    revolutions: float = 2.0,
-    *,
-    timeout: float,
-    memory: int | None = None,
-    task: Task = run,
-) -> Trajectory:
-    """As `run`, in a process of its own.
+def confined(
+    task: Callable[..., Result],
+    path: Path,
+    *arguments: Any,
+    timeout: float = FILE_TIMEOUT,
+    headroom: int = FILE_HEADROOM,
+) -> Result:
+    """What a task makes of a file of a user's, in a fresh process: one that takes it down is an error like any.
 
     Args:
-        timeout: longest time that the run may take [s].
-        memory: largest address space that the process may have [bytes], None for no limit.
-        task: what to do there; a function that can be pickled.
+        task: called with the path and the arguments; a function that can be pickled, as is what it returns.
+        timeout: longest time that it may take [s].
+        headroom: memory that it may take beyond what a process begins with [bytes].
 
     Raises:
-        InvalidInput: as `run`.
-
-    Returns:
-        The trajectory, or one without samples that ended as crashed, timed-out or out-of-memory.
+        InvalidInput: what the task raised, or that it crashed, took too long or too much memory.
     """
-    answer = isolated(task, machine, settings, revolutions, timeout=timeout, memory=memory)
-    if isinstance(answer, Trajectory):
-        return answer
-    return Trajectory(
-        engine=settings.engine,
-        engine_version=engine_named(settings.engine).version,
-        settings=settings,
-        speed=machine.speed,
-        revolutions=revolutions,
-        outcome=answer.outcome,
-        reason=answer.reason,
-        points={},
-        bodies=None,
-    )
-
-
-def main(owner: Owner) -> None:
-    """Answer the one call that comes, in the process that was started for it."""
-    reserve = bytearray()
-    try:
-        task, arguments, memory, headroom = pickle.loads(owner.receive())
-        reserve = bytearray(RESERVE)
-        owner.send(BEGUN)
-        _confine(memory, headroom)
-        # Within the limits too: a result that there is no memory to send is none.
-        answer = pickle.dumps(_Returned(task(*arguments)))
-    except Exception as error:
-        ran_out = ran_out_of_memory(error)
-        reserve.clear()
-        answer = pickle.dumps(_Returned(error=MemoryError(str(error)) if ran_out else portable(error)))
-    owner.send(answer)
-
-
-def _confine(memory: int | None, headroom: int | None) -> None:
-    """Limit the address space of this process, within what it was itself started with."""
-    if memory is None and headroom is None:
-        return
-    import resource  # POSIX only; without a limit the rest works anywhere
-
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    limits = [memory, None if headroom is None else address_space() + headroom]
-    least = min(limit for limit in (*limits, None if most == resource.RLIM_INFINITY else most) if limit is not None)
-    resource.setrlimit(resource.RLIMIT_AS, (least, least))
-
-
-def _limit(memory: int | None, headroom: int | None) -> str:
-    told = [
-        *([] if memory is None else [f"{memory} bytes"]),
-        *([] if headroom is None else [f"{headroom} bytes more than it began with"]),
-    ]
-    return f"the limit was {' and '.join(told)}" if told else ""
+    answer = isolated(task, path, *arguments, timeout=timeout, headroom=headroom)
+    if isinstance(answer, Ended):
+        raise InvalidInput(f"{path}: it cannot be used: {answer.outcome.meaning} ({answer.reason})")
+    return answer

@@ -10,8 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.studies.execution.child import KilledFromOutside
-from conrod.studies.execution.limits import Limits
-from conrod.studies.execution.worker_process import WorkerProcesses, killed_again
+from conrod.studies.execution.worker_process import Limits, WorkerProcesses, killed_again
 
 MOST_JOBS = 1024
 Arguments = ParamSpec("Arguments")

@@ -45,28 +45,27 @@ def _known(scene: Scene) -> Scene:
     return scene
 
 
-def main(owner: Owner, memory: int | None) -> None:
+def main(owner: Owner, memory: int | None, headroom: int | None) -> None:
     """Serve calls until their owner ends.
 
     Args:
         owner: whose calls they are.
         memory: largest address space of this process [bytes], None for no limit.
+        headroom: the same, counted from what it has when a call begins [bytes].
     """
-    reserve = bytearray(0 if memory is None else RESERVE)
-    owner.send(pickle.dumps(_limit(memory)))
+    reserve = bytearray(0 if memory is headroom is None else RESERVE)
+    owner.send(pickle.dumps(_refusal(memory)))
     while True:
         call = owner.receive()
         # Before the call is looked at: to unpickle it may take the process down.
         owner.send(BEGUN)
-        owner.send(_answer(call, reserve))
+        owner.send(_answer(call, reserve, headroom))
 
 
-def _limit(memory: int | None) -> InvalidInput | None:
+def _refusal(memory: int | None) -> InvalidInput | None:
     """Limit this process; the answer says why it cannot be."""
     if memory is None:
         return None
-    import resource  # POSIX only; without a limit the rest works anywhere
-
     import conrod.studies.frame.run  # noqa: F401  what every case loads is loaded before the limit is compared
 
     used = address_space()
@@ -74,14 +73,26 @@ def _limit(memory: int | None) -> InvalidInput | None:
         return InvalidInput(
             f"a cell's memory limit of {memory} bytes is less than the {used} that a process starts with"
         )
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    _limit(memory)
     return None
 
 
-def _answer(call: bytes, reserve: bytearray) -> bytes:
+def _limit(memory: int) -> None:
+    """Limit the address space [bytes] of this process, within what it was itself started with."""
+    import resource  # POSIX only; without a limit the rest works anywhere
+
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    least = memory if most == resource.RLIM_INFINITY else min(memory, most)
+    resource.setrlimit(resource.RLIMIT_AS, (least, least))
+
+
+def _answer(call: bytes, reserve: bytearray, headroom: int | None) -> bytes:
     """The pickled pair of whether the call returned, and what it returned or raised."""
     try:
         function, arguments, named = pickle.loads(call)
+        if headroom is not None:
+            _limit(address_space() + headroom)
+        # Within the limits too: a result that there is no memory to send is none.
         return pickle.dumps((True, function(*arguments, **named)))
     except Exception as error:
         if ran_out_of_memory(error):

@@ -5,13 +5,53 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from conrod.errors import InvalidInput
+from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.child import BEGUN, Child, KilledFromOutside
-from conrod.studies.execution.limits import Limits
 
 Result = TypeVar("Result")
+
+LEAST_TIMEOUT, MOST_TIMEOUT = 0.1, 1e7
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one call may take; None is no limit.
+
+    Attributes:
+        timeout: wall time [s], from the moment a process begins with it.
+        memory: address space of the process that runs it [bytes], the libraries it has loaded included.
+        headroom: the same, counted from what the process has when the call begins [bytes].
+    """
+
+    timeout: float | None = None
+    memory: int | None = None
+    headroom: int | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse limits that no run could keep.
+
+        Raises:
+            InvalidInput: names the limit and its range.
+        """
+        if self.timeout is not None and not LEAST_TIMEOUT <= self.timeout <= MOST_TIMEOUT:
+            raise InvalidInput(
+                f"a cell's time limit of {self.timeout:g} s is not in {LEAST_TIMEOUT:g}..{MOST_TIMEOUT:g} s"
+            )
+        if self.memory is not None and self.memory < 1:
+            raise InvalidInput(f"a cell's memory limit of {self.memory} bytes is no memory at all")
+
+    def of(self, outcome: str) -> float | None:
+        """The limit at which a run with this outcome ended: [s] or [bytes]; None if it did not end at one."""
+        return {Outcome.TIMED_OUT.slug: self.timeout, Outcome.OUT_OF_MEMORY.slug: self.memory}.get(outcome)
+
+    def allow_more(self, outcome: str, allowed: float) -> bool:
+        """Whether a run that ended at a limit would now get further."""
+        now = self.of(outcome)
+        return now is None or now > allowed
 
 
 class WorkerDied(RuntimeError):
@@ -38,9 +78,14 @@ class WorkerProcess:
     its owner, however that ends. InvalidInput where the system cannot start one.
     """
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, threads_of_its_own: bool = False) -> None:
+        """Start it.
+
+        Args:
+            threads_of_its_own: whether its linear algebra may use several cores.
+        """
         self._limits = limits
-        self._child = _started(limits)
+        self._child = _started(limits, threads_of_its_own)
         self._welcomed = False
 
     def call(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
@@ -66,6 +111,8 @@ class WorkerProcess:
             return result
         if isinstance(content, MemoryError) and self._limits.memory is not None:
             raise MemoryError(f"the limit was {self._limits.memory} bytes")
+        if isinstance(content, MemoryError) and self._limits.headroom is not None:
+            raise MemoryError(f"the limit was {self._limits.headroom} bytes more than it began with")
         raise content
 
     def kill(self) -> None:
@@ -109,8 +156,9 @@ class WorkerProcess:
         assert begun == BEGUN
 
 
-def _started(limits: Limits) -> Child:
-    return Child("conrod.studies.execution.worker", limits.memory, environment=ONE_THREAD)
+def _started(limits: Limits, threads_of_its_own: bool = False) -> Child:
+    environment = {} if threads_of_its_own else ONE_THREAD
+    return Child("conrod.studies.execution.worker", limits.memory, limits.headroom, environment=environment)
 
 
 class WorkerProcesses:
