@@ -16,31 +16,13 @@ from conrod.errors import unknown_choice
 from conrod.report.numbers import SHOWN_UNITS
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.scene_words import described
-from conrod.report.terminal import console, print_lines, print_table
-from conrod.report.validation.tables import verdicts_table
+from conrod.report.terminal import console
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
 from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
-from conrod.studies.validation.results import SceneStudy
 
 WIDE = 400  # for lines that tell of a source
 CSV_SAMPLES = 360
-
-
-# -- verdicts --------------------------------------------------------------------------------------------------------
-
-
-def print_verdicts(studies: Sequence[SceneStudy]) -> None:
-    """A line for each result: largest errors over the observed points, observed order, verdict."""
-    out = console()
-    print_table(out, verdicts_table(studies), folding=("verdict",))
-    reasons = dict.fromkeys(
-        (result.scene, result.tolerance.reason)
-        for study in studies
-        for result in study.results
-        if result.passed is None and result.tolerance.reason
-    )
-    print_lines(out, (f"{scene}: tolerances: {reason}" for scene, reason in reasons))
 
 
 # -- show ------------------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from conrod.cli.model_options import ModelOptions
+from conrod.cli.options import ModelOptions
 from conrod.cli.reproduction import command_line
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import parse_quantity

@@ -1,13 +1,4 @@
-"""Exit statuses of the command line.
-
-Options that several commands share.
-
-Options of one purpose, handed to a command as one object.
-
-Options of `conrod validate --motion`: a motion that no drive prescribes.
-
-Options of `conrod validate TRAJECTORY.csv`: what is what in a table of any tool.
-"""
+"""Options that commands share, options of one purpose as one object, and exit statuses."""
 
 from __future__ import annotations
 
@@ -27,6 +18,34 @@ FAILED, USAGE, INTERRUPTED = 1, 2, 130
 DEFAULT_GRID = "default"
 Command = TypeVar("Command", bound=Callable[..., Any])
 
+
+class Headed(click.Option):
+    """An option that stands under a heading of its own in the help."""
+
+    def __init__(self, *names: Any, heading: str, **attributes: Any) -> None:
+        super().__init__(*names, **attributes)
+        self.heading = heading
+
+
+class HeadedCommand(click.Command):
+    """A command whose help has options under headings."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        headings: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
+            if record is not None:
+                headings.setdefault(getattr(parameter, "heading", "Options"), []).append(record)
+        for heading, records in headings.items():
+            with formatter.section(heading):
+                formatter.write_dl(records)
+
+
+def headed(heading: str, *names: str, **attributes: Any) -> Callable[[Any], Any]:
+    """As `click.option`, under a heading."""
+    return click.option(*names, cls=Headed, heading=heading, **attributes)
+
+
 assignments = click.option(
     "--set", "assignments", multiple=True, metavar="NAME=VALUE", help="Override a parameter, e.g. --set crank=80mm."
 )
@@ -38,13 +57,14 @@ ledger = click.option(
 retime = click.option("--retime", is_flag=True, help="Time again what the ledger has, without running it again.")
 jobs = click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine [one a core].")
 
+KEPT = "Runs and the ledger that keeps them"
 RUNS = (
-    ledger,
-    click.option("--fresh", is_flag=True, help="Do again what the ledger has."),
-    jobs,
-    click.option("--cluster", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."),
-    click.option("--cell-timeout", type=float, metavar="SECONDS", help="End a run that takes longer [600]."),
-    click.option("--cell-memory", metavar="SIZE", help="End a run that needs more, e.g. 4GB [no limit]."),
+    headed(KEPT, "--ledger", metavar="FILE", help="Where finished runs are kept [a file in the user's cache folder]."),
+    headed(KEPT, "--fresh", is_flag=True, help="Do again what the ledger has."),
+    headed(KEPT, "--jobs", type=int, metavar="N", help="Runs at a time on this machine [one a core]."),
+    headed(KEPT, "--cluster", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."),
+    headed(KEPT, "--cell-timeout", type=float, metavar="SECONDS", help="End a run that takes longer [600]."),
+    headed(KEPT, "--cell-memory", metavar="SIZE", help="End a run that needs more, e.g. 4GB [no limit]."),
 )
 
 
@@ -112,45 +132,104 @@ of_runs = bundled("how", RunOptions, RUNS)
 
 @dataclass(frozen=True)
 class MotionOptions:
-    """What was given; None where nothing was."""
+    """A motion that no drive prescribes; None where nothing was given."""
 
     motion: str | None = None
     seconds: float | None = None
     step: str | None = None
 
 
-MOTION_OPTIONS = (
-    click.option(
-        "--motion",
-        metavar="KIND",
-        help="Nothing holds the crank's speed: free, without a torque that drives it, or torque, with its torques.",
+MOTION = "Motion without a prescribed crank (--motion)"
+FREE = "Nothing holds the crank's speed: free, without a torque that drives it, or torque, with its torques."
+of_a_motion = bundled(
+    "motion",
+    MotionOptions,
+    (
+        headed(MOTION, "--motion", metavar="KIND", help=FREE),
+        headed(MOTION, "--seconds", type=float, metavar="S", help="Length of the run [10]."),
+        headed(MOTION, "--step", metavar="TIME", help="Time step of the engines, e.g. 2ms [5 ms or less]."),
     ),
-    click.option("--seconds", type=float, metavar="S", help="Of --motion: how long [10]."),
-    click.option("--step", metavar="TIME", help="Of --motion: the engines' time step, e.g. 2ms [5 ms or less]."),
 )
-of_a_motion = bundled("motion", MotionOptions, MOTION_OPTIONS)
 
 
 @dataclass(frozen=True)
 class TableOptions:
-    """What was given; None or empty where nothing was."""
+    """What is what in a table of any tool; None or empty where nothing was given."""
 
     columns: tuple[str, ...] = field(default=(), metadata={"option": "--column"})
     units: tuple[str, ...] = field(default=(), metadata={"option": "--unit"})
     estimate: str | None = None
 
 
-TABLE_OPTIONS = (
-    click.option(
-        "--column", "columns", multiple=True, metavar="Q=NAME", help="Of a table: which column is what, e.g. C.x=px."
-    ),
-    click.option(
-        "--unit", "units", multiple=True, metavar="UNIT | Q=UNIT", help="Of a table: units that no heading gives."
-    ),
-    click.option(
-        "--estimate",
-        metavar="WHAT,...",
-        help="Of a table: what is unknown and to be worked out, of time, phase, sense and frame.",
+TABLE = "A table that another tool wrote (FILE.csv and the like)"
+UNITS = "Unit that no heading gives."
+UNKNOWN = "What is unknown and to be estimated: time, phase, sense, frame."
+of_a_table = bundled(
+    "table",
+    TableOptions,
+    (
+        headed(TABLE, "--column", "columns", multiple=True, metavar="Q=NAME", help="Column of a quantity, C.x=px."),
+        headed(TABLE, "--unit", "units", multiple=True, metavar="UNIT | Q=UNIT", help=UNITS),
+        headed(TABLE, "--estimate", metavar="WHAT,...", help=UNKNOWN),
     ),
 )
-of_a_table = bundled("table", TableOptions, TABLE_OPTIONS)
+
+
+@dataclass(frozen=True)
+class ModelOptions:
+    """What is what in a user's own model; None or empty where nothing was given."""
+
+    crank: str | None = None
+    points: tuple[str, ...] = field(default=(), metadata={"option": "--point"})
+    plane: str | None = None
+    rotation: str | None = None
+    crank_zero: str | None = None
+    length_unit: str | None = None
+    keyframe: str | None = None
+    touching: str | None = None
+
+
+MODEL = "A MuJoCo model (FILE.xml and the like)"
+PLACE = "Place of an observed point (site:, body: or geom:); may be given again."
+of_a_model = bundled(
+    "model",
+    ModelOptions,
+    (
+        headed(MODEL, "--crank", metavar="JOINT", help="The hinge that is driven."),
+        headed(MODEL, "--point", "points", multiple=True, metavar="NAME=site:SITE", help=PLACE),
+        headed(MODEL, "--plane", metavar="PLANE", help="Directions right and up, e.g. xz or -xz [found]."),
+        headed(MODEL, "--rotation", metavar="ANGLE", help="Of the scene's x axis in the plane [found]."),
+        headed(MODEL, "--crank-zero", metavar="ANGLE", help="Angle of the hinge at crank angle 0 [found]."),
+        headed(MODEL, "--length-unit", metavar="UNIT", help="m, cm, mm or inch [found]."),
+        headed(MODEL, "--keyframe", metavar="NAME", help="Assemble it from there [its reference pose]."),
+        headed(MODEL, "--touching", metavar="CAM,ROLLER", help="Geoms of its cam contact [found]."),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What `conrod validate` was asked for, as it was typed; None or empty where nothing was.
+
+    Attributes:
+        subjects: scenes, or one file.
+        scene: that a file is judged against.
+        document: the file that --json names.
+    """
+
+    subjects: tuple[str, ...]
+    scene: str | None
+    engine: str | None
+    preset: str | None
+    steps_per_rev: int | None
+    revolutions: int | None
+    assignments: tuple[str, ...]
+    tolerance: str | None
+    out: str | None
+    document: str | None
+    figures: str | None
+    quantity: str | None
+    how: RunOptions
+    motion: MotionOptions
+    model: ModelOptions
+    table: TableOptions

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conrod.cli import options as exit_status
-from conrod.cli.model_options import ModelOptions
+from conrod.cli.options import ModelOptions
 from conrod.cli.outputs import outputs
 from conrod.errors import InvalidInput
 from conrod.own.models.study import ModelStudy
