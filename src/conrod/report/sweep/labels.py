@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -28,31 +27,6 @@ MARKED = 4.5  # half the side of a marked point [pt]
 ON_NAME, OUTSIDE, ON_MARK, ON_DOT = 1000.0, 1000.0, 60.0, 1.0
 
 
-@dataclass(frozen=True)
-class Box:
-    """A rectangle about a place [pt]."""
-
-    x: float
-    y: float
-    half_width: float
-    half_height: float
-
-    def touches(self, other: Box) -> bool:
-        """Whether the two overlap."""
-        wide = abs(self.x - other.x) < self.half_width + other.half_width
-        return wide and abs(self.y - other.y) < self.half_height + other.half_height
-
-    def count(self, places: Array, reach: float) -> int:
-        """Number of squares about places (K, 2), of half a side `reach`, that overlap it."""
-        wide = np.abs(places[:, 0] - self.x) < self.half_width + reach
-        return int((wide & (np.abs(places[:, 1] - self.y) < self.half_height + reach)).sum())
-
-    def inside(self, panel: Place) -> bool:
-        """Whether it lies within a panel whose lower left corner is the origin."""
-        left, low = self.x - self.half_width, self.y - self.half_height
-        return left >= 0.0 <= low and self.x + self.half_width <= panel[0] and self.y + self.half_height <= panel[1]
-
-
 def name_offsets(
     texts: Sequence[str], at: Sequence[Place], marks: Sequence[Place], dots: Sequence[Place], panel: Place, size: float
 ) -> list[Place]:
@@ -66,23 +40,32 @@ def name_offsets(
         panel: width and height of the panel [pt].
         size: of the font [pt].
     """
-    stay_free, may_cover = (np.asarray(places, dtype=float).reshape(-1, 2) for places in (marks, dots))
-    taken: list[Box] = []
+    tries = [(distance * dx, distance * dy) for distance in DISTANCES for dx, dy in DIRECTIONS]
+    ranks = [0.1 * distance + 0.1 * rank for distance in DISTANCES for rank in range(len(DIRECTIONS))]
+    named: list[tuple[Array, Array]] = []
     offsets = []
     for text, point in zip(texts, at, strict=True):
-        tried = []
-        for distance in DISTANCES:
-            for rank, (dx, dy) in enumerate(DIRECTIONS):
-                offset = (distance * dx, distance * dy)
-                box = Box(point[0] + offset[0], point[1] + offset[1], 0.36 * size * len(text), 0.6 * size)
-                burden = ON_NAME * sum(box.touches(other) for other in taken)
-                burden += ON_MARK * box.count(stay_free, MARKED) + ON_DOT * box.count(may_cover, 1.0)
-                burden += OUTSIDE * (not box.inside(panel)) + 0.1 * distance + 0.1 * rank
-                tried.append((burden, offset, box))
-        _, offset, box = min(tried, key=lambda one: one[0])
-        taken.append(box)
-        offsets.append(offset)
+        half = np.array([0.36 * size * len(text), 0.6 * size])
+        centres = np.add(point, tries)
+        burden = np.array(ranks)
+        for other, its_half in named:
+            burden += ON_NAME * _touching(centres, other[None], half + its_half)
+        burden += ON_MARK * _touching(centres, _places(marks), half + MARKED)
+        burden += ON_DOT * _touching(centres, _places(dots), half + 1.0)
+        burden += OUTSIDE * ((centres < half) | (centres + half > panel)).any(axis=1)
+        best = int(np.argmin(burden))
+        named.append((centres[best], half))
+        offsets.append(tries[best])
     return offsets
+
+
+def _places(places: Sequence[Place]) -> Array:
+    return np.asarray(places, dtype=float).reshape(-1, 2)
+
+
+def _touching(centres: Array, others: Array, reach: Array) -> Array:
+    """Number of other places (K, 2) within a reach (2,) along x and y of each centre (N, 2)."""
+    return np.asarray((np.abs(centres[:, None] - others[None]) < reach).all(axis=2).sum(axis=1))
 
 
 def name_points(axes: Axes, study: SweepStudy, placed: Sequence[Placed], quantity: str, panel: Place) -> None:

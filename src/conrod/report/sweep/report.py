@@ -17,7 +17,7 @@ from conrod.report.sweep.bands import bands_figure, rows_of, shares_table
 from conrod.report.sweep.budgets import budget_table, budgets_figure, known_budgets, title_of
 from conrod.report.sweep.orders import TOLERANCES, orders_figure, orders_table, principal_paths
 from conrod.report.sweep.selection import placed_points
-from conrod.report.sweep.sentences import sentences
+from conrod.report.sweep.sentences import more_sentences, sentences
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
@@ -34,6 +34,7 @@ def _page(part: Part[SweepStudy]) -> Page:
         study=study,
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
         findings=sentences(study),
+        more=more_sentences(study),
         diagram=figures.get("work-precision"),
         placed=placed,
         failed=sum(not p.point.completed for p in placed),
@@ -83,7 +84,7 @@ def _budget(budget: ErrorBudget) -> tuple[str, str, Table, list[str]]:
 
 def _summary(study: SweepStudy) -> dict[str, Any]:
     return {
-        "findings": sentences(study),
+        "findings": [*sentences(study), *more_sentences(study)],
         "cheapest": tables.cheapest_rows(study, "position", TOLERANCES),
         "engines": dict(study.engines),
         "machine": study.machine,
@@ -100,12 +101,14 @@ def _index(index: Index[SweepStudy]) -> Page:
     ]
     head = ["machine", "position " + tables.CHEAPEST_HEAD[0], *tables.CHEAPEST_HEAD[1:]]
     tried = list(transfers(studies))
-    drawn = [figure for study in studies if (figure := _figures(study).get("work-precision"))]
+    widest = max((study for study in studies if placed_points(study)), key=lambda s: len(s.points), default=None)
+    alt = "Position error against cost of every run"
+    figure = Figure("position", f"{alt}, {widest.name}", partial(work_precision_figure, widest, ("position",))) if widest else None
     text = rendered(
         "sweep-index",
         entries=index.entries,
         cheapest=table(head, rows, right=head[4:]),
-        figure=drawn[-1] if drawn else None,
+        figure=figure,
         one_pass=any(study.one_pass for study in studies),
         transfers=tables.transfers_table(tried),
         count=len(tried),
@@ -113,7 +116,7 @@ def _index(index: Index[SweepStudy]) -> Page:
         versions=_versions(index.entries),
         origin=index.origin,
     )
-    return Page(text)
+    return Page(text, (figure,) if figure else ())
 
 
 def _versions(entries: Mapping[str, Mapping[str, Any]]) -> Table:

@@ -44,14 +44,16 @@ def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def labelled_points(study: SweepStudy) -> tuple[tuple[SweptPoint, Mapping[str, bool]], ...]:
-    """Every point that a work-precision diagram names, cheapest first within its engine.
+def labelled_points(
+    study: SweepStudy, quantities: Sequence[str] = QUANTITIES
+) -> tuple[tuple[SweptPoint, Mapping[str, bool]], ...]:
+    """Every point on the front of its engine for some quantity, cheapest first within its engine.
 
     Returns:
         Points, each with the quantities on whose front of its engine it is, and whether on that of all engines too.
     """
     named: dict[str, tuple[SweptPoint, dict[str, bool]]] = {}
-    for quantity in QUANTITIES:
+    for quantity in quantities:
         overall = {p.label for p in study.front(quantity)}
         for engine in study.engines:
             for point in study.front(quantity, engine):

@@ -22,18 +22,20 @@ from conrod.report.sweep.selection import (
 from conrod.report.sweep.tables import variation_name
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint
-from conrod.studies.sweep.sensitivity import GRAVITY, Sensitivity, Variation
+from conrod.studies.sweep.sensitivity import Sensitivity
 
 QUANTITY, ALLOWED = "position", 1e-6
-SAME = 1.05  # a factor nearer to one than this is no dependence worth a sentence
 APART = 0.5  # orders that differ by more are different ones
 
 
 def sentences(study: SweepStudy) -> list[str]:
-    """The main findings, one paragraph each: what accuracy costs first."""
+    """The main findings, one paragraph each: what accuracy costs, and where it ends."""
+    return [*_economies(study), *_plateaus(study)]
+
+
+def more_sentences(study: SweepStudy) -> list[str]:
+    """Causes of the errors, and whether a study of convergence alone would have noticed them."""
     return [
-        *_economies(study),
-        *_plateaus(study),
         *_causes(study),
         *_dependences(study),
         *_unnoticed(study),
@@ -139,59 +141,26 @@ def _causes(study: SweepStudy) -> Iterator[str]:
 
 
 def _dependences(study: SweepStudy) -> Iterator[str]:
+    """By how much the errors of each preset depend on masses and gravity, of which the exact motion is free."""
     for engine in study.engines:
-        own = [s for s in study.sensitivities if s.engine == engine]
-        base = [s for s in own if s.preset == STOCK]
-        phrases = [phrase for s in base for v in _changed(s) if (phrase := _phrase(s, v))]
-        if not phrases:
-            continue
-        error = f"{engine_title(engine)}'s {base[0].preset} error"
-        varied = "masses and gravity" if any(v.name == GRAVITY for v in base[0].variations) else "masses"
-        text = (
-            f"**What {error} depends on.** The exact motion depends on no mass and no gravity. The error does: "
-            f"{'; '.join(phrases)}."
-            if _depends(base[0])
-            else f"**{error} hardly depends on {varied}**: {'; '.join(phrases)}."
-        )
-        others = [phrase for s in own if s not in base and (phrase := _largest(s))]
-        yield text + (f" Of the other presets: {'; '.join(others)}." if others else "")
+        presets = [phrase for s in study.sensitivities if s.engine == engine and (phrase := _dependence(s))]
+        if presets:
+            yield (
+                f"**How {engine_title(engine)}'s errors depend on masses and gravity**, on which the exact motion does "
+                f"not: {'; '.join(presets)}."
+            )
 
 
-def _changed(sensitivity: Sensitivity) -> list[Variation]:
-    """Variations that mean something: not where the drive faltered."""
-    return [v for v in sensitivity.variations[1:] if v.outcome != COMPLETED or v.drive_kept]
-
-
-def _ratios(variation: Variation) -> dict[str, float]:
-    return {q: r for q in QUANTITIES if (r := variation.ratios.get(q)) is not None and r > 0.0}
-
-
-def _same(ratios: dict[str, float]) -> bool:
-    return all(1.0 / SAME < ratio < SAME for ratio in ratios.values())
-
-
-def _phrase(sensitivity: Sensitivity, variation: Variation) -> str:
-    name, ratios = variation_name(sensitivity, variation), _ratios(variation)
-    if variation.outcome != COMPLETED:
-        return f"with {name} the run ends as `{variation.outcome}`"
+def _dependence(sensitivity: Sensitivity) -> str:
+    # Where the drive faltered, a change is not the joints'.
+    changed = [v for v in sensitivity.variations[1:] if v.outcome != COMPLETED or v.drive_kept]
+    ratios = [r for v in changed for q in QUANTITIES if (r := v.ratios.get(q))]
+    failed = [f"{variation_name(sensitivity, v)} (`{v.outcome}`)" for v in changed if v.outcome != COMPLETED]
     if not ratios:
         return ""
-    factors = listed([f"{numbers.measured(r)} times ({q})" for q, r in ratios.items()])
-    return f"with {name} it stays as it is" if _same(ratios) else f"with {name} it is {factors}"
-
-
-def _depends(sensitivity: Sensitivity) -> bool:
-    return any(v.outcome != COMPLETED or not _same(_ratios(v)) for v in _changed(sensitivity))
-
-
-def _largest(sensitivity: Sensitivity) -> str:
-    changed = _changed(sensitivity)
-    factors = [max(r, 1.0 / r) for v in changed for r in _ratios(v).values()]
-    failed = [variation_name(sensitivity, v) for v in changed if v.outcome != COMPLETED]
-    if not factors:
-        return ""
+    factor = max(max(ratio, 1.0 / ratio) for ratio in ratios)
     besides = f", and with {listed(failed)} it does not complete" if failed else ""
-    return f"`{sensitivity.preset}` changes by a factor of at most {numbers.measured(max(factors))}{besides}"
+    return f"`{sensitivity.preset}` changes by a factor of at most {numbers.measured(factor)}{besides}"
 
 
 # -- grid convergence index, and orders --------------------------------------------------------------------------------

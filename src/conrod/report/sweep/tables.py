@@ -27,8 +27,8 @@ COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
 CHEAPEST_HEAD = ["within", "engine", "cheapest settings", STEPS, "error", *COST_HEAD]
 
 
-def labelled_table(study: SweepStudy) -> Table:
-    """Every point that the diagram names."""
+def labelled_table(study: SweepStudy, quantities: Sequence[str] = QUANTITIES, title: str = "") -> Table:
+    """Every point on the front of its engine for one of some quantities: those that the diagram names."""
     rows = [
         [
             point.label,
@@ -39,10 +39,10 @@ def labelled_table(study: SweepStudy) -> Table:
             *costs_of(point),
             ", ".join(f"**{q}**" if on_all else q for q, on_all in fronts.items()),
         ]
-        for point, fronts in labelled_points(study)
+        for point, fronts in labelled_points(study, quantities)
     ]
     head = ["point", "engine", "settings", STEPS, *(f"{q} error" for q in QUANTITIES), *COST_HEAD]
-    return table([*head, "on the front for"], rows, right=head[3:])
+    return table([*head, "on the front for"], rows, right=head[3:], title=title)
 
 
 def costs_of(point: SweptPoint) -> list[str]:
@@ -90,25 +90,6 @@ def predictions_table(study: SweepStudy) -> Table:
             cells = [", ".join(map(numbers.measured, three)) for three in sizes]
             rows.append([engine_title(curve.engine), curve.preset, str(point.steps_per_revolution), *cells])
     return table(["engine", "preset", STEPS, *(f"{q}: measured, predicted, difference" for q in QUANTITIES)], rows)
-
-
-def front_table(study: SweepStudy) -> Table:
-    """For each engine the settings that no other one beats in both cost and position error."""
-    rows = [
-        [
-            point.label,
-            f"{point.engine}: {point.rule}" + (f" [{point.preset}]" if point.preset else ""),
-            str(point.steps_per_revolution),
-            *(f"{point.error(quantity):.1e}" for quantity in QUANTITIES),
-            f"{1e3 * (point.cost or 0.0):.3g}",
-            f"{point.ratio:.3g}",
-        ]
-        for engine in study.engines
-        for point in study.front("position", engine)
-    ]
-    head = ["point", "setting", "steps/rev", *QUANTITIES, "ms/rev", "ratio"]
-    title = f"{study.name}: settings that none beats in both cost and position"
-    return table(head, rows, right=head[2:], title=title)
 
 
 # -- the grid ----------------------------------------------------------------------------------------------------------
