@@ -168,7 +168,7 @@ def test_a_part_no_larger_than_the_last_doubling_is_not_resolved() -> None:
     assert step is not None
     assert not model["position"].resolved
     assert step["position"].resolved
-    assert not budget.settled(STEP, "position")
+    assert (step["position"].known_to or 0.0) > 0.01 * step["position"].max
 
 
 def test_a_run_that_failed_leaves_its_parts_out_and_says_so() -> None:
@@ -204,7 +204,9 @@ def test_too_few_iterations_grow_the_iterations_part_alone() -> None:
     assert sizes_of(right)[ITERATION] < 1e-6 * sizes_of(planted)[ITERATION]
     for part in (STEP, MODEL):
         assert sizes_of(planted)[part] == pytest.approx(sizes_of(right)[part], rel=1e-6)
-    assert planted.settled(ITERATION, "position")
+    iteration = planted.part(ITERATION).norms
+    assert iteration is not None
+    assert (iteration["position"].known_to or 0.0) < 0.01 * iteration["position"].max
 
 
 @pytest.mark.parametrize(("solver", "iterations"), [("PGS", 10), ("CG", 1)])

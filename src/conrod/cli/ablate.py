@@ -35,8 +35,7 @@ LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
 @click.option(
     "--rounds", type=int, default=ROUNDS, show_default=True, metavar="N", help="How often each cost is taken."
 )
-@options.runs
-@options.retime
+@options.of_timed_runs
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
 def ablate(
@@ -45,13 +44,7 @@ def ablate(
     assignments: tuple[str, ...],
     steps_per_rev: int | None,
     rounds: int,
-    ledger: str | None,
-    fresh: bool,
-    jobs: int | None,
-    cluster: str | None,
-    cell_timeout: float | None,
-    cell_memory: str | None,
-    retime: bool,
+    how: options.TimedRunOptions,
     out: str | None,
     document: str | None,
 ) -> None:
@@ -62,7 +55,7 @@ def ablate(
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.reproduction import reproduction
-    from conrod.cli.runner import Options, Runner
+    from conrod.cli.runner import Runner
     from conrod.engines.capabilities import HasIngredients, Lacking, capability
     from conrod.mechanism.units import check_count
     from conrod.report.ablate.report import KIND
@@ -79,13 +72,12 @@ def ablate(
         for name in chosen:
             check_table(name, steps_per_rev, round(REVOLUTIONS))
     check_count("--rounds", rounds, LEAST_ROUNDS, MOST_ROUNDS)
-    how = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory, retime)
-    files = outputs(KIND, chosen, out, document, {"the ledger": how.ledger_file})
+    files = outputs(KIND, chosen, out, document)
     plans = {
         name: [plan_ablation(name, scene, one, steps_per_rev, rounds) for one in asked if one.name not in unsupported]
         for name, scene in chosen.items()
     }
-    with Runner.of(how) as runner:
+    with Runner.of(how, files.file) as runner:
         found = iter(_findings([plan for own in plans.values() for plan in own], runner))
     studies = [
         ablation_study(name, chosen[name], [next(found) for _ in own], unsupported) for name, own in plans.items()

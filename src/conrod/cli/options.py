@@ -131,6 +131,16 @@ of_runs = bundled("how", RunOptions, RUNS)
 
 
 @dataclass(frozen=True)
+class TimedRunOptions(RunOptions):
+    """How runs are made and timed."""
+
+    retime: bool = False
+
+
+of_timed_runs = bundled("how", TimedRunOptions, (*RUNS, retime))
+
+
+@dataclass(frozen=True)
 class MotionOptions:
     """A motion that no drive prescribes; None where nothing was given."""
 

@@ -17,8 +17,7 @@ from conrod.cli import options
 @options.engine
 @options.grid
 @options.assignments
-@options.runs
-@options.retime
+@options.of_timed_runs
 def recommend(
     scene: str,
     position: float | None,
@@ -27,13 +26,7 @@ def recommend(
     engine: str | None,
     grid: str,
     assignments: tuple[str, ...],
-    ledger: str | None,
-    fresh: bool,
-    jobs: int | None,
-    cluster: str | None,
-    cell_timeout: float | None,
-    cell_memory: str | None,
-    retime: bool,
+    how: options.TimedRunOptions,
 ) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
@@ -43,7 +36,7 @@ def recommend(
 
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """
-    from conrod.cli.runner import Options, Runner
+    from conrod.cli.runner import Runner
     from conrod.engines.rule import grid_named
     from conrod.report.recommendation import answer_lines
     from conrod.report.terminal import console, print_lines
@@ -57,7 +50,6 @@ def recommend(
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
     name, chosen = select_scene(scene, assignments)
     plan = plan_sweep(name, chosen, select_engines(engine), grid_named(grid))
-    how = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory, retime)
     with Runner.of(how) as runner, runner.answering() as run:
         (answers,) = pursue([recommend_for(plan, allowed, runner.time)], run)
     with naming("standard output"):

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from conrod.studies.sweep.findings import SweepStudy
 
 WIDE = 170  # where there is no terminal to fit
-RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
 
 
 @click.command()
@@ -22,8 +21,7 @@ RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixe
 @options.engine
 @options.grid
 @options.assignments
-@options.runs
-@options.retime
+@options.of_timed_runs
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
 def sweep(
@@ -31,13 +29,7 @@ def sweep(
     engine: str | None,
     grid: str,
     assignments: tuple[str, ...],
-    ledger: str | None,
-    fresh: bool,
-    jobs: int | None,
-    cluster: str | None,
-    cell_timeout: float | None,
-    cell_memory: str | None,
-    retime: bool,
+    how: options.TimedRunOptions,
     out: str | None,
     document: str | None,
 ) -> None:
@@ -47,7 +39,7 @@ def sweep(
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.reproduction import reproduction
-    from conrod.cli.runner import Options, Runner
+    from conrod.cli.runner import Runner
     from conrod.engines.rule import grid_named
     from conrod.report.sweep.report import KIND
     from conrod.studies.frame.files import naming
@@ -58,10 +50,9 @@ def sweep(
 
     chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
     swept = grid_named(grid)
-    how = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory, retime)
-    files = outputs(KIND, chosen, out, document, {"the ledger": how.ledger_file})
+    files = outputs(KIND, chosen, out, document)
     plans = [plan_sweep(name, scene, engines, swept) for name, scene in chosen.items()]
-    with Runner.of(how) as runner, runner.answering() as run:
+    with Runner.of(how, files.file) as runner, runner.answering() as run:
         studies = pursue([sweep_scene(plan, runner.time) for plan in plans], run)
     with naming("standard output"):
         print_fronts(studies)
@@ -72,13 +63,14 @@ def sweep(
 
 def print_fronts(studies: Sequence[SweepStudy]) -> None:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
-    from conrod.report.sweep.tables import front_table
+    from conrod.report.sweep.tables import labelled_table
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console(WIDE)
     for study in studies:
-        print_table(out, front_table(study), folding=("setting",))
+        title = f"{study.name}: settings that none beats in both cost and position"
+        print_table(out, labelled_table(study, ("position",), title), folding=("settings",))
         counts = Counter(point.outcome for point in study.points)
         ended = ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
-        lines = [f"{len(study.points)} settings and steps: {ended}", RATIO]
-        print_lines(out, [*lines, *(f"{name} unsupported: {why}" for name, why in study.unsupported.items())])
+        unsupported = [f"{name} unsupported: {why}" for name, why in study.unsupported.items()]
+        print_lines(out, [f"{len(study.points)} settings and steps: {ended}", *unsupported])

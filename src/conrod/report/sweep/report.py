@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -101,9 +101,7 @@ def _index(index: Index[SweepStudy]) -> Page:
     ]
     head = ["machine", "position " + tables.CHEAPEST_HEAD[0], *tables.CHEAPEST_HEAD[1:]]
     tried = list(transfers(studies))
-    widest = max((study for study in studies if placed_points(study)), key=lambda s: len(s.points), default=None)
-    alt = "Position error against cost of every run"
-    figure = Figure("position", f"{alt}, {widest.name}", partial(work_precision_figure, widest, ("position",))) if widest else None
+    figure = _first_figure(studies)
     text = rendered(
         "sweep-index",
         entries=index.entries,
@@ -117,6 +115,15 @@ def _index(index: Index[SweepStudy]) -> Page:
         origin=index.origin,
     )
     return Page(text, (figure,) if figure else ())
+
+
+def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
+    """The diagram of position alone, of the study with most points; None where none was timed."""
+    study = max((study for study in studies if placed_points(study)), key=lambda s: len(s.points), default=None)
+    if study is None:
+        return None
+    alt = f"Position error against cost of every run, {study.name}"
+    return Figure("position", alt, partial(work_precision_figure, study, ("position",)))
 
 
 def _versions(entries: Mapping[str, Mapping[str, Any]]) -> Table:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,6 @@ from conrod.scenes import Scene
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import Study
-from conrod.studies.frame.timing import Timing
 from conrod.studies.recommend.recommendation import (
     Confirmation,
     Recommendation,
@@ -26,6 +25,7 @@ from conrod.studies.recommend.recommendation import (
     savings_of,
 )
 from conrod.studies.sweep.plan import RulePlan, SweepPlan
+from conrod.studies.sweep.study import Clock
 
 LARGEST_TOLERANCE = 1e6
 SMALLEST_TOLERANCE = 1e-15
@@ -38,8 +38,6 @@ MORE_REVOLUTIONS = 5.0
 OTHER_SPEEDS = (0.9, 1.1)
 
 Tolerances = Mapping[str, float]  # largest normalised error by quantity
-# Timings by key, of those cases that can be timed.
-Clock = Callable[[list[RunCase]], Mapping[str, Timing]]
 Answer = Recommendation | Refusal
 
 

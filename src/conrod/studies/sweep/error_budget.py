@@ -37,7 +37,6 @@ from conrod.studies.sweep.budget_plan import (
 from conrod.studies.validation.refinement import rounding_level
 
 TOTAL, ITERATION, STEP, MODEL = "total", "iteration", "step", "model"
-SETTLED = 0.01  # of the part, or of the whole error: how much a doubling may still change
 NAMED = 0.25  # a law names a cause where it gives the size this well
 TELESCOPED = 16.0 * float(np.finfo(float).eps)
 
@@ -112,13 +111,6 @@ class ErrorBudget:
     def part(self, name: str) -> Part:
         """The part of a name; KeyError if there is none."""
         return {part.name: part for part in self.parts}[name]
-
-    def settled(self, name: str, quantity: str) -> bool:
-        """Whether doubling changes a part by less than a hundredth, of itself or of the whole error."""
-        norms, total = self.part(name).norms, self.part(TOTAL).norms
-        if norms is None or total is None:
-            return False
-        return (norms[quantity].known_to or 0.0) <= SETTLED * max(norms[quantity].max, total[quantity].max)
 
 
 def budget_of(

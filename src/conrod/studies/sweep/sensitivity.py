@@ -68,17 +68,6 @@ class Sensitivity:
     parameter: str
     variations: tuple[Variation, ...]
 
-    def largest_ratio(self, quantity: str) -> float | None:
-        """The factor by which an error changes at most, up or down.
-
-        Infinite where only the settings as they are run to their end; None where these do not.
-        """
-        base, *others = self.variations
-        if base.errors is None:
-            return None
-        ratios = [variation.ratios[quantity] for variation in others]
-        return max(max(r, 1.0 / r) if r else math.inf for r in ratios)
-
 
 def sensitivity_cases(name: str, scene: Scene, settings: Settings) -> dict[str, RunCase]:
     """The runs, by what they change; gravity only where the machine feels it and the engine can be without.
