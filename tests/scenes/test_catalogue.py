@@ -19,7 +19,7 @@ from conrod.engines import ENGINES, Engine, engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.report.reproduction import Reproduction, told_origin
+from conrod.report.reproduction import Reproduction
 from conrod.report.validation.report import KIND
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES, Scene
@@ -288,15 +288,6 @@ def test_a_report_on_a_file_is_reproduced_with_the_file(studied: SceneStudy, tmp
     files = reported(studied, tmp_path, typed).files
     for name in ("README.md", "swinging-four-bar.md"):
         assert "`conrod validate 'my machines/own.toml' --out reports/catalogue`" in str(files[name])
-
-
-def test_an_index_of_files_does_not_make_up_a_command() -> None:
-    typed = {name: {"commands": [f"conrod limits x/{name}.toml --out d"]} for name in "ab"}
-    assert "each page names its own" in told_origin(typed)
-    assert "x/" not in told_origin(typed)
-    # Negative control: those that go by their names are told in one command.
-    named = {name: {"commands": [f"conrod limits {name} --out d"]} for name in "ab"}
-    assert "`conrod limits a b --out d`" in told_origin(named)
 
 
 def test_unknown_figures_are_refused_before_anything_runs(tmp_path: Path) -> None:

@@ -66,8 +66,7 @@ def _export_pack(
     name: str, scene: Scene, machine: bytes | None, output: str | None, samples: int | None, revolutions: int | None
 ) -> None:
     from conrod.cli.console import CSV_SAMPLES
-    from conrod.report.pack.contents import pack_files
-    from conrod.report.pack.writing import pack_batch, pack_to_write
+    from conrod.report.pack.contents import pack_batch, pack_files, pack_to_write
     from conrod.studies.frame.files import write_together
     from conrod.studies.frame.resolve_arguments import check_table
 

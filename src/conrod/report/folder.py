@@ -1,12 +1,9 @@
-"""What a user writes beside a report must be none of the report's own files.
-
-The folder of a report, and what in it must not be replaced by one.
-"""
+"""The folder of a report: which of its files are the report's own, and what must not be replaced by them."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,31 +31,6 @@ def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
         raise InvalidInput(f"cannot write {file}: it is where the folder {folder} has to be")
 
 
-def check_own_folder(
-    directory: Path, pages: Sequence[str], drawn: Iterable[str], figures: str, is_own: bool, kind: str
-) -> None:
-    """Refuse a folder in which a report would replace what is not its own.
-
-    Args:
-        pages, drawn: names of the report's files in the folder; those drawn lie in its folder of figures.
-        figures: name of that.
-        is_own: whether the folder already holds a report of the kind.
-        kind: of report, for the error.
-
-    Raises:
-        InvalidInput: names the file that is in the way.
-    """
-    place = directory / figures
-    if place.is_symlink() or (place.exists() and not is_folder(place)):
-        raise InvalidInput(f"cannot write into {directory}: {figures} in it is not a folder")
-    for name in (*pages, *drawn):
-        if is_no_file(directory / name):
-            raise InvalidInput(f"cannot write into {directory}: {name} in it is not a regular file")
-    for name in () if is_own else pages:
-        if (directory / name).exists():
-            raise InvalidInput(f"cannot write into {directory}: it holds a {name} that is not {kind}")
-
-
 def document_in(file: Path) -> Any:
     """What a report's JSON file holds.
 
@@ -68,17 +40,6 @@ def document_in(file: Path) -> Any:
     """
     return json.loads(file.read_text(encoding="utf-8"))
 
-
-def holds_document(file: Path, keys: set[str]) -> bool:
-    """Whether a file is a report's, which is known by its keys."""
-    try:
-        document = document_in(file)
-    except (OSError, ValueError):
-        return False
-    return isinstance(document, dict) and keys <= document.keys()
-
-
-# -- the folder of a report whose pages are made of saved findings -----------------------------------------------------
 
 SUBFOLDERS = ("figures", "data")
 

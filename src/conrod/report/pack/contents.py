@@ -1,4 +1,4 @@
-"""The files of a pack."""
+"""A pack: its files, and the folder or the archive that they are written to, whole or not at all."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
+from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Revolute
 from conrod.mechanism.rolling import Rack, Rolling
 from conrod.report.drawing.drawing import mechanism_svg
+from conrod.report.folder import document_in
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.pack.readme import readme, worth_meeting
 from conrod.scenes import Scene
+from conrod.studies.frame.files import Batch, file_to_write, folder_to_write, is_folder, is_no_file, single
 
 SCHEMA = 1
 README, PARAMETERS, MECHANISM, TOLERANCES = "README.md", "parameters.json", "mechanism.json", "tolerances.json"
@@ -27,6 +31,7 @@ DRAWING = f"{FIGURES}/mechanism.svg"
 PAGES = (README, PARAMETERS, MECHANISM, TOLERANCES, TRAJECTORY_CSV, TRAJECTORY_NPZ)
 # Of the parameters' file, by which a pack is known.
 KEYS = {"schema", "scene", "kind", "parameters"}
+ARCHIVE = ".zip"
 READABLE = 0o644 << 16  # by all, once unpacked
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can say
 
@@ -69,7 +74,7 @@ def zipped(files: Mapping[str, str | bytes], folder: str) -> bytes:
 
 
 def parameters_document(name: str, scene: Scene) -> dict[str, Any]:
-    """All parameters, SI, in full precision; `conrod.report.pack.reading` makes the scene of them again."""
+    """All parameters, SI, in full precision."""
     facts = scene.parameter_facts()
     return {
         "schema": SCHEMA,
@@ -111,3 +116,38 @@ def _kind(joint: Joint) -> str:
 
 def _json(document: dict[str, Any]) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+# -- on the disk -----------------------------------------------------------------------------------------------------
+
+
+def pack_to_write(text: str | None) -> Path:
+    """The folder or archive that a user names, refused where anything but an earlier pack would be replaced.
+
+    Raises:
+        InvalidInput: none is named, or it cannot be written.
+    """
+    if text is None:
+        raise InvalidInput("--format pack is a folder or an archive: name it with -o DIR or -o FILE.zip")
+    if text.lower().endswith(ARCHIVE):
+        return file_to_write(text, "-o")
+    folder = folder_to_write(text, "-o")
+    try:
+        is_own = document_in(folder / PARAMETERS).keys() >= KEYS
+    except (OSError, ValueError, AttributeError):
+        is_own = False
+    if (folder / FIGURES).is_symlink() or ((folder / FIGURES).exists() and not is_folder(folder / FIGURES)):
+        raise InvalidInput(f"cannot write into {folder}: {FIGURES} in it is not a folder")
+    for name in (*PAGES, MACHINE, DRAWING):
+        if is_no_file(folder / name):
+            raise InvalidInput(f"cannot write into {folder}: {name} in it is not a regular file")
+        if not is_own and (folder / name).exists():
+            raise InvalidInput(f"cannot write into {folder}: it holds a {name} that is not of a pack")
+    return folder
+
+
+def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
+    """All files in the folder, or in one archive."""
+    if place.name.lower().endswith(ARCHIVE):
+        return single(place, zipped(files, place.name[: -len(ARCHIVE)]))
+    return Batch(place, files)
