@@ -109,7 +109,7 @@ def test_loads_move_nothing_where_the_crank_is_prescribed() -> None:
 
 def test_a_pendulum_swings_as_elliptic_functions_say() -> None:
     mechanism, square = pendulum(released=2.0)
-    times = np.linspace(0.0, 4.0, 81)
+    times = np.linspace(0.0, 2.0, 41)
     motion = ForwardDynamics(mechanism).motion(times, 0.0)
     modulus = math.sin(1.0)
     sine = ellipj(ellipk(modulus**2) - math.sqrt(square) * times, modulus**2)[0]
@@ -195,7 +195,7 @@ def sprung(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, loads=loads)
 
 
-@pytest.mark.parametrize("rate", [12.0, -12.0])
+@pytest.mark.parametrize("rate", [12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
 def test_energy_is_kept_to_1e_11_with_springs_dampers_friction_and_pulses(rate: float) -> None:
     motion = ForwardDynamics(sprung(slider_crank())).motion(np.linspace(0.0, 0.8, 33), rate)
     assert motion.drift < 1e-11
@@ -205,7 +205,7 @@ def test_energy_is_kept_to_1e_11_with_springs_dampers_friction_and_pulses(rate: 
 @pytest.mark.parametrize("rate", [12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
 def test_a_constant_torque_has_done_its_work_after_several_turns(rate: float) -> None:
     torque = Load("motor", Turn(GROUND, "crank"), Steady(math.copysign(3.0, rate)))
-    motion = ForwardDynamics(replace(slider_crank(), loads=(torque,))).motion(np.linspace(0.0, 1.0, 21), rate)
+    motion = ForwardDynamics(replace(slider_crank(), loads=(torque,))).motion(np.linspace(0.0, 0.6, 13), rate)
     turned = motion.poses[:, 2] - motion.poses[0, 2]
     assert abs(turned[-1]) > 4.0 * math.pi
     assert motion.drift < 1e-11
@@ -214,7 +214,7 @@ def test_a_constant_torque_has_done_its_work_after_several_turns(rate: float) ->
 def test_a_torsion_spring_on_the_crank_goes_on_winding_up_beyond_a_turn() -> None:
     wheel, _ = pendulum(0.0)
     spring = Load("spring", Turn(GROUND, "bob"), Elastic(2.0, -math.pi / 2.0))
-    times, rate, inertia = np.linspace(0.0, 3.0, 61), 30.0, 0.03 + 2.0 * 0.4**2
+    times, rate, inertia = np.linspace(0.0, 1.4, 29), 30.0, 0.03 + 2.0 * 0.4**2
     motion = ForwardDynamics(replace(wheel, gravity=(0.0, 0.0), loads=(spring,))).motion(times, rate)
     frequency = math.sqrt(2.0 / inertia)
     exact = rate / frequency * np.sin(frequency * times)
@@ -371,13 +371,13 @@ def wheels(ratio: float) -> Mechanism:
     return Mechanism("wheels", bodies, joints, Driver("shaft"), poses, observed, (0.0, -9.81))
 
 
-@pytest.mark.parametrize(("ratio", "turns"), [(0.5, 2), (0.99, 100), (math.sqrt(0.5), None)])
-def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, turns: int | None) -> None:
+@pytest.mark.parametrize(("ratio", "closes"), [(0.5, True), (0.99, False)])
+def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, closes: bool) -> None:
     """Of 99 to 100 the second wheel passes its start by a hundredth of a turn, turn after turn: that is not closed."""
     configurations = Configurations(wheels(ratio))
     per_turn = 2.0 * math.pi * math.hypot(1.0, ratio)
     configurations.reach(3.5 * per_turn)
-    if turns == 2:
+    if closes:
         assert configurations.loop is not None
         assert configurations.loop.length == pytest.approx(2.0 * per_turn)
         assert np.abs(configurations.loop.gain[[2, 5]]) == pytest.approx([4.0 * math.pi, 2.0 * math.pi])
@@ -387,7 +387,7 @@ def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, turns
 
 @pytest.mark.parametrize("rate", [20.0, pytest.param(-20.0, marks=pytest.mark.slow)])
 def test_wheels_whose_turns_never_come_out_keep_their_energy(rate: float) -> None:
-    motion = ForwardDynamics(wheels(math.sqrt(0.5))).motion(np.linspace(0.0, 1.0, 21), rate)
+    motion = ForwardDynamics(wheels(math.sqrt(0.5))).motion(np.linspace(0.0, 0.6, 13), rate)
     assert motion.drift < 1e-11
     assert motion.poses[:, 5] == pytest.approx(-math.sqrt(0.5) * motion.poses[:, 2], abs=1e-11)
 

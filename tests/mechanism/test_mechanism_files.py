@@ -63,7 +63,7 @@ def test_the_slider_crank_moves_as_its_closed_form_says() -> None:
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_order_of_declaration_does_not_matter(path: Path, seed: int) -> None:
     usual, other = read_scene(path), scene_of(shuffled(tables(path), seed))
     assert other.mechanism() == usual.mechanism()
