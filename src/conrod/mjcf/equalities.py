@@ -50,7 +50,7 @@ class Rows:
 
     @cached_property
     def rank(self) -> int:
-        """Of all rows."""
+        """Rank of all rows."""
         return jacobian_rank(self.jacobian)
 
 

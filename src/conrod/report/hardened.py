@@ -1,4 +1,4 @@
-"""What hardening a model changes, as a table and in words."""
+"""Effects of hardening a model, as a table and in words."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
 
 
 def reading_words(found: HardenedModel) -> list[str]:
-    """How the figures are to be read."""
+    """Explanation of the figures."""
     drift = "drift: none, the reference (hardened, RK4, a sixteenth of the step) breaks off"
     if found.reference_known_to is not None:
         drift = (

@@ -69,7 +69,7 @@ def called(model: mujoco.MjModel, sort: str, index: int) -> str:
 
 
 def is_fixed(model: mujoco.MjModel, tendon: int) -> bool:
-    """Whether a tendon's length is linear in joint coordinates."""
+    """Return True where a tendon's length is linear in joint coordinates."""
     return bool(mujoco.mjtWrap(model.wrap_type[model.tendon_adr[tendon]]) == mujoco.mjtWrap.mjWRAP_JOINT)
 
 
@@ -85,7 +85,7 @@ def impedance(solimp: Array, violation: float = 0.0) -> float:
 
 
 def compliance(solref: Array, solimp: Array, least_time: float) -> float:
-    """How far a constraint gives way [m] under a force, over the acceleration that this gives its inverse weight [s^2].
+    """Opening of a constraint [m] under a force, over the acceleration that this gives its inverse weight [s^2].
 
     A constraint at rest under a force f is open by f R / (k d), R = (1 - d) / d x (inverse weight),
     k = 1 / (d_max^2 x time constant^2 x damping ratio^2) (MuJoCo's documentation, "Computation", solver parameters).
@@ -96,7 +96,7 @@ def compliance(solref: Array, solimp: Array, least_time: float) -> float:
 
 
 def softer_than_stock(model: mujoco.MjModel, index: int) -> bool:
-    """Whether an equality gives way more than one that nobody set."""
+    """Return True where an equality gives way more than a stock one."""
     least = refsafe_time(model)
     stock = compliance(np.array(STOCK_SOLREF), np.array(STOCK_SOLIMP), least)
     # Twelve digits: what was written as stock is stock.
@@ -113,7 +113,7 @@ def refsafe_time(model: mujoco.MjModel) -> float:
 
 
 def loops_of(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[Loop, ...]:
-    """What is measured of closures: a weld's place and its turn apart."""
+    """Measures of closures: a weld's place and its turn are two."""
     found: list[Loop] = []
     for one in closures:
         if one.kind == "weld":

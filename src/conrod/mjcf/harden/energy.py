@@ -1,4 +1,4 @@
-"""How well a closed loop keeps its energy, on copies of the model in which nothing takes or gives any."""
+"""Energy drift of closed loops, on copies of the model in which nothing takes or gives energy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HIDDEN = 1e-9
 
 @dataclass(frozen=True)
 class EnergyDrift:
-    """Of one run.
+    """Energy drift of one run.
 
     Attributes:
         share: largest change of the energy over the kinetic energy exchanged; None where it says nothing.

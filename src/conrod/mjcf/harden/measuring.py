@@ -22,9 +22,9 @@ from conrod.studies.frame.paired_timing import PairedCost, paired_cost
 
 AS_IT_IS, WEIGHTS_ALONE, HARDENED = "as it is", "weights alone", "hardened"
 LEVELS = (1, 2, 4)
-# Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth of it tells how well that is known.
+# Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth shows how well that is known.
 REFERENCE, CHECK = 16, 8
-# An error of less than this many times what the reference is known to tells nothing of its order.
+# An error of less than this many times what the reference is known to says nothing about its order.
 TOLD_APART = 3.0
 # A machine whose bodies move by less than this share of its size stands.
 STANDS = 1e-9
@@ -32,7 +32,7 @@ STANDS = 1e-9
 
 @dataclass(frozen=True)
 class Measured:
-    """What the runs came to.
+    """Figures of the runs.
 
     Attributes:
         travel: the longest way of a body in the reference [m].
@@ -96,7 +96,7 @@ def distance(one: Swing, other: Swing) -> float:
 
 
 def cost(model: mujoco.MjModel, recipe: Recipe, state: Array, pace: Pace) -> PairedCost:
-    """Of a hardened step over one as it is, both through the same motion, again and again from its start."""
+    """Cost of a hardened step over one as it is, both through the same motion, again and again from its start."""
     return paired_cost(_stepper(edited(model, recipe), state, pace), _stepper(edited(model, None), state, pace))
 
 
@@ -155,7 +155,7 @@ def _variant(
 
 
 def _without_orders(variant: Variant) -> Variant:
-    """The same without orders, which a machine that stands has none of."""
+    """Variant without orders, which a machine that stands does not have."""
     nothing = (None,) * (len(LEVELS) - 1)
     closing, drift = (
         None if orders is None else replace(orders, claimed=None, pairs=nothing)

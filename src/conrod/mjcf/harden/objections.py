@@ -1,4 +1,4 @@
-"""What speaks against hardening a model, and what its user should know."""
+"""Objections to hardening a model, and notes for its user."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SCALED = 0.5
 
 
 def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
-    """Why a model cannot be hardened, whatever one forces; empty where it can."""
+    """Reason why a model cannot be hardened, forced or not; empty where it can."""
     if model.body_invweight0.dtype != np.float64:
         return "this build of MuJoCo calculates in single precision, where hardening costs more digits than it gives"
     if not closures:
@@ -61,7 +61,7 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
 
 
 def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
-    """What the hardened model does not do."""
+    """Limits of the hardened model."""
     curved = [one.name for one in closures if one.curved]
     off = [
         name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i) and not model.eq_active0[i]

@@ -1,4 +1,4 @@
-"""What is changed in a compiled model so that its loops stay closed, as an edit and as lines of Python."""
+"""The changes to a compiled model that keep its loops closed, as an edit and as lines of Python."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Weights:
 
     @classmethod
     def of(cls, closures: Sequence[Closure]) -> Weights:
-        """Those of closures; the world, body 0, has none to scale."""
+        """Weights of closures; the world, body 0, has none to scale."""
         ends: dict[Holder, set[int]] = {"body": set(), "dof": set(), "tendon": set()}
         for one in closures:
             ends[one.holder].update(one.ends)
@@ -118,9 +118,9 @@ def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: s
         if now <= 0.0 or (one.curved and asked == "auto"):
             continue
         enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
-        wanted = asked if isinstance(asked, float) else max(now, enough)
-        if wanted != now:
-            changed.append((one.index, wanted))
+        chosen = asked if isinstance(asked, float) else max(now, enough)
+        if chosen != now:
+            changed.append((one.index, chosen))
     return changed
 
 
@@ -128,7 +128,7 @@ def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: s
 
 
 def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
-    """The same edit, ready to paste; with the whole path of the file it gives the same model wherever it is run."""
+    """Lines that make the edit, ready to paste; with the whole path of the file they give the same model anywhere."""
     reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
     lines = [
         "import mujoco",

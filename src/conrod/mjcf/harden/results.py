@@ -1,4 +1,4 @@
-"""What `conrod harden` is asked, and what it found on a user's model: plain values."""
+"""Request and findings of `conrod harden`, as plain values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class Request:
-    """How a model is to be hardened, and on which motion that is shown.
+    """Way in which a model is to be hardened, and the motion on which that is shown.
 
     Attributes:
         keyframe: name or number of the keyframe that the runs start from; None for the first, or the model's own pose.
@@ -50,7 +50,7 @@ class Loop:
 
 @dataclass(frozen=True)
 class Orders:
-    """How something shrinks with the step.
+    """Values at three steps, and the order at which they shrink.
 
     Attributes:
         values: at the model's step, half of it and a quarter [m].
@@ -111,7 +111,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class HardenedModel:
-    """What was found.
+    """Findings on one model.
 
     Attributes:
         refusals: why it is not hardened; empty where it is.

@@ -26,7 +26,7 @@ LIMITS = (mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT, mujoco.mjtConstraint.mjCNSTR
 
 @dataclass(frozen=True)
 class Start:
-    """Where runs start.
+    """State from which runs start.
 
     Attributes:
         state: as `mj_setState` takes it.
@@ -101,7 +101,7 @@ def _closed(model: mujoco.MjModel, data: mujoco.MjData, closures: Sequence[Closu
 
 @dataclass(frozen=True)
 class Pace:
-    """How a run is made.
+    """Steps and samples of a run.
 
     Attributes:
         samples: that it is looked at after the start.
@@ -114,13 +114,13 @@ class Pace:
     timestep: float
 
     def finer(self, times: int) -> Pace:
-        """The same samples, by so many times as many steps."""
+        """Pace with the same samples, and so many times as many steps."""
         return Pace(self.samples, self.stride * times, self.timestep / times)
 
 
 @dataclass(frozen=True)
 class Swing:
-    """What a run came to, at its S + 1 samples, the start among them.
+    """A run at its S + 1 samples, the start among them.
 
     Attributes:
         points: (S + 1, bodies, 3) centres of gravity of all that can move [m].

@@ -115,14 +115,14 @@ def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
 
 
 def _advice(model: mujoco.MjModel, recipe: Recipe) -> str:
-    """What may help where hardening does harm."""
+    """Advice for a model that hardening harms."""
     runge_kutta = mujoco.mjtIntegrator(model.opt.integrator) == mujoco.mjtIntegrator.mjINT_RK4
     other = "--integrator keep, " if recipe.integrator else "" if runge_kutta else "--integrator RK4, "
     return f"{other}another --solref or a smaller step of the model may help"
 
 
 def _harm(found: HardenedModel, before: Variant, after: Variant, advice: str) -> str:
-    """Why the hardened model is worse than none; empty where it is not."""
+    """Reason why the hardened model is worse than none; empty where it is not."""
     if before.broke is not None and after.broke is not None:
         return (
             f"the run breaks off as it is after {before.steps} steps ({before.broke}), and hardened after "
@@ -143,7 +143,7 @@ def _harm(found: HardenedModel, before: Variant, after: Variant, advice: str) ->
 
 
 def _doubts(found: HardenedModel, start: Start, before: Variant, after: Variant) -> tuple[str, ...]:
-    """What the figures say against themselves, or against the hardened model."""
+    """Reasons to doubt the figures, or the hardened model."""
     doubts = []
     if not start.closed:
         doubts.append("no pose near the start closes the loops: the runs start with them open")

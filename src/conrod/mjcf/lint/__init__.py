@@ -1,1 +1,1 @@
-"""What a MuJoCo model carries that its motion does not require, and what makes it fail."""
+"""Search of a MuJoCo model for what its motion does not require, and for what makes it fail."""

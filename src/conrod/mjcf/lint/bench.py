@@ -88,7 +88,7 @@ class Bench:
 
     @property
     def poses(self) -> Poses:
-        """What the constraints are along the model's own run."""
+        """Constraints along the model's own run."""
         return self.poses_of(())
 
     def copy(self, edits: Sequence[Edit]) -> mujoco.MjModel:
@@ -110,21 +110,21 @@ class Bench:
         return self._models[key]
 
     def run_of(self, edits: Sequence[Edit]) -> Run:
-        """The same run with edits."""
+        """Run of the model with edits."""
         key = tuple(edits)
         if key not in self._runs:
             self._runs[key] = run(self.copy(key), self.start, self.steps, self.observed)
         return self._runs[key]
 
     def poses_of(self, edits: Sequence[Edit]) -> Poses:
-        """What the constraints are along the run with edits."""
+        """Constraints along the run with edits."""
         key = tuple(edits)
         if key not in self._poses:
             self._poses[key] = Poses(self.copy(key), self.start, self.run_of(key))
         return self._poses[key]
 
     def with_step(self, step: float) -> Bench:
-        """The same model run with another step [s], for the same time."""
+        """Bench of the same model with another step [s], for the same time."""
         if step in self._other_steps:
             return self._other_steps[step]
         steps = max(1, round(self.steps * float(self.model.opt.timestep) / step))
@@ -151,7 +151,7 @@ class Bench:
 
     @cached_property
     def size(self) -> float:
-        """Of the machine [m]: the diagonal of the box about its moving bodies and their joints, at the start."""
+        """Size of the machine [m]: the diagonal of the box about its moving bodies and their joints, at the start."""
         data = self.start.data(self.model)
         mujoco.mj_kinematics(self.model, data)
         moving = self.model.body_weldid > 0
@@ -161,7 +161,7 @@ class Bench:
 
     @cached_property
     def scale(self) -> float:
-        """That changes of positions are told by [m]: the travel of what is observed; of what stands, the size."""
+        """Length [m] that changes of positions are relative to: the observed travel; of what stands, the size."""
         travel = self.run.travel
         return travel if travel > UNCHANGED * self.size else self.size
 
@@ -176,7 +176,7 @@ class Bench:
         return Trial(tuple(edits), self.change(edits), self.cost(edits))
 
     def cost(self, edits: Sequence[Edit]) -> PairedCost:
-        """Of a step of the model over one with edits."""
+        """Cost of a step of the model over one with edits."""
         return paired_cost(self._stepper(self.model), self._stepper(self.copy(edits)), clock=self._clock)
 
     def cost_of(self, kind: str, indices: Sequence[int]) -> PairedCost | None:

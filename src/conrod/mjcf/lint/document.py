@@ -89,7 +89,7 @@ class Document:
     # -- what is where -----------------------------------------------------------------------------------------------
 
     def _find_places(self) -> dict[tuple[str, int], int]:
-        """Where in the tree the elements of the compiled model are, by kind and index.
+        """Places in the tree of the elements of the compiled model, by kind and index.
 
         Elements without a name get one for the while, which numbers them in the compiled model.
         """
@@ -115,11 +115,11 @@ class Document:
         return places
 
     def can_edit(self, kind: str, index: int) -> bool:
-        """Whether an element stands in the file as such, rather than being made by the compiler."""
+        """Return True where an element stands in the file as such, rather than being made by the compiler."""
         return (kind, index) in self._places
 
     def can_make(self, edits: Sequence[Edit]) -> bool:
-        """Whether all elements of edits stand in the file."""
+        """Return True where all elements of edits stand in the file."""
         places: list[tuple[str, int]] = []
         for edit in edits:
             match edit:

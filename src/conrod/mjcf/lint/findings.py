@@ -17,7 +17,7 @@ MOST_STEPS = 1_000_000
 
 @dataclass(frozen=True)
 class Request:
-    """How a model is run and what of it is observed.
+    """Run that is asked for, and what is observed in it.
 
     Attributes:
         keyframe: name or number of the keyframe that it starts from; None for the first, or the model's own pose.
@@ -42,7 +42,7 @@ Value = float | int | str
 
 
 class Harm(Enum):
-    """What a finding does, the worst first."""
+    """Kinds of harm that a finding does, the worst first."""
 
     WRONG = "wrong"
     LATENT = "latent"

@@ -34,7 +34,7 @@ KEPT, SPARE, ATTEMPTS = 0.01, 1.25, 4
 
 
 def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Report:
-    """What a model carries that its motion does not need, and what will bite.
+    """Search a model for what its motion does not need, and for what will cause trouble.
 
     To be called in a process of its own, see `conrod.studies.execution.isolation`.
 
@@ -205,9 +205,9 @@ def driven(document: Document, data: mujoco.MjData, crank: Crank, speed: float, 
     return flywheel, SetOption(("option",), "tolerance", repr(float(model.opt.tolerance / heavier)))
 
 
-def speed_off(speeds: Array, wanted: float) -> float:
-    """The largest deviation of speeds from the wanted one, over it."""
-    return float(np.abs(speeds / wanted - 1.0).max())
+def speed_off(speeds: Array, nominal: float) -> float:
+    """Largest deviation of speeds from the nominal one, over it."""
+    return float(np.abs(speeds / nominal - 1.0).max())
 
 
 def fitting_speeds(model: mujoco.MjModel, data: mujoco.MjData, crank: Crank, speed: float) -> Array:

@@ -35,7 +35,7 @@ class Start:
 
     @classmethod
     def of(cls, data: mujoco.MjData) -> Start:
-        """That of data."""
+        """Start from the state of data."""
         names = ("qpos", "qvel", "act", "ctrl", "mocap_pos", "mocap_quat")
         return cls(*(getattr(data, name).copy() for name in names))
 
@@ -84,7 +84,7 @@ class State:
 
 @dataclass(frozen=True)
 class Run:
-    """What a run came to.
+    """A run that was made.
 
     Attributes:
         states: at S samples, evenly spaced, the first is the start.
@@ -106,7 +106,7 @@ class Run:
 
     @property
     def broke(self) -> bool:
-        """Whether the engine gave up, or should have."""
+        """True where the engine gave up, or should have."""
         return not self.finite or any(name in self.warnings for name in BROKEN)
 
     @property
@@ -171,7 +171,7 @@ def _warnings(data: mujoco.MjData) -> dict[str, int]:
 
 
 def largest_change(one: Run, other: Run) -> float:
-    """How far points of two runs get from each other [m]; infinite where one of them broke earlier."""
+    """Largest distance of a point from itself in another run [m]; infinite where one of them broke earlier."""
     if len(one.points) != len(other.points):
         return float("inf")
     return float(np.linalg.norm(one.points - other.points, axis=2).max()) if one.points.size else 0.0

@@ -73,7 +73,7 @@ def longest_stable(bench: Bench) -> float | None:
 
 
 def stable(bench: Bench, finer: Bench) -> bool:
-    """Whether a run holds together, where one with finer steps over the same time does."""
+    """Return True where a run holds together, as one with finer steps over the same time does."""
     if bench.run.broke or finer.run.broke:
         return False
     room = max(finer.run.travel, 1e-3 * finer.size)
@@ -157,7 +157,7 @@ def unsolved(bench: Bench) -> Iterator[Finding]:
 
 
 def _left(bench: Bench, solved: mujoco.MjModel, state: State) -> tuple[float, int]:
-    """How much of what the constraints have to do is left at a pose, and how many iterations were made."""
+    """Share of the constraints' work that is left at a pose, and the iterations that were made."""
     answers = []
     for model in (bench.model, solved):
         data = bench.start.data(model)

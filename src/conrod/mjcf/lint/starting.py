@@ -44,7 +44,7 @@ def silent_reset(bench: Bench) -> Iterator[Finding]:
 
 
 def resets(bench: Bench) -> bool:
-    """Whether the time starts again after a speed that is none."""
+    """Return True where the time starts again after a speed that no machine has."""
     model = bench.model
     if not model.nv:
         return False

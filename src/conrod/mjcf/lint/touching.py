@@ -23,10 +23,10 @@ TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 def joined_links(bench: Bench) -> Iterator[Finding]:
     """Pairs of links that overlap where they are joined, and collide there."""
     model, run = bench.model, bench.run
-    wanted = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
+    declared = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
     steps: dict[tuple[int, int], int] = {}
     for (one, other), count in run.touched.items():
-        if min(one, other) < 0 or (one, other) in wanted:
+        if min(one, other) < 0 or (one, other) in declared:
             continue
         first, second = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
         steps[first, second] = max(steps.get((first, second), 0), count)
@@ -60,7 +60,7 @@ def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> F
 
 
 def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
-    """What holds two bodies together so that they cannot part: a joint that only turns, a connect or a weld."""
+    """Name of what holds two bodies together so that they cannot part: a joint that only turns, a connect or a weld."""
     for child, parent in ((one, other), (other, one)):
         # Bodies without a joint are one with those that they hang on.
         links = int(model.body_weldid[child])
@@ -131,7 +131,7 @@ def visual_geoms(bench: Bench) -> Iterator[Note]:
 
 
 def whole_turn(bench: Bench) -> float:
-    """How often a machine with one degree of freedom has come round in the run; 0 where it has not once."""
+    """Turns that a machine with one degree of freedom makes in the run; 0 where it does not come round once."""
     model = bench.model
     if bench.poses.freedom != 1 or any(kind == mujoco.mjtJoint.mjJNT_FREE for kind in model.jnt_type):
         return 0.0
