@@ -22,8 +22,6 @@ KINDS = {
 }
 # A row whose entries are all below this share of the largest entry of all rows says nothing: rounding is 1e-16 of it.
 EMPTY = 1e-12
-# Warnings after which the numbers of a run mean nothing.
-BROKEN = ("BADQPOS", "BADQVEL", "BADQACC")
 
 
 @dataclass(frozen=True)

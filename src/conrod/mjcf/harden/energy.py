@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import BROKEN
 from conrod.mjcf.harden.runs import STATE, Pace, paced
+from conrod.mjcf.stepping import broken
 
 BIT = mujoco.mjtDisableBit
 # Of the largest energy: where what is exchanged is less than this share of it, rounding hides the drift.
@@ -70,7 +70,7 @@ def energy_drift(model: mujoco.MjModel, state: Array, pace: Pace) -> EnergyDrift
             found.append(aside.energy.copy())
             if sample < pace.samples:
                 mujoco.mj_step(run, data, pace.stride)
-            if any(data.warning[WARNINGS[name]].number for name in BROKEN) or not np.all(np.isfinite(data.qpos)):
+            if broken(data):
                 return EnergyDrift(None, "without them a run breaks off")
     potential, kinetic = np.array(found).T
     exchanged = float(kinetic.max() - kinetic.min())

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import takewhile
 
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.mjcf.harden.closures import Closure, loops_of
 from conrod.mjcf.harden.energy import conservative, energy_drift
 from conrod.mjcf.harden.recipe import Recipe
-from conrod.mjcf.harden.results import Loop, Orders, Variant
+from conrod.mjcf.harden.results import Orders, Variant
 from conrod.mjcf.harden.runs import CLOSED, STATE, Pace, Swing, paced, swing
+from conrod.mjcf.stepping import looping_stepper
 from conrod.runs.convergence import observed_order
 from conrod.studies.frame.paired_timing import PairedCost, paired_cost
 
@@ -97,32 +98,10 @@ def distance(one: Swing, other: Swing) -> float:
 
 def cost(model: mujoco.MjModel, recipe: Recipe, state: Array, pace: Pace) -> PairedCost:
     """Cost of a hardened step over one as it is, both through the same motion, again and again from its start."""
-    return paired_cost(_stepper(edited(model, recipe), state, pace), _stepper(edited(model, None), state, pace))
-
-
-def _stepper(model: mujoco.MjModel, state: Array, pace: Pace) -> Callable[[], Callable[[int], None]]:
+    soft, hard = (paced(edited(model, edit), pace) for edit in (None, recipe))
+    put = partial(mujoco.mj_setState, soft, state=state, sig=STATE)
     most = pace.samples * pace.stride
-
-    def make() -> Callable[[int], None]:
-        run = paced(model, pace)
-        data = mujoco.MjData(run)
-        mujoco.mj_setState(run, data, state, STATE)
-        done = 0
-
-        def advance(steps: int) -> None:
-            nonlocal done
-            with warnings_kept_quiet():
-                while steps:
-                    if done == most:
-                        mujoco.mj_setState(run, data, state, STATE)
-                        done = 0
-                    some = min(steps, most - done)
-                    mujoco.mj_step(run, data, some)
-                    done, steps = done + some, steps - some
-
-        return advance
-
-    return make
+    return paired_cost(looping_stepper(hard, put, most), looping_stepper(soft, put, most))
 
 
 def _variant(
@@ -162,12 +141,6 @@ def _without_orders(variant: Variant) -> Variant:
         for orders in (variant.closing, variant.drift)
     )
     return replace(variant, closing=closing, drift=drift)
-
-
-def largest(loops: Sequence[Loop], variant: Variant, unit: str) -> float:
-    """The largest opening in a unit; 0 where no loop has it."""
-    openings = zip(loops, variant.openings or (), strict=False)
-    return max((value for loop, value in openings if loop.unit == unit), default=0.0)
 
 
 def _orders(values: Sequence[float], least: float) -> Orders:

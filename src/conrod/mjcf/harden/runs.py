@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import BROKEN, rows_at
+from conrod.mjcf.equalities import rows_at
 from conrod.mjcf.harden.closures import Closure, loops_of, openings
-from conrod.mjcf.harden.results import Touching
+from conrod.mjcf.harden.results import Loop, Touching
+from conrod.mjcf.stepping import broken
 from conrod.own.models.loading import keyframe_to_start_from, told_start
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # all that a step depends on
@@ -55,7 +56,7 @@ def start_of(model: mujoco.MjModel, keyframe: str | None, closures: Sequence[Clo
         mujoco.mj_resetDataKeyframe(model, data, index)
     data.ctrl[:] = 0.0
     mujoco.mj_fwdPosition(model, data)
-    given = largest_by_unit(model, closures, openings(model, data, closures))
+    given = largest_by_unit(loops_of(model, closures), openings(model, data, closures))
     closed, changed = _closed(model, data, closures), 0.0
     if closed is not None:
         fastest = float(np.abs(data.qvel).max(initial=0.0))
@@ -66,10 +67,10 @@ def start_of(model: mujoco.MjModel, keyframe: str | None, closures: Sequence[Clo
     return Start(state, told_start(model, index), given, closed is not None, changed)
 
 
-def largest_by_unit(model: mujoco.MjModel, closures: Sequence[Closure], found: Array) -> dict[str, float]:
+def largest_by_unit(loops: Sequence[Loop], found: Sequence[float] | Array) -> dict[str, float]:
     """The largest opening in m and in rad, of those that there are."""
     largest: dict[str, float] = {}
-    for loop, value in zip(loops_of(model, closures), found, strict=True):
+    for loop, value in zip(loops, found, strict=False):
         largest[loop.unit] = max(largest.get(loop.unit, 0.0), float(value))
     return largest
 
@@ -155,9 +156,8 @@ def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Cl
             if sample == pace.samples:
                 break
             mujoco.mj_step(run, data, pace.stride)
-            broke = next((name for name in BROKEN if data.warning[WARNINGS[name]].number), "")
-            if broke or not np.all(np.isfinite(data.qpos)):
-                broke = broke or "not finite"
+            broke = broken(data)
+            if broke:
                 break
             passes.append(int(data.solver_niter.max(initial=0)))
             steps += pace.stride

@@ -11,11 +11,11 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures, loops_of
-from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, edited, largest, measure, stands
+from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, edited, measure, stands
 from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
 from conrod.mjcf.harden.recipe import Recipe, python_lines, recipe_for
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
-from conrod.mjcf.harden.runs import Pace, Start, start_of
+from conrod.mjcf.harden.runs import Pace, Start, largest_by_unit, start_of
 from conrod.own.models.loading import check_finite, keyframe_to_start_from, load_model
 
 SAMPLES = 500
@@ -136,7 +136,7 @@ def _harm(found: HardenedModel, before: Variant, after: Variant, advice: str) ->
             f"it does not: {advice}"
         )
     for unit, least in (("m", ROUNDING * found.size), ("rad", ROUNDING)):
-        then, now = (largest(found.loops, variant, unit) for variant in (before, after))
+        then, now = (largest_by_unit(found.loops, one.openings or ()).get(unit, 0.0) for one in (before, after))
         if now > max(WORSE * then, least):
             return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {advice}"
     return ""

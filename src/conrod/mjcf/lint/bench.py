@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +14,7 @@ import numpy as np
 from conrod.mjcf.lint.document import Document
 from conrod.mjcf.lint.edits import Edit, Remove, SetOption, set_option
 from conrod.mjcf.lint.runs import Observed, Poses, Run, Start, largest_change, run
+from conrod.mjcf.stepping import looping_stepper
 from conrod.own.models.loading import name_or_number
 from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
 
@@ -177,7 +178,8 @@ class Bench:
 
     def cost(self, edits: Sequence[Edit]) -> PairedCost:
         """Cost of a step of the model over one with edits."""
-        return paired_cost(self._stepper(self.model), self._stepper(self.copy(edits)), clock=self._clock)
+        own, edited = (looping_stepper(model, self.start.put, self.steps) for model in (self.model, self.copy(edits)))
+        return paired_cost(own, edited, clock=self._clock)
 
     def cost_of(self, kind: str, indices: Sequence[int]) -> PairedCost | None:
         """Cost of elements together; None where they cannot be left out without making another machine."""
@@ -191,24 +193,6 @@ class Bench:
         if not np.array_equal(without.body_inertia, self.model.body_inertia) or self.change(edits) > 0.0:
             return None
         return self.cost(edits)
-
-    def _stepper(self, model: mujoco.MjModel) -> Callable[[], Callable[[int], None]]:
-        def make() -> Callable[[int], None]:
-            data, done = self.start.data(model), 0
-
-            def advance(steps: int) -> None:
-                nonlocal done
-                # What comes after the run that was looked at is not what the model is for.
-                if done and done + steps > self.steps:
-                    mujoco.mj_resetData(model, data)
-                    self.start.put(data)
-                    done = 0
-                mujoco.mj_step(model, data, steps)
-                done += steps
-
-            return advance
-
-        return make
 
 
 def relative(change: float) -> float:

@@ -14,7 +14,8 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import BROKEN, Rows, openings, rows_at
+from conrod.mjcf.equalities import Rows, openings, rows_at
+from conrod.mjcf.stepping import BROKEN, broken
 
 SAMPLES = 400
 LOOKS = 40
@@ -129,7 +130,7 @@ def run(model: mujoco.MjModel, start: Start, steps: int, observed: Observed) -> 
         for step in range(steps):
             sample = step % every == 0
             if sample:
-                if _warnings(data).keys() & set(BROKEN) or not np.isfinite(data.qpos).all():
+                if broken(data):
                     break
                 guess = data.qacc_warmstart.copy()
                 states.append(State(data.qpos.copy(), data.qvel.copy(), data.act.copy(), guess))
