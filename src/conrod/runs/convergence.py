@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +50,12 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrd
     slope = -float(np.polyfit(np.log(steps[points]), np.log(errors[points]), 1)[0])
     # An error that does not fall with the step is a plateau, and a plateau is a floor.
     return ObservedOrder(slope if slope > PAIRS_AGREE else None, pairs, floor)
+
+
+def claimed_order(errors: Iterable[tuple[int, float | None]]) -> float | None:
+    """The order that is claimed from errors at increasing numbers of steps; runs that have none are left out."""
+    known = [(steps, error) for steps, error in errors if error is not None]
+    return observed_order([n for n, _ in known], [e for _, e in known]).claimed if known else None
 
 
 def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
