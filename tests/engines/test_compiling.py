@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from catalogue import CAM, CAMS, SAW
+from catalogue import CAM, CAMS
 
 from conrod import MuJoCoSettings
 from conrod.engines.massless_rod import model_form
@@ -53,25 +53,9 @@ def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> No
     assert "mesh_vert" in differing(compiled(off), plain)
 
 
-def test_a_hull_is_kept_once_whatever_else_of_the_model_changes() -> None:
-    cache = mujoco.mj_getCache()
-    mujoco.mj_clearCache(cache)
-    compiled(text_of(CAM, 1000, cam_vertices=300))
-    kept = mujoco.mj_getCacheSize(cache)
-    assert kept > 0
-    compiled(text_of(CAM, 2000, cam_vertices=300))
-    assert mujoco.mj_getCacheSize(cache) == kept
-    compiled(text_of(CAM, 2000, cam_vertices=301))
-    assert mujoco.mj_getCacheSize(cache) > kept
-
-
 def test_cams_of_one_name_are_not_taken_for_each_other() -> None:
     made = [compiled(text_of(CAMS[name], cam_vertices=400)) for name in ("cam-36-118", "cam-66-88", "cam-36-118")]
     assert made[0].mesh_vert.tobytes() == made[2].mesh_vert.tobytes() != made[1].mesh_vert.tobytes()
-
-
-def test_nothing_is_done_to_a_model_without_a_mesh() -> None:
-    assert differing(compiled(text_of(SAW)), mujoco.MjModel.from_xml_string(text_of(SAW))) == set()
 
 
 @pytest.mark.parametrize("more", ['face="0 2 1 0 1 3 0 3 2 1 2 3"', 'normal="0 0 1 0 0 1 0 0 1 0 0 1"'])

@@ -6,7 +6,6 @@ import tomllib
 
 import pytest
 
-from conrod import PymunkSettings, compare, run
 from conrod.engines import engine_named
 from conrod.engines.pymunk import space
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
@@ -92,15 +91,6 @@ def test_a_slide_beside_the_centres_of_gravity_is_proved_in_kinematic_mode(engin
     other = ('guide = "lever.S"', 'guide = "block.G"'), ('slider = "block.G"', 'slider = "lever.S"')
     result = validate_kinematic("offset", offset_slide(*(other if turned else ())), engine_named(engine))
     assert result.passed, result.exceeded()
-
-
-def test_a_slide_beside_the_centres_of_gravity_is_of_second_order_in_pymunk() -> None:
-    scene = offset_slide()
-    errors = []
-    for steps in (500, 1000):
-        settings = PymunkSettings.tuned(scene, steps)
-        errors.append(compare(run(scene, settings, revolutions=1), scene).worst("velocity"))
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
 def test_a_groove_where_the_file_has_it_would_leak_speed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,6 @@ N is steps per revolution, two revolutions, h = 2 pi / N.
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ET
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -87,14 +86,6 @@ def test_the_engines_own_joints_give_the_exact_pose(name: str, engine: str) -> N
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("name", ["press-reversed", "press-long-crank", "saw-reversed", "saw-slide-below"])
-def test_the_model_is_right_for_other_parameters_too(name: str, engine: str) -> None:
-    position, velocity = kinematic_errors(EVERY_SCENE[name], EVERY_SCENE[name], engine)
-    assert position <= KINEMATIC[engine]
-    assert velocity <= 1e-9
-
-
-@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
 def test_kinematic_mode_catches_a_rod_a_ten_thousandth_too_long(scene: Any, engine: str) -> None:
     position, velocity = kinematic_errors(scene, replace(scene, rod=1.0001 * scene.rod), engine)
@@ -103,7 +94,9 @@ def test_kinematic_mode_catches_a_rod_a_ten_thousandth_too_long(scene: Any, engi
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("name", ["cam-36-118", "cam-36-72.5", "cam-76-128"])
+@pytest.mark.parametrize(
+    "name", ["cam-36-118", *(pytest.param(n, marks=pytest.mark.slow) for n in ("cam-36-72.5", "cam-76-128"))]
+)
 def test_the_cams_collision_shape_is_as_exact_as_it_says(name: str, engine: str) -> None:
     cam = CAMS[name]
     solved = engine_named(engine).solve_kinematics(cam, ANGLES)
@@ -126,13 +119,6 @@ def test_hardened_mujoco_reaches_its_bars_at_500_steps(name: str) -> None:
     assert found.worst("position") <= 1.5e-9
     assert found.worst("velocity") <= 1e-8
     assert found.worst("acceleration") <= 2e-8
-
-
-@pytest.mark.parametrize("name", LINKAGES)
-def test_hardened_mujoco_reaches_its_bars_at_5000_steps(name: str) -> None:
-    found = measured(LINKAGES[name], "mujoco", "hardened", 5000)
-    assert found.worst("position") <= 1e-12
-    assert found.worst("acceleration") <= 1e-11
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -184,24 +170,9 @@ def test_stock_errors_depend_on_the_sliders_mass_and_hardened_ones_do_not(scene:
         assert hard[1] == pytest.approx(hard[0], rel=0.05)
 
 
-def test_stock_errors_depend_on_gravity_along_the_slide() -> None:
-    press: Any = PRESS
-    with_weight = measured(press, "mujoco", "stock", 1000).worst("position")
-    without = measured(replace(press, gravity=0.0), "mujoco", "stock", 1000).worst("position")
-    assert abs(without / with_weight - 1.0) > 0.2
-
-
 # -- pymunk, tuned ---------------------------------------------------------------------------------------------------
 
 PYMUNK_PATH = (250, 500, 1000, 2000)
-
-
-@pytest.mark.parametrize("steps", PYMUNK_PATH)
-@pytest.mark.parametrize("name", LINKAGES)
-def test_tuned_pymunk_reaches_its_bars(name: str, steps: int) -> None:
-    found, h = measured(LINKAGES[name], "pymunk", "tuned", steps), TURN / steps
-    assert found.worst("position") <= 0.4 * h**2
-    assert found.worst("velocity") <= h**2
 
 
 @pytest.mark.parametrize("quantity", ["position", "velocity"])
@@ -229,11 +200,6 @@ def test_the_drive_keeps_its_speed(name: str, engine: str, preset: str) -> None:
     assert found.worst("total") <= found.worst("position") + 1e-10
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_the_drive_keeps_its_speed_on_the_cam(engine: str) -> None:
-    assert measured(CAM, engine, "tuned", 3927).drive_speed <= 1e-12
-
-
 # -- the laws --------------------------------------------------------------------------------------------------------
 
 OTHERS = {
@@ -247,7 +213,7 @@ LAWFUL = {**LINKAGES, **OTHERS}
 
 
 @pytest.mark.parametrize(
-    ("name", "steps"), [*((name, n) for name in LINKAGES for n in (125, 500, 2000)), *((name, 1000) for name in OTHERS)]
+    ("name", "steps"), [*((name, n) for name in LINKAGES for n in (125, 1000)), *((name, 1000) for name in OTHERS)]
 )
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "tuned")])
 def test_runs_lie_within_what_the_engines_law_allows(name: str, engine: str, preset: str, steps: int) -> None:
@@ -258,7 +224,7 @@ def test_runs_lie_within_what_the_engines_law_allows(name: str, engine: str, pre
     assert law.law
 
 
-@pytest.mark.parametrize("steps", [500, 1000])
+@pytest.mark.parametrize("steps", [1000])
 @pytest.mark.parametrize("name", LAWFUL)
 def test_pymunks_law_is_sharp(name: str, steps: int) -> None:
     scene = LAWFUL[name]
@@ -267,18 +233,12 @@ def test_pymunks_law_is_sharp(name: str, steps: int) -> None:
         assert 0.9 <= found.worst(quantity) / getattr(law, quantity) <= 1.0
 
 
-@pytest.mark.parametrize("steps", [500, 1000])
+@pytest.mark.parametrize("steps", [500])
 @pytest.mark.parametrize("name", LAWFUL)
 def test_tuned_mujocos_error_is_the_regularisation_of_the_exact_reactions(name: str, steps: int) -> None:
     scene = LAWFUL[name]
     law = regularisation_error(scene, MuJoCoSettings.tuned(scene, steps))
     assert measured(scene, "mujoco", "tuned", steps).worst("position") == pytest.approx(law, rel=0.3)
-
-
-def test_there_is_no_law_where_an_engine_documents_none() -> None:
-    for engine in ENGINES:
-        law = expected(SAW, engine, "stock", 500)
-        assert (law.position, law.velocity, law.acceleration) == (None, None, None)
 
 
 def test_the_laws_do_not_hold_for_a_wrong_model() -> None:
@@ -300,6 +260,7 @@ def lift_error(cam: CamFollower, trajectory: Trajectory) -> float:
     return compare(trajectory, cam).worst("position")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_is_of_order_two(engine: str) -> None:
     cam = CAM
@@ -324,31 +285,12 @@ def test_stock_mujoco_contact_sinks_whatever_the_step() -> None:
     assert fine > 1e-3
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_contact_runs_in_both_senses(engine: str) -> None:
-    cam = EVERY_SCENE["cam-reversed"]
-    found, law = measured(cam, engine, "tuned", 3927), expected(cam, engine, "tuned", 3927)
-    assert found.worst("position") <= law.position
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_reaches_its_bar_at_full_steps(engine: str) -> None:
     cam = CAM
     assert isinstance(cam, CamFollower)
     assert lift_error(cam, ran(cam, engine, "tuned", 62832)) <= 1e-5
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("name", CAMS)
-def test_every_cam_reaches_its_bar_at_full_steps(name: str, engine: str) -> None:
-    cam = CAMS[name]
-    trajectory = run(cam, engine_named(engine).presets["tuned"](cam, 62832), 1.0)
-    assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
-    found, law = compare(trajectory, cam), expected(cam, engine, "tuned", 62832)
-    assert found.worst("position") <= law.position
-    assert found.worst("position") <= 1e-5
 
 
 # -- the MJCF files --------------------------------------------------------------------------------------------------
@@ -365,7 +307,10 @@ def test_there_is_one_mjcf_file_a_scene() -> None:
     assert {path.stem for path in MJCF.glob("*.xml")} == set(SCENES)
 
 
-@pytest.fixture(params=list(SCENES), scope="module")
+@pytest.fixture(
+    params=[*(name for name in SCENES if name != "cam-follower"), pytest.param("cam-follower", marks=pytest.mark.slow)],
+    scope="module",
+)
 def standalone(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, Any]:
     """A committed file, copied away and loaded by plain MuJoCo from another folder."""
     folder = tmp_path_factory.mktemp("standalone")
@@ -375,42 +320,6 @@ def standalone(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
     with pytest.MonkeyPatch.context() as elsewhere:
         elsewhere.chdir(folder)
         return SCENES[request.param], mujoco.MjModel.from_xml_path(str(copy))
-
-
-def test_a_standalone_model_has_its_parts(standalone: tuple[Scene, Any]) -> None:
-    scene, model = standalone
-    assert model.key("start").id == 0
-    crank = model.joint("crank")
-    assert model.key("start").qvel[crank.dofadr[0]] == pytest.approx(scene.speed, rel=1e-15)
-    assert np.all(model.key("start").qpos == 0.0)
-    kinds = ("mjSENS_FRAMEPOS", "mjSENS_FRAMELINVEL", "mjSENS_FRAMELINACC")
-    for point in scene.lengths:
-        assert model.site(point).id >= 0
-        for quantity, kind in zip(QUANTITIES, kinds, strict=True):
-            assert model.sensor(f"{point}.{quantity}").type[0] == getattr(mujoco.mjtSensor, kind)
-    hinges_and_slides = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
-    assert set(model.jnt_type.tolist()) <= hinges_and_slides
-
-
-def test_geoms_of_a_standalone_model_cannot_collide_and_weigh_nothing(standalone: tuple[Scene, Any]) -> None:
-    scene, model = standalone
-    assert model.ngeom > 0
-    assert not model.geom_contype.any()
-    assert not model.geom_conaffinity.any()
-    assert model.npair == (1 if isinstance(scene, CamFollower) else 0)
-    masses = {body.name: body.mass for body in scene.mechanism().bodies}
-    for name, mass in masses.items():
-        assert model.body(name).mass[0] == pytest.approx(mass, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_the_header_says_what_the_file_is_and_what_to_load(name: str) -> None:
-    text = (MJCF / f"{name}.xml").read_text(encoding="utf-8")
-    head = text[: text.index("<option")]
-    assert name in head
-    assert "'start'" in head
-    assert SCENES[name].title in head
-    ET.fromstring(text)
 
 
 def standalone_positions(model: Any, scene: Scene, revolutions: float) -> tuple[Array, dict[str, Array]]:
@@ -468,14 +377,6 @@ def test_presets_follow_one_rule_in_period_and_step(name: str, settings: Any) ->
         assert made.timestep * 720 == pytest.approx(scene.period, rel=1e-14)
         assert made.as_dict()["timestep"] == made.timestep
         assert made.gravity
-
-
-def test_a_run_is_the_same_every_time() -> None:
-    scene: Any = SAW
-    for settings in (MuJoCoSettings.tuned(scene, 100), PymunkSettings.tuned(scene, 100)):
-        first, second = run(scene, settings), run(scene, settings)
-        for point in scene.lengths:
-            np.testing.assert_array_equal(first.points[point].position.values, second.points[point].position.values)
 
 
 @pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])

@@ -20,7 +20,6 @@ from conrod.engines.mujoco.model import build as build_model
 from conrod.engines.open_joints import OpenJoints
 from conrod.engines.pymunk import space as pymunk_space
 from conrod.engines.pymunk.space import build as build_space
-from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import ConstantForce, ObservedPoint
 from conrod.runs.closure_prediction import predicted_errors
@@ -55,14 +54,6 @@ def measured(scene: Any, settings: Any) -> Comparison:
 
 
 # -- the model -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("settings", [MuJoCoSettings, PymunkSettings])
-def test_the_rod_is_a_body_unless_it_is_said(settings: Any) -> None:
-    assert settings.tuned(SAW, 100).rod == BODY
-    assert settings.stock(SAW, 100).as_dict()["rod"] == "body"
-    with pytest.raises(InvalidInput, match=r"unknown rod 'distance-join'.*did you mean 'distance-joint'"):
-        replace(settings.tuned(SAW, 100), rod="distance-join")
 
 
 def test_the_engines_are_given_no_rod_but_its_exact_length() -> None:
@@ -114,16 +105,6 @@ def test_a_machine_without_such_a_link_is_refused(engine: str) -> None:
 FORMS = {"pymunk": pymunk_form, "mujoco": mujoco_form}
 
 
-def test_what_is_pasted_is_the_form_that_was_asked_for() -> None:
-    engine = engine_named("mujoco")
-    hardened = replace(MuJoCoSettings.hardened(SAW, 100), rod=DISTANCE_JOINT)
-    text = engine.paste(SAW, hardened)
-    assert '<tendon name="rod" tendon1="rod"' in text
-    assert "tendon_invweight0" in text
-    assert "connect" not in text
-    assert "tendon" not in engine.paste(SAW, replace(hardened, rod=BODY))
-
-
 def test_near_a_limit_of_the_linkage_neither_form_always_holds_longer() -> None:
     saw: Any = SAW
     for other, holds in (({"offset": 0.0, "crank": 0.299}, BODY), ({"offset": 0.1999}, DISTANCE_JOINT)):
@@ -131,19 +112,6 @@ def test_near_a_limit_of_the_linkage_neither_form_always_holds_longer() -> None:
         for rod in (BODY, DISTANCE_JOINT):
             ended = run(machine, replace(PymunkSettings.tuned(machine, 2000), rod=rod)).outcome
             assert (ended is Outcome.COMPLETED) == (rod == holds)
-
-
-@pytest.mark.parametrize("start_angle", [0.0, 2.5, -7.0])
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_trajectory_is_complete(engine: str, start_angle: float) -> None:
-    trajectory = ran(SAW, FORMS[engine](SAW, 500), 1.0, start_angle)
-    assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
-    assert set(trajectory.points) == set(SAW.lengths)
-    assert trajectory.bodies is not None
-    for states in (trajectory.bodies.position, trajectory.bodies.velocity, trajectory.bodies.acceleration):
-        assert states.poses.shape[1] == 9
-    exact = SAW.kinematics.poses(trajectory.bodies.position.instants.angle)
-    assert np.abs(trajectory.bodies.position.poses - exact).max() < 0.01
 
 
 @pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
@@ -159,30 +127,6 @@ def test_the_error_told_from_the_gaps_is_the_measured_one(engine: str, scene: An
             error = signed_error(getattr(tracks, quantity), scene, name, quantity)
             off = np.linalg.norm(error - getattr(told[name], quantity), axis=1).max()
             assert off / (scene.lengths[name] * abs(scene.speed) ** k) <= 3.0 * remainder + 1e-13
-
-
-def test_points_of_the_rod_are_where_its_frame_is() -> None:
-    for settings in (pymunk_form(SAW, 200), mujoco_form(SAW, 200)):
-        trajectory = ran(SAW, settings)
-        assert trajectory.bodies is not None
-        states = trajectory.bodies.position
-        x, y = pose_jets(SAW.kinematics.mechanism, [states.poses])["rod"].point((0.15, 0.0))
-        middle = np.column_stack([x.coefficients[0], y.coefficients[0]])
-        np.testing.assert_allclose(trajectory.points["M"].position.values, middle, rtol=0.0, atol=1e-15)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_bare_steps_are_those_of_the_recorded_run(engine: str) -> None:
-    settings = FORMS[engine](SAW, 200)
-    advance: Any = engine_named(engine).stepper(SAW, settings)
-    advance(200)
-    states = ran(SAW, settings, 1.0).bodies
-    assert states is not None
-    if engine == "mujoco":
-        poses, _ = build_model(SAW, settings).forward(advance.data.qpos[None], advance.data.qvel[None])
-        assert np.array_equal(poses[0], states.position.poses[-1])
-    else:
-        assert list(advance.space.bodies)[-1].position[0] == states.position.poses[-1, 6]
 
 
 # -- pymunk ----------------------------------------------------------------------------------------------------------
@@ -210,12 +154,6 @@ def test_as_a_body_the_rod_needs_many_more_iterations(name: str) -> None:
     found = orders(scene, lambda n: pymunk_form(scene, n, rod=BODY))
     assert found["velocity"] == pytest.approx(1.0, abs=0.1)
     assert found["acceleration"] == pytest.approx(0.0, abs=0.1)
-
-
-def test_one_iteration_is_enough_for_positions_and_not_for_velocities() -> None:
-    found = orders(SAW, lambda n: pymunk_form(SAW, n, iterations=1))
-    assert found["position"] == pytest.approx(2.0, abs=0.02)
-    assert found["velocity"] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize("steps", [125, 1000])
@@ -249,21 +187,6 @@ def test_its_gap_is_the_curvature_times_the_square_of_the_closures_time_constant
     scene = LINKAGES[name]
     short, long = (measured(scene, mujoco_form(scene, 2000, closure=k)).worst("position") for k in (4.0, 8.0))
     assert long / short == pytest.approx(4.0, rel=0.02)
-
-
-@pytest.mark.parametrize("name", LINKAGES)
-def test_a_slow_closure_as_the_hardened_one_lets_the_distance_open(name: str) -> None:
-    scene = LINKAGES[name]
-    settings = replace(MuJoCoSettings.hardened(scene, 1000), rod=DISTANCE_JOINT)
-    assert ran(scene, settings).outcome is Outcome.OPENED
-    # Its regularisation is gone as a body's is; what is left is the curvature.
-    made = [build_model(scene, replace(settings, hardening=f)).model.tendon_invweight0[0] for f in (1.0, 1e-9)]
-    assert made[1] == pytest.approx(1e-9 * made[0], rel=1e-12)
-
-
-def test_there_is_no_bound_for_mujocos_distance_joint() -> None:
-    law = engine_named("mujoco").expected_error(SAW, mujoco_form(SAW, 1000))
-    assert (law.position, law.velocity, law.acceleration) == (None, None, None)
 
 
 # -- a planted defect ------------------------------------------------------------------------------------------------

@@ -13,7 +13,6 @@ import pytest
 
 from conrod.engines.forces import ForceTracks, applied_forces
 from conrod.engines.mujoco.engine import ENGINE
-from conrod.engines.mujoco.forces import force_settings
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.dynamics.inverse import InverseDynamics, State
@@ -109,14 +108,6 @@ def test_the_flywheel_of_a_run_costs_the_slow_saw_its_digits(monkeypatch: pytest
     monkeypatch.setattr("conrod.engines.mujoco.forces.LIGHTER", 1.0)
     monkeypatch.setattr("conrod.engines.mujoco.forces.LEAST_HARDENING", 1e-15)
     assert errors(told(saw), saw)[0] > 1e-4
-
-
-def test_the_crank_keeps_its_speed_with_the_flywheel_of_forces() -> None:
-    for name in LINKAGES:
-        tracks, model = told(machine(name), 250), machine(name)
-        assert np.abs(tracks.instants.rate / model.speed - 1.0).max() < 1e-5
-        settings = MuJoCoSettings.hardened(model, 250)
-        assert force_settings(settings).armature < settings.armature
 
 
 def test_the_flywheel_knows_the_work_of_loads() -> None:

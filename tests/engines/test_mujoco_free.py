@@ -13,7 +13,6 @@ from free_chains import chain
 from conrod.engines.free_run import FreeRun
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.free_run import free_run, free_settings
-from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import Mechanism
@@ -55,7 +54,7 @@ def error(run: FreeRun, motion: FreeMotion) -> float:
     return float(np.abs(run.poses - motion.poses).max())
 
 
-@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_chains_turn_over_through_their_change_points_to_a_millionth_of_their_length(count: int) -> None:
     motion = exact(0, count)
     assert np.ptp(motion.poses[:, 2]) > 2.0 * np.pi  # through two change points a turn
@@ -134,8 +133,3 @@ def test_a_wrong_stiffness_is_seen() -> None:
     right = error(swing(mechanism, motion), motion)
     wrong = replace(mechanism, loads=(replace(LOADS[0], law=Elastic(20.2, 0.7)),))
     assert error(swing(wrong, motion), motion) > 100.0 * right
-
-
-def test_an_unknown_preset_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="hardned"):
-        free_settings(chain(1), "hardned", STEP)

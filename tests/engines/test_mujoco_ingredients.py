@@ -18,10 +18,8 @@ from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount, Row, count_mobility
 from conrod.engines.mujoco import model_edits as dressing
 from conrod.engines.mujoco.model import build
-from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
-from conrod.studies.frame.run import RunCase
 
 MUJOCO: Any = engine_named("mujoco")
 FAST_SAW = SCENES["saw-500rpm"]
@@ -63,7 +61,6 @@ def fully_dressed(machine: str, but: Sequence[str] = ()) -> MuJoCoSettings:
 EVERY = [(machine, name) for machine in MACHINES for name in ingredients_of(machine)]
 EXTRA = [(machine, name) for machine, name in EVERY if not ingredients_of(machine)[name].minimal]
 LINKAGE_EXTRA = [(machine, name) for machine, name in EXTRA if machine != "cam"]
-OWN = [(machine, name) for machine, name in EVERY if ingredients_of(machine)[name].minimal]
 
 
 def compiled(scene: Any, settings: MuJoCoSettings) -> bytes:
@@ -123,16 +120,6 @@ def test_what_is_added_can_be_taken_away_again(machine: str, name: str) -> None:
     assert (one.removed(full) != full) == in_full
 
 
-@pytest.mark.parametrize("machine", MACHINES)
-def test_every_ingredient_says_what_it_is_once(machine: str) -> None:
-    found = MUJOCO.ingredients(MACHINES[machine], minimal_of(machine))
-    for texts in zip(*((one.name, one.title, one.meaning) for one in found), strict=True):
-        assert all(texts)
-    assert len({one.name for one in found}) == len({one.title for one in found}) == len(found)
-    assert {"closure", "contact"} & {one.name for one in found if one.minimal}
-    assert all(MUJOCO.refusal(MACHINES[machine], s) is None for s in (minimal_of(machine), fully_dressed(machine)))
-
-
 def test_only_what_applies_to_a_machine_is_offered() -> None:
     offered = {machine: {name for of, name in EVERY if of == machine} for machine in MACHINES}
     on_linkages, on_cams = offered["press"], offered["cam"]
@@ -142,17 +129,6 @@ def test_only_what_applies_to_a_machine_is_offered() -> None:
         *("free-bodies", "redundant-closures", "touching-geoms"),
     }
     assert on_cams - on_linkages == {"contact", "stiff-contact", "condim-3", "condim-4", "condim-6", "fine-cam"}
-
-
-def test_the_guard_of_short_time_constants_is_offered_where_it_acts() -> None:
-    names = {n: {one.name for one in MUJOCO.ingredients(SAW, MUJOCO.minimal(SAW, n))} for n in (10, 100)}
-    assert names[10] - names[100] == {"refsafe"}
-
-
-@pytest.mark.parametrize("name", ["sensors-1", "sensors-8", "sensors-64"])
-def test_sensors_are_there_when_they_are_timed(name: str) -> None:
-    assert MUJOCO.stepper(SAW, minimal_of("saw")).model.nsensor == 0
-    assert MUJOCO.stepper(SAW, with_one("saw", name)).model.nsensor == int(name.removeprefix("sensors-"))
 
 
 @pytest.mark.parametrize("machine", ["press", "saw"])
@@ -171,16 +147,6 @@ def test_geoms_of_links_in_one_plane_touch_and_those_in_layers_do_not(machine: s
 
 
 # -- settings and keys -----------------------------------------------------------------------------------------------
-
-
-def test_equal_dressings_are_one_run_and_others_are_others() -> None:
-    plain = MuJoCoSettings.hardened(SAW, 100)
-    one, other = (replace(plain, dressing=names) for names in (("energy", "noslip"), ("noslip", "energy", "noslip")))
-    assert one == other
-    keys = [RunCase("saw", SAW, s).key for s in (plain, one, other, replace(plain, dressing=("energy",)))]
-    assert keys[1] == keys[2]
-    assert len(set(keys)) == 3
-    assert "dressing" not in plain.as_dict()
 
 
 def test_a_dressing_that_does_not_exist_or_does_not_apply_is_refused() -> None:
@@ -222,32 +188,10 @@ def test_the_dressed_model_moves_as_the_minimal_one_unless_a_harmful_ingredient_
     assert change(machine, fully_dressed(machine)) > 100.0 * EQUAL
 
 
-@pytest.mark.parametrize("machine", ["press", "saw"])
-def test_noslip_costs_the_more_digits_the_harder_the_closures(machine: str) -> None:
-    minimal = minimal_of(machine)
-    changed = []
-    for factor in (1e-9, 1e-7):
-        harder = replace(minimal, hardening=factor)
-        with_it = piece(machine, replace(harder, dressing=(*harder.dressing, "noslip"))).trajectory.points
-        without = piece(machine, harder).trajectory.points
-        changed.append(max(np.abs(with_it[p].position.values - without[p].position.values).max() for p in with_it))
-    assert changed[0] > 20.0 * changed[1] > 0.0
-
-
 @pytest.mark.parametrize("name", ["closure", "hardening", "rk4", "flywheel", "iteration"])
 @pytest.mark.parametrize("machine", ["press", "saw"])
 def test_without_what_the_minimal_model_consists_of_the_motion_is_another(machine: str, name: str) -> None:
     assert change(machine, with_one(machine, name)) > 1e-6
-
-
-def test_a_tolerance_of_0_takes_all_of_a_line_search_for_the_same_motion() -> None:
-    evaluations = []
-    for settings in (minimal_of("saw"), with_one("saw", "line-search")):
-        steps = MUJOCO.stepper(FAST_SAW, settings)
-        steps(200)
-        evaluations.append(int(steps.data.solver[0].neval))
-    assert evaluations == [5, 50]
-    assert change("saw", with_one("saw", "line-search")) < 1e-15
 
 
 def test_the_default_tolerance_is_no_trap_where_closures_are_hard_and_one_where_they_are_soft() -> None:
@@ -260,32 +204,9 @@ def test_the_default_tolerance_is_no_trap_where_closures_are_hard_and_one_where_
     assert compare(kept, SAW).worst("position") < 1e-4
 
 
-CAM_EXTRA = [name for machine, name in EXTRA if machine == "cam" and not name.startswith("condim")]
-
-
-@pytest.mark.parametrize("name", CAM_EXTRA)
-def test_a_dressed_cam_runs(name: str) -> None:
-    found = piece("cam", with_one("cam", name), 0.01).trajectory
-    assert found.outcome is Outcome.COMPLETED
-
-
 def test_without_its_contact_the_follower_falls_through_the_cam() -> None:
     gone = piece("cam", with_one("cam", "contact"), 0.05).trajectory
     assert gone.outcome is not Outcome.COMPLETED
-
-
-@pytest.mark.parametrize("machine", ["press", "saw"])
-def test_the_drive_torque_of_a_dressed_model_is_that_of_the_exact_motion(machine: str) -> None:
-    scene = MACHINES[machine]
-    worn = fully_dressed(machine, but=(*HARMFUL, "passive-damping", "passive-armature"))
-    found = piece(machine, worn)
-    angle = found.trajectory.bodies.position.instants.angle  # type: ignore[union-attr]  # a run that completed
-    exact = reactions(scene.kinematics, angle, scene.speed).drive_torque * scene.kinematics.mechanism.driver.sense
-    error = np.abs(found.drive_torque - exact) / np.abs(exact).max()
-    assert error[1:].max() < 1e-6
-    # Negative control: the weight is in it.
-    light = piece(machine, minimal_of(machine)).drive_torque
-    assert np.abs(light - exact)[1:].max() / np.abs(exact).max() > 1e-3  # type: ignore[operator]
 
 
 # -- free bodies -----------------------------------------------------------------------------------------------------
@@ -301,13 +222,6 @@ def test_a_free_body_starts_where_the_exact_motion_has_it(name: str) -> None:
     assert (made.model.nq, made.model.nv) == (9, 8)
     assert np.abs(np.exp(1j * back) - np.exp(1j * poses)).max() < 1e-12
     assert np.abs(rates - slopes * scene.speed).max() < 1e-10 * abs(scene.speed)
-
-
-def test_a_run_of_free_bodies_told_in_pieces_is_the_whole_run() -> None:
-    settings = replace(with_one("saw", "free-bodies"), steps_per_revolution=100, timestep=FAST_SAW.period / 100)
-    whole = run(FAST_SAW, settings, 1.0, 7.0).bodies
-    parts = [p.trajectory.bodies for p in MUJOCO.run(FAST_SAW, settings, 1.0, 7.0, 30)]
-    assert np.array_equal(np.concatenate([part.position.poses for part in parts]), whole.position.poses)
 
 
 # -- mobility --------------------------------------------------------------------------------------------------------
@@ -329,34 +243,16 @@ def test_the_compiled_model_has_the_mobility_that_gruebler_counts(name: str) -> 
     assert (found.missing, found.redundant) == (0, {})
 
 
-def test_a_planar_closure_has_an_empty_row_which_is_not_redundant() -> None:
-    found = counted("saw")
-    assert (found.coordinates, found.rows, found.most_rank) == (3, 3, 2)
-    assert found.empty == (Row("slider-pin", "z"),)
-    assert str(found.empty[0]) == "slider-pin z"
-
-
 def test_a_closure_said_twice_is_named_redundant() -> None:
     found = counted("press", "redundant-closures")
     assert found.redundant == {"slider-pin/again": 2}
     assert (found.freedom, found.missing) == (1, 0)
 
 
-def test_free_bodies_bring_freedoms_that_their_pins_take_away_again() -> None:
-    # Crank 1, rod 6, slider 1; two pins of nine rows, of which a machine in space may have seven.
-    found = counted("saw", "free-bodies")
-    assert (found.coordinates, found.rows, found.most_rank) == (8, 18, 7)
-    assert (found.freedom, found.empty, sum(found.redundant.values())) == (1, (), 11)
-
-
 def test_an_open_loop_lacks_two_constraints_and_a_cam_without_contact_one() -> None:
     assert (counted("saw", "closure").freedom, counted("saw", "closure").missing) == (3, 2)
     assert (counted("cam").rows, counted("cam").freedom) == (1, 1)
     assert (counted("cam", "contact").freedom, counted("cam", "contact").missing) == (2, 1)
-
-
-def test_a_contact_with_friction_is_still_one_row() -> None:
-    assert counted("cam", "condim-6") == counted("cam")
 
 
 def test_a_rank_that_falls_at_a_singular_pose_is_seen() -> None:

@@ -248,11 +248,3 @@ def test_what_is_not_told_has_its_reason(scene: Any, change: dict[str, Any], rea
     assert not told.joints
     assert reason in told.unsupported["drive torque"]
     assert set(told.unsupported) == {"drive torque", *(joint.name for joint in scene.kinematics.mechanism.joints)}
-
-
-def test_of_gears_the_torque_is_told_but_no_reaction() -> None:
-    scene = scene_named("planetary-gear")
-    told = PYMUNK.forces(scene, PymunkSettings.tuned(scene, 1000), 1.0)
-    assert set(told.unsupported) == {joint.name for joint in scene.kinematics.mechanism.joints}
-    right = exact(scene, told).drive_torque
-    assert against_peak(told.drive_torque, right, right) < 1e-5

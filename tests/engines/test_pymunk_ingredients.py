@@ -14,14 +14,13 @@ from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, WITH_A_ROD
 
 from conrod import Comparison, InvalidInput, Outcome, PymunkSettings, Trajectory, compare, run
 from conrod.engines import engine_named
-from conrod.engines.ingredients import Ingredient, Quantity
+from conrod.engines.ingredients import Ingredient
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.pymunk import mobility
 from conrod.engines.pymunk import model_edits as dressing
 from conrod.engines.pymunk import points as pymunk_instants
 from conrod.engines.pymunk.settings import NAMES, SHAPES, SUBSTEPS
 from conrod.engines.pymunk.space import build
-from conrod.studies.frame.run import RunCase
 
 ENGINE = engine_named("pymunk")
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -64,14 +63,6 @@ def test_what_is_added_is_taken_away_again(name: str) -> None:
         assert ENGINE.refusal(scene, changed) is None, one.name
 
 
-@pytest.mark.parametrize("name", MACHINES)
-def test_every_model_is_a_run_of_its_own(name: str) -> None:
-    scene, model = MACHINES[name], minimal(MACHINES[name])
-    changed = [(one.removed if one.minimal else one.added)(model) for one in ingredients(scene).values()]
-    keys = {RunCase("machine", scene, settings).key for settings in (model, *changed)}
-    assert len(keys) == 1 + len(changed)
-
-
 def test_results_from_before_keep_their_keys() -> None:
     plain = PymunkSettings.tuned(SAW, 200).as_dict()
     assert "dressing" not in plain
@@ -87,21 +78,6 @@ def test_equal_models_are_equal_whatever_the_order_they_were_dressed_in() -> Non
         replace(one, dressing=("dampin",))
 
 
-def test_what_other_studies_need_is_said() -> None:
-    found = ingredients(SAW) | ingredients(CAM)
-    assert set(found["gravity"].needed_by) >= {Quantity.DRIVE_TORQUE, Quantity.REACTIONS}
-    assert Quantity.IMPACT in found["shapes-grouped"].needed_by
-    assert Quantity.REACTIONS in found["rod-body"].needed_by
-
-
-def test_a_machine_is_offered_what_it_can_carry() -> None:
-    saw, cam = ingredients(SAW), ingredients(CAM)
-    assert {"gravity", "rod-body", "stock-contact", "closure", "full-correction"} <= set(saw) - set(cam)
-    assert {"fine-cam", "contact", "small-slop"} <= set(cam) - set(saw)
-    groups = {one.group for one in saw.values() if one.group}
-    assert groups == {"shapes", "iterations", "rod", "sub-steps"}
-
-
 # -- the space -------------------------------------------------------------------------------------------------------
 
 
@@ -112,20 +88,6 @@ def space_of(scene: Any, *names: str, **fields: Any) -> pymunk.Space:
 def test_every_name_is_an_edit_or_sub_steps() -> None:
     assert set(dressing.EDITS) | set(SUBSTEPS) == set(NAMES)
     assert not set(dressing.EDITS) & set(SUBSTEPS)
-
-
-@pytest.mark.parametrize("name", SHAPES)
-@pytest.mark.parametrize("scene", [SAW, CAM], ids=["saw", "cam"])
-def test_every_link_gets_a_shape(scene: Any, name: str) -> None:
-    bare, dressed = space_of(scene), space_of(scene, name)
-    assert len(dressed.shapes) == len(bare.shapes) + 2
-    added = [shape for shape in dressed.shapes if isinstance(shape, pymunk.Poly) and shape.radius == 0.0]
-    assert len({shape.body for shape in added}) == 2
-    assert {len(shape.get_vertices()) for shape in added} == ({200} if name == "shapes-polygons" else {4})
-    assert all(shape.sensor for shape in added) == (name == "shapes-sensor")
-    assert all(shape.filter.mask == 0 for shape in added) == (name == "shapes-masked")
-    assert all(shape.filter.group == 1 for shape in added) == (name in ("shapes-grouped", "shapes-polygons"))
-    assert all(joint.collide_bodies for joint in dressed.constraints) == (name == "shapes-colliding")
 
 
 def test_the_space_is_what_its_dressing_says() -> None:
@@ -193,16 +155,6 @@ def test_links_that_collide_where_they_are_joined_do_not_move_as_they_should() -
 # -- sub-steps -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("count", SUBSTEPS.values())
-@pytest.mark.parametrize("rod", [BODY, DISTANCE_JOINT])
-def test_sub_steps_are_the_steps_of_a_finer_run(rod: str, count: int) -> None:
-    coarse = replace(minimal(SAW, 100), rod=rod, iterations=300, dressing=(f"substeps-{count}",))
-    fine = replace(minimal(SAW, 100 * count), rod=rod, iterations=300)
-    one, other = (ran(SAW, settings).points["C"].position for settings in (coarse, fine))
-    assert len(one.values) == 201
-    np.testing.assert_allclose(one.values, other.values[::count], rtol=0.0, atol=1e-12)
-
-
 def test_a_velocity_belongs_to_half_a_sub_step_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
     stepped = replace(minimal(SAW, 200), iterations=100, dressing=("substeps-10",))
     right = measured(SAW, stepped).worst("velocity")
@@ -211,26 +163,6 @@ def test_a_velocity_belongs_to_half_a_sub_step_after_it(monkeypatch: pytest.Monk
     told = pymunk_instants.staggered
     monkeypatch.setattr("conrod.engines.pymunk.dynamics.staggered", lambda *arguments: told(*arguments[:-1]))
     assert compare(run(SAW, stepped), SAW).worst("velocity") > 10.0 * right
-
-
-@pytest.mark.parametrize("names", [("substeps-10",), ("redundant-joints", "shapes-unfiltered", "substeps-2")])
-def test_bare_steps_are_those_of_the_recorded_run(names: tuple[str, ...]) -> None:
-    settings = replace(minimal(SAW, 200), dressing=names)
-    advance: Any = ENGINE.stepper(SAW, settings)
-    advance(50)
-    advance(150)
-    states = ran(SAW, settings, 1.0).bodies
-    assert states is not None
-    assert list(advance.space.bodies)[-1].position[0] == pytest.approx(states.position.poses[-1, 6], abs=1e-12)
-
-
-def test_a_dressed_run_in_pieces_is_the_same_run() -> None:
-    settings = replace(minimal(SAW, 100), dressing=("redundant-joints", "substeps-2"))
-    told = list(ENGINE.run(SAW, settings, 1.0, 0.3, 30))
-    values = np.concatenate([piece.trajectory.points["C"].position.values for piece in told])
-    assert np.array_equal(values, run(SAW, settings, 1.0, 0.3).points["C"].position.values)
-    assert told[-1].solver is not None
-    assert told[-1].solver.residual < 1e-4
 
 
 # -- mobility --------------------------------------------------------------------------------------------------------

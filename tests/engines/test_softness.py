@@ -10,10 +10,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
+from catalogue import CAM, LINKAGES, PRESS, SAW, SCENES
 
 from conrod import Comparison, MuJoCoSettings, Outcome, PymunkSettings, compare, run
-from conrod.engines import ENGINES, engine_named
+from conrod.engines import engine_named
 from conrod.engines.capabilities import Softness
 from conrod.engines.fixed_point import largest_derivatives, self_consistent
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
@@ -99,18 +99,7 @@ def test_the_plateau_of_a_machine_under_a_spring_is_the_one_that_its_law_gives()
     assert_told(scene, stock(scene), within=0.01)
 
 
-def test_stock_mujoco_as_it_comes_rises_to_the_plateau_that_was_told() -> None:
-    found = [errors(FAST, MuJoCoSettings.stock(FAST, n))[0] for n in (1000, 4000, 8000)]
-    assert [round(x, 4) for x in found[:1]] == [0.0375]
-    plateau = predicted(FAST, MuJoCoSettings.stock(FAST, 1000)).whole_run
-    assert found[0] < found[1] < found[2] < plateau
-    # Euler's own error is of first order: half of it goes with half the step.
-    assert 2.0 * found[2] - found[1] == pytest.approx(plateau, rel=2e-3)
-    assert plateau == pytest.approx(0.0428, abs=5e-5)
-
-
-@pytest.mark.parametrize("gravity", [True, False])
-@pytest.mark.parametrize("factor", [0.01, 100.0])
+@pytest.mark.parametrize(("factor", "gravity"), [(0.01, True), (100.0, False)])
 @pytest.mark.parametrize("scene", [SAW, PRESS], ids=["saw", "press"])
 def test_what_masses_and_gravity_do_to_it_follows(scene: Any, factor: float, gravity: bool) -> None:
     other = scene.with_parameters(slider_mass=factor * scene.slider_mass)
@@ -134,27 +123,15 @@ KNOBS: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("scene", [SAW, PRESS], ids=["saw", "press"])
 @pytest.mark.parametrize("knob", KNOBS)
-def test_every_knob_of_a_closure_is_in_the_law(scene: Any, knob: str) -> None:
-    assert_told(scene, stock(scene, **KNOBS[knob]))
-
-
-@pytest.mark.parametrize("name", ["shear-press", "saw-40rpm", "press-reversed", "saw-slide-below"])
-def test_what_a_tendon_leaves_out_is_in_the_law(name: str) -> None:
-    scene = EVERY_SCENE[name]
-    assert_told(scene, replace(MuJoCoSettings.tuned(scene, 1000), rod=DISTANCE_JOINT))
+def test_every_knob_of_a_closure_is_in_the_law(knob: str) -> None:
+    assert_told(SAW, stock(SAW, **KNOBS[knob]))
 
 
 @pytest.mark.parametrize("preset", ["stock", "tuned"])
 def test_what_a_contact_sinks_by_is_in_the_law(preset: str) -> None:
     # The facets of the cam's polygon are not.
     assert_told(CAM, engine_named("mujoco").presets[preset](CAM, 15708), within=0.01)
-
-
-@pytest.mark.parametrize("name", LINKAGES)
-def test_a_tuned_closure_is_told_but_for_what_rk4_makes_of_it(name: str) -> None:
-    assert_told(LINKAGES[name], MuJoCoSettings.tuned(LINKAGES[name], 1000), within=0.02)
 
 
 @pytest.mark.parametrize("name", LINKAGES)
@@ -197,21 +174,10 @@ def biased(scene: Any, steps: int, bias: float, rod: str = BODY) -> PymunkSettin
 
 @pytest.mark.parametrize("rod", [BODY, DISTANCE_JOINT])
 @pytest.mark.parametrize("bias", BIASES)
-@pytest.mark.parametrize("steps", [125, 1000, 8000])
+@pytest.mark.parametrize("steps", [125, 1000])
 @pytest.mark.parametrize("name", ["shear-press", "saw-500rpm"])
 def test_the_drift_of_pymunks_joints_is_the_one_that_its_law_gives(name: str, steps: int, bias: str, rod: str) -> None:
     assert_told(LINKAGES[name], biased(LINKAGES[name], steps, BIASES[bias], rod))
-
-
-@pytest.mark.parametrize("name", ["press-reversed", "saw-reversed", "saw-slide-below", "press-long-crank"])
-def test_it_is_told_for_other_machines_too(name: str) -> None:
-    assert_told(EVERY_SCENE[name], biased(EVERY_SCENE[name], 1000, STOCK_BIAS))
-
-
-@pytest.mark.parametrize("steps", [125, 1000])
-@pytest.mark.parametrize("name", LINKAGES)
-def test_stock_pymunk_drifts_so_at_its_ten_iterations(name: str, steps: int) -> None:
-    assert_told(LINKAGES[name], PymunkSettings.stock(LINKAGES[name], steps), within=0.01)
 
 
 @pytest.mark.parametrize("name", LINKAGES)
@@ -227,25 +193,6 @@ def test_a_slow_machine_drifts_by_the_step_over_twice_the_logarithm_of_the_bias(
     # h x'' / (2 (-ln bias)), x'' in time.
     lag = settings.timestep * slow.speed**2 * largest_derivatives(slow.kinematics, 2)[2] / (-2.0 * math.log(STOCK_BIAS))
     assert predicted(slow, settings).whole_run == pytest.approx(lag, rel=0.03)
-
-
-def test_no_mass_is_in_it() -> None:
-    heavy: Any = SAW.with_parameters(slider_mass=60.0)
-    same = [predicted(s, biased(s, 500, STOCK_BIAS)).whole_run for s in (SAW, heavy)]
-    assert same[0] == same[1]
-    assert_told(heavy, biased(heavy, 500, STOCK_BIAS))
-
-
-def test_pymunks_contacts_have_no_such_law() -> None:
-    assert engine_named("pymunk").predicted_softness(CAM, PymunkSettings.stock(CAM, 1000)) is None
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_it_is_told_for_any_number_of_steps(engine: str) -> None:
-    made = engine_named(engine)
-    for steps in (2, 7, 20, 100_000):
-        told = made.predicted_softness(SAW, made.presets["stock"](SAW, steps))
-        assert told is None or 0.0 < told.last_turn <= told.whole_run
 
 
 # -- how it is solved ------------------------------------------------------------------------------------------------

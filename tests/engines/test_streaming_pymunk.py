@@ -71,7 +71,7 @@ def instants_of(name: str, instants: Instants) -> Iterator[tuple[str, Array]]:
         yield f"{name} {kind}", getattr(instants, kind)
 
 
-@pytest.mark.parametrize("steps", [1, 2, 7, 64, 10_000])
+@pytest.mark.parametrize("steps", [1, 7, 64])
 @pytest.mark.parametrize("name", RUNS)
 def test_pieces_put_together_are_the_run_bit_for_bit(name: str, steps: int) -> None:
     parts = [dict(recorded(piece.trajectory)) for piece in in_pieces(name, steps)]
@@ -171,11 +171,6 @@ def test_a_bias_other_than_the_engine_has_would_be_seen(monkeypatch: pytest.Monk
     assert largest_left(SAW, iterations=1000) > 1e-6
 
 
-def test_a_contact_is_not_looked_at_and_pymunk_tells_no_torque() -> None:
-    assert all(piece.solver is None for piece in in_pieces("cam", 64))
-    assert all(piece.drive_torque is None and not piece.warnings for piece in in_pieces("cam", 64))
-
-
 @pytest.mark.parametrize("name", ["saw, stock", "press, rod left out", "cam"])
 def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, settings = RUNS[name]
@@ -206,10 +201,3 @@ def test_a_rounded_state_has_single_precision_and_costs_accuracy() -> None:
     off = np.abs(rounded["C position"] - exact["C position"]).max() / SAW.lengths["C"]
     assert 1e-8 < off < 1e-4
     assert not np.array_equal(crank, exact["position poses"][1:, 2])
-
-
-def test_a_state_that_is_not_rounded_is_not_in_the_key_of_a_result() -> None:
-    settings = PymunkSettings.tuned(SAW, STEPS)
-    assert "rounded_state" not in settings.as_dict()
-    assert replace(settings, rounded_state=True).as_dict()["rounded_state"] is True
-    assert PymunkSettings(**settings.as_dict()) == settings
