@@ -11,7 +11,7 @@ import pytest
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.inverse import mass_ratio
-from conrod.exact.transmission import least_transmission_angle
+from conrod.exact.linkage.transmission import least_transmission_angle
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase

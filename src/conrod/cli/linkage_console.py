@@ -13,13 +13,8 @@ from conrod.exact.linkage.centres import InstantCentre, centre_count
 from conrod.exact.linkage.course import CrankRange
 from conrod.exact.linkage.outputs import DeadCentre, Output
 from conrod.exact.linkage.polygon import Polygon
-from conrod.exact.linkage.quantities import (
-    Extreme,
-    InstantQuantities,
-    PointQuantities,
-    TransmissionAngle,
-    TurnQuantities,
-)
+from conrod.exact.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
+from conrod.exact.linkage.transmission import Extreme, TransmissionAngle
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.terminal import console

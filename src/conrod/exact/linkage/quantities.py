@@ -1,105 +1,19 @@
-"""Transmission and pressure angles of the driven links, with their extremes over all poses.
-
-All classic quantities of a linkage together: those of a whole turn, and those at one crank angle.
-"""
+"""All classic quantities of a linkage together: those of a whole turn, and those at one crank angle."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-
-import numpy as np
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.accelerations import PathParts, path_parts
 from conrod.exact.linkage.centres import InstantCentre, KennedyLine, instant_centres, kennedy_lines
-from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
+from conrod.exact.linkage.course import CrankRange, course_of, crank_range
 from conrod.exact.linkage.outputs import Output, outputs
 from conrod.exact.linkage.points import linkage_points
 from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, link_numbers, linkage_state
+from conrod.exact.linkage.transmission import Push, TransmissionAngle, pushes, transmission_angles
 from conrod.exact.motion import Array
-from conrod.exact.transmission import Push, pushes
-
-# An extreme is closed in upon by so many parts of its interval, so many times: to rounding of its value.
-PARTS, TIMES = 16, 10
-
-
-@dataclass(frozen=True)
-class Extreme:
-    """A value [rad] and the crank angle [rad] where it is taken."""
-
-    value: float
-    angle: float
-
-
-@dataclass(frozen=True)
-class TransmissionAngle:
-    """The transmission angle of a driven link.
-
-    Attributes:
-        driven: the link.
-        through: the rod, block or cam that pushes it.
-        least, greatest: of the angle in [0, pi] between the line of the push and the normal of the path, over all poses
-            (`conrod.exact.transmission.Push.angle`).
-    """
-
-    driven: str
-    through: str
-    least: Extreme
-    greatest: Extreme
-
-    @property
-    def worst(self) -> Extreme:
-        """The least acute transmission angle (Alt): at zero the linkage is locked."""
-        other = Extreme(math.pi - self.greatest.value, self.greatest.angle)
-        return min(self.least, other, key=lambda extreme: extreme.value)
-
-    @property
-    def greatest_pressure_angle(self) -> Extreme:
-        """A right angle less the worst transmission angle."""
-        return Extreme(0.5 * math.pi - self.worst.value, self.worst.angle)
-
-
-def transmission_angles(course: Course) -> tuple[TransmissionAngle, ...]:
-    """Of every driven link that is guided by the ground; empty where none is pushed by a rod, a block or a cam."""
-    found = []
-    samples = pushes(course.kinematics, course.samples)
-    for k, push in enumerate(samples):
-        angles = partial(_angle, course, k)
-        least, greatest = _least(course, push.angle, angles, 1.0), _least(course, push.angle, angles, -1.0)
-        found.append(TransmissionAngle(push.driven, push.through, least, greatest))
-    return tuple(sorted(found, key=lambda angle: (angle.driven, angle.through)))
-
-
-def pushes_at(kinematics: Kinematics, state: LinkageState) -> list[Push]:
-    """The pushes in the pose of a state, by driven link; their arrays have one row."""
-    return sorted(pushes(kinematics, state.derivatives[0]), key=lambda push: (push.driven, push.through))
-
-
-def _angle(course: Course, k: int, parameter: Array) -> Array:
-    return pushes(course.kinematics, course.poses(parameter))[k].angle
-
-
-def _least(course: Course, samples: Array, at: Callable[[Array], Array], sign: float) -> Extreme:
-    """The value that is least times a sign, from those at the samples and between them."""
-    parameter, values = course.parameter, sign * samples
-    k = int(values.argmin())
-    low, high = float(parameter[max(k - 1, 0)]), float(parameter[min(k + 1, len(parameter) - 1)])
-    if course.periodic and k in {0, len(parameter) - 1}:
-        low, high = -float(parameter[1]), float(parameter[1])
-    value, place = float(values[k]), float(parameter[k])
-    for _ in range(TIMES):
-        some = np.linspace(low, high, PARTS + 1)
-        here = sign * at(some)
-        j = int(here.argmin())
-        if here[j] < value:
-            value, place = float(here[j]), float(some[j])
-        low, high = float(some[max(j - 1, 0)]), float(some[min(j + 1, PARTS)])
-    angle = float(course.crank_angle(course.poses(np.array([place])))[0])
-    return Extreme(sign * value, angle % (2.0 * math.pi) if course.periodic else angle)
 
 
 @dataclass(frozen=True)
@@ -192,7 +106,7 @@ def instant_quantities(
     return InstantQuantities(
         state,
         _points(state),
-        tuple(pushes_at(kinematics, state)),
+        tuple(sorted(pushes(kinematics, state.derivatives[0]), key=lambda push: (push.driven, push.through))),
         centres,
         kennedy_lines(state, centres),
         velocity_polygon(state),

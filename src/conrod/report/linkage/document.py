@@ -11,7 +11,8 @@ import numpy as np
 
 from conrod.exact.linkage.centres import InstantCentre, centre_count
 from conrod.exact.linkage.polygon import Polygon
-from conrod.exact.linkage.quantities import Extreme, InstantQuantities, PointQuantities, TurnQuantities
+from conrod.exact.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
+from conrod.exact.linkage.transmission import Extreme
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.exact.dynamics.inverse import mass_ratio
-from conrod.exact.transmission import least_transmission_angle
+from conrod.exact.linkage.transmission import least_transmission_angle
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import Measurement
