@@ -1,4 +1,4 @@
-"""Doubts about the verdicts on the four documents."""
+"""What the verdicts on the documents that ship cannot be sure of."""
 
 from __future__ import annotations
 

@@ -219,6 +219,7 @@ def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pyt
     told_in_one_line(done, "tcp://127.0.0.1:9")
 
 
+@pytest.mark.slow
 def test_a_cell_that_takes_too_long_is_an_outcome(tmp_path: Path) -> None:
     done = conrod("recommend", *QUICK, "--position", "1e-3", "--cell-timeout", "0.3", "--jobs", "1", cwd=tmp_path)
     assert done.returncode in (0, 1), done.stderr

@@ -55,9 +55,6 @@ def points(engine: str) -> list[SweptPoint]:
                     outcome="opened" if sizes is None else "completed",
                     reason="the loop is open" if sizes is None else "",
                     errors=sizes,
-                    prediction=None
-                    if sizes is None
-                    else {q: {"predicted": e, "difference": e**2} for q, e in sizes.items()},
                     cost=seconds,
                     ratio=seconds / 1e-6,
                 )

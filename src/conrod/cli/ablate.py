@@ -84,9 +84,16 @@ def ablate(
     ]
     with naming("standard output"):
         print_ablations(studies)
-    given = {"--engine": engine, "--steps-per-rev": steps_per_rev, "--rounds": None if rounds == ROUNDS else rounds}
+    whole = {study.name: _with_earlier(study, files) for study in studies}
+    # With engines of an earlier study the command for one engine would not make the same report.
+    grown = any(len(whole[study.name].engines) > len(study.engines) for study in studies)
+    given = {
+        "--engine": None if grown else engine,
+        "--steps-per-rev": steps_per_rev,
+        "--rounds": None if rounds == ROUNDS else rounds,
+    }
     command = reproduction("ablate", scenes, given, assignments, files.folder) if files.folder else None
-    files.write({study.name: _with_earlier(study, files) for study in studies}, command)
+    files.write(whole, command)
 
 
 def _findings(plans: Sequence[AblationPlan], runner: Runner) -> list[EngineAblation]:

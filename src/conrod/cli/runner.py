@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import Self, TypeVar
 
 import click
 
@@ -24,10 +24,7 @@ from conrod.studies.frame.ledger import Ledger, default_path
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import Study, pursue
-
-if TYPE_CHECKING:
-    from conrod.studies.frame.timing import Timing
-
+from conrod.studies.frame.timing import Timing
 
 Found = TypeVar("Found")
 CELL_TIMEOUT = 600.0  # [s]

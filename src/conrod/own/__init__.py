@@ -1,1 +1,1 @@
-"""Files of users: their MuJoCo models, tables and printed values."""
+"""What users bring: their MuJoCo models, tables and printed values."""

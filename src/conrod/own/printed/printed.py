@@ -34,7 +34,7 @@ class Number:
 
     @cached_property
     def value(self) -> float:
-        """Value of the digits."""
+        """What the digits mean."""
         return float(self.text.replace(",", "."))
 
     @cached_property

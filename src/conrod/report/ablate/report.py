@@ -62,14 +62,14 @@ def ingredients_table(found: EngineAblation, title: str = "") -> Table:
 
 def _ingredient(found: EngineAblation, one: IngredientResult) -> list[Cell]:
     alone, full = words.alone(one), words.in_full(one)
+    first = alone or full
     more = [*(["faster with it"] if words.saves_time(one) else []), words.finer_text(found, one)]
     verdict = "; ".join([words.verdict_text(one), *filter(None, more)])
     return [
         one.name,
         f"{one.title}{' (part of the minimal model)' if one.minimal else ''}",
-        words.cost_of(alone),
-        words.cost_of(full),
-        words.change_of(alone or full),
+        *("" if evidence is None else words.cost_text(evidence.cost) for evidence in (alone, full)),
+        "" if first is None else words.change_text(first.change),
         Toned(verdict, TONES[one.verdict]) if one.verdict in TONES else verdict,
         words.torque_text(one),
         ", ".join(words.needs_of(one)),

@@ -56,16 +56,6 @@ def in_full(ingredient: IngredientResult) -> Evidence | None:
     return next((one for one in ingredient.evidence if one.full), None)
 
 
-def cost_of(evidence: Evidence | None) -> str:
-    """The cost of an ingredient."""
-    return "" if evidence is None else cost_text(evidence.cost)
-
-
-def change_of(evidence: Evidence | None) -> str:
-    """The change of the position that an ingredient makes."""
-    return "" if evidence is None else change_text(evidence.change)
-
-
 def verdict_text(ingredient: IngredientResult) -> str:
     """The verdict, and what it was seen in."""
     word = ingredient.verdict.value

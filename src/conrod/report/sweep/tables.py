@@ -10,7 +10,6 @@ from conrod.report.sweep.selection import (
     cheapest_within,
     labelled_points,
     most_accurate,
-    preset_curves,
     rule_of,
     timed_engines,
     tolerance,
@@ -74,22 +73,10 @@ def _choice(study: SweepStudy, quantity: str, best: SweptPoint | None, engine: s
     return [f"{rule_of(best)} ({best.label})", steps, error, *costs_of(best)]
 
 
-def cheapest_table(study: SweepStudy) -> Table:
+def cheapest_table(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Table:
     """The cheapest setting of each engine for several tolerances of each quantity."""
-    rows = [[q, *row] for q in QUANTITIES for row in cheapest_rows(study, q, MORE_TOLERANCES)]
+    rows = [[q, *row] for q in quantities for row in cheapest_rows(study, q, MORE_TOLERANCES)]
     return table(["error of", *CHEAPEST_HEAD], rows, right=CHEAPEST_HEAD[3:])
-
-
-def predictions_table(study: SweepStudy) -> Table:
-    """Errors predicted from the joints' gaps alone beside the measured ones: a row for each run of a preset."""
-    rows = []
-    for curve in preset_curves(study):
-        for point in (p for p in curve.points if p.prediction is not None):
-            found = point.prediction or {}
-            sizes = [(point.error(q), found[q]["predicted"], found[q]["difference"]) for q in QUANTITIES]
-            cells = [", ".join(map(numbers.measured, three)) for three in sizes]
-            rows.append([engine_title(curve.engine), curve.preset, str(point.steps_per_revolution), *cells])
-    return table(["engine", "preset", STEPS, *(f"{q}: measured, predicted, difference" for q in QUANTITIES)], rows)
 
 
 # -- the grid ----------------------------------------------------------------------------------------------------------

@@ -65,8 +65,6 @@ class SweptPoint:
         rule: name of its settings, the step apart.
         preset: the preset that these settings are, if they are one.
         errors: largest of each quantity over the run and the observed points, normalised; None unless it completed.
-        prediction: of a preset's run, quantity -> largest error predicted from the joints' gaps alone, and its largest
-            difference from the measured one.
         cost: CPU time of a revolution [s]; None where it was not timed.
         ratio: the same in steps of the engine's fixed reference loop.
     """
@@ -80,7 +78,6 @@ class SweptPoint:
     outcome: str
     reason: str
     errors: Mapping[str, float] | None
-    prediction: Mapping[str, Mapping[str, float]] | None
     cost: float | None
     ratio: float | None
 

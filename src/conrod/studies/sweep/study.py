@@ -131,7 +131,6 @@ def _point(label: str, rule: RulePlan, case: RunCase, found: Measurement, timing
         outcome=found.outcome,
         reason=found.reason,
         errors=None if found.errors is None else {q: found.largest(q) or 0.0 for q in QUANTITIES},
-        prediction=found.prediction if preset else None,
         cost=None if timing is None else timing.seconds_per_revolution,
         ratio=None if timing is None else timing.ratio,
     )
