@@ -160,7 +160,7 @@ def linked(folder: Path) -> None:
         (("model.xml", "-o", "hard.mjb", "--json", "there/hard.mjb"), "name of a model"),
         (("model.xml", "-o", "there"), "it is a folder"),
         (("model.xml", "-o", "none/model.mjb"), "there is no folder"),
-        (("there",), "it is not a file"),
+        (("there",), "it is a folder, not a file"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
