@@ -1,28 +1,40 @@
-"""What the command line prints, and its progress."""
+"""What `conrod show` prints, and the content of exported files."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from rich.console import Console
-from rich.markup import escape
 from rich.padding import Padding
-from rich.table import Table
 from rich.text import Text
 
 from conrod.engines import engine_names
 from conrod.errors import unknown_choice
-from conrod.report.numbers import SHOWN_UNITS
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage.centres import centre_count
+from conrod.exact.linkage.quantities import InstantQuantities, TurnQuantities
+from conrod.report import numbers
+from conrod.report.linkage.tables import (
+    degrees,
+    instant_tables,
+    links_table,
+    outputs_table,
+    reach_words,
+    transmission_table,
+)
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.scene_words import described
-from conrod.report.terminal import console
+from conrod.report.table import Table, table
+from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
 from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
 
 WIDE = 400  # for lines that tell of a source
 CSV_SAMPLES = 360
+PARAMETER = ("parameter", "value", "unit", "meaning")
 
 
 # -- show ------------------------------------------------------------------------------------------------------------
@@ -48,12 +60,7 @@ def show_catalogue() -> None:
 
 
 def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for heading in headings:
-        table.add_column(heading, no_wrap=True, overflow="ellipsis")
-    for row in rows:
-        table.add_row(*map(escape, row))
-    out.print(table)
+    print_table(out, table(headings, rows, title=title), framed=False)
     out.print()
 
 
@@ -70,14 +77,11 @@ def show_scene(name: str, scene: Scene) -> None:
     for assumption in scene.assumptions:
         out.print(Padding(Text(f"- {assumption}"), (0, 0, 0, 2), expand=False))
     out.print()
-    table = Table(box=None, pad_edge=False)
-    for heading in ("parameter", "value", "unit", "meaning"):
-        table.add_column(heading, justify="right" if heading == "value" else "left")
-    for parameter in scene.parameter_facts().values():
-        unit, scale = SHOWN_UNITS.get(parameter.unit, (parameter.unit, 1.0))
-        value = f"{scene.parameters[parameter.name] * scale:.6g}"
-        table.add_row(parameter.name, value, unit, parameter.meaning)
-    out.print(table)
+    rows = [
+        (one.name, *numbers.in_shown_unit(scene.parameters[one.name], one.unit), one.meaning)
+        for one in scene.parameter_facts().values()
+    ]
+    print_table(out, table(PARAMETER, rows, right=("value",)), folding=PARAMETER, framed=False)
     bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m²" for b in mechanism.bodies)
     out.print(f"\nbodies: {bodies}")
     higher = len(mechanism.cam_contacts) + len(mechanism.meshes)
@@ -95,6 +99,52 @@ def show_scene(name: str, scene: Scene) -> None:
     out.print(f"observed points: {points}")
     generic = "generic Newton solver on the joint equations"
     out.print(f"references: {f'closed form from the parameters; {generic}' if scene.closed_form else generic}")
+
+
+# -- show: a linkage -------------------------------------------------------------------------------------------------
+
+
+def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
+    """What a linkage does in a turn, or in its driver's span."""
+    out = console()
+    links = ", ".join(f"{number} {name}" for name, number in turn.numbers.items())
+    count = centre_count(kinematics.mechanism)
+    print_lines(
+        out,
+        (
+            *("", f"links: {links}"),
+            f"instant centres: {count}, n (n - 1) / 2 of n = {len(turn.numbers)} links",
+            f"crank: {reach_words(turn.crank_range)}",
+        ),
+    )
+    span = kinematics.mechanism.driver.span
+    if span is not None:
+        out.print(f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg")
+    elif turn.crank_range.full and not kinematics.repeats:
+        out.print("after a turn the links do not stand as before it: strokes and angles are those of the first turn")
+    for one in (outputs_table(turn), transmission_table(turn)):
+        if one:
+            _print_titled(out, one)
+
+
+def show_instant(instant: InstantQuantities, numbering: dict[str, int]) -> None:
+    """What a linkage does at a crank angle."""
+    out, state = console(), instant.state
+    out.print(f"\nat crank angle {degrees(state.angle)} deg, crank speed {numbers.quantity(state.speed, 6)} rad/s")
+    _print_titled(out, links_table(instant, numbering))
+    for push in instant.pushes:
+        angle = float(push.angle[0])
+        out.print(
+            f"transmission angle of {push.driven}, pushed by {push.through}: {math.degrees(angle):.4f} deg; "
+            f"pressure angle {math.degrees(abs(0.5 * math.pi - angle)):.4f} deg"
+        )
+    for one in instant_tables(instant):
+        _print_titled(out, one)
+
+
+def _print_titled(out: Console, shown: Table) -> None:
+    print_lines(out, ("", shown.title))
+    print_table(out, replace(shown, title=""), folding=shown.headings, framed=False)
 
 
 # -- export ----------------------------------------------------------------------------------------------------------

@@ -46,8 +46,7 @@ def show(
     document: str | None,
 ) -> None:
     """What there is, one line each; or all about one SCENE."""
-    from conrod.cli.console import show_catalogue, show_scene
-    from conrod.cli.linkage_console import show_instant, show_turn
+    from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
     from conrod.exact.linkage.quantities import turn_quantities
     from conrod.studies.frame.files import write_together
     from conrod.studies.frame.resolve_arguments import select_scene
@@ -94,10 +93,10 @@ def _files(drawing: str | None, figures: str | None, document: str | None) -> _F
 
 def _instant(scene: Scene, text: str | None, wanted: bool) -> InstantQuantities | None:
     """Quantities at the crank angle that is asked for, or at a usual one where figures are."""
-    from conrod.cli.linkage_console import degrees
     from conrod.exact.linkage.quantities import instant_quantities
     from conrod.mechanism.mechanism import LARGEST_SPAN
     from conrod.mechanism.units import check_number, parse_quantity
+    from conrod.report.linkage.tables import degrees
 
     span = scene.mechanism().driver.span
     if text is None and not wanted:

@@ -89,10 +89,10 @@ def _lines(values: Any, indent: str) -> str:
     flat = json.dumps(values, ensure_ascii=False, allow_nan=False)
     if len(flat) > LONGEST_LINE:
         flat = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    if not isinstance(values, dict | list) or not values:
+    if not isinstance(values, dict | list | tuple) or not values:
         return flat
     if len(flat) + len(indent) <= LONGEST_LINE or (
-        isinstance(values, list) and not any(isinstance(part, dict | list) for part in values)
+        not isinstance(values, dict) and not any(isinstance(part, dict | list | tuple) for part in values)
     ):
         return flat
     deeper = indent + " "

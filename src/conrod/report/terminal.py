@@ -32,13 +32,16 @@ def print_table(out: Console, table: Table, *, folding: Iterable[str] = (), fram
         framed: with lines around it.
     """
     shown = RichTable(
-        title=table.title or None, title_justify="left", box=FRAME if framed else None, pad_edge=framed,
+        title=Text(table.title) if table.title else None,
+        title_justify="left",
         title_style="italic" if framed else "bold",
-    )  # fmt: skip
+        box=FRAME if framed else None,
+        pad_edge=framed,
+    )
     folds = set(folding)
     for heading in table.headings:
         shown.add_column(
-            heading,
+            Text(heading),  # brackets are units, not markup
             justify="right" if heading in table.right else "left",
             no_wrap=heading not in folds,
             overflow="fold" if heading in folds else "ellipsis",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,17 +15,11 @@ from conrod.report.drawing.label_placement import Room
 from conrod.report.drawing.marks import draw_crank_angle, draw_frame_axes, draw_observed, draw_paths, reserve_axes
 from conrod.report.drawing.view import MM, View, outline
 from conrod.scenes import Scene
-from conrod.studies.frame.files import write_whole
 
 # Of a pass, because links often lie in line or over each other in its middle.
 TELLING_PART = 0.75
 POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
 LARGEST_SIDE, LEAST_SIDE = 8.2, 4.6  # of the drawing [inch]
-
-
-def draw_mechanism(scene: Scene, path: Path) -> None:
-    """Write the drawing as an SVG file, whole or not at all."""
-    write_whole(path, mechanism_svg(scene))
 
 
 def mechanism_svg(scene: Scene) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -15,28 +14,15 @@ from conrod.exact.linkage.state import LinkageState, link_numbers
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND
 from conrod.report import numbers
-from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.view import outline
 from conrod.report.linkage.mechanism_drawing import draw_arm, draw_links, middle
 from conrod.report.linkage.sheet import Sheet, mathematical
-from conrod.studies.frame.files import write_whole
 
 COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}
 # How much of the mechanism's extent is shown on every side of it, for the centres that lie there.
 ROOM = 0.6
 MM = 1e3
-
-
-def draw_centres(state: LinkageState, path: Path) -> None:
-    """Write the mechanism with its instant centres as an SVG file, whole or not at all."""
-    write_whole(path, centres_svg(state))
-
-
-def centres_svg(state: LinkageState) -> str:
-    """The mechanism with its instant centres as SVG text."""
-    with drawing_style():
-        return svg_text(centres_figure(state))
 
 
 def centres_figure(state: LinkageState) -> Figure:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from conrod.exact.linkage.polygon import Kind, Polygon, PolygonVector
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.linkage.sheet import Sheet, mathematical
-from conrod.studies.frame.files import write_whole
 
 UNITS = {"velocity": "m/s", "acceleration": "m/s²"}
 # Okabe and Ito's colours, told apart by colour-blind readers.
@@ -27,17 +23,6 @@ COLOURS: dict[Kind, str] = {
 }
 # A vector that is shorter than this share of the longest is a dot on paper.
 TOO_SHORT = 4e-3
-
-
-def draw_polygon(polygon: Polygon, path: Path) -> None:
-    """Write a polygon as an SVG file, whole or not at all."""
-    write_whole(path, polygon_svg(polygon))
-
-
-def polygon_svg(polygon: Polygon) -> str:
-    """A polygon as SVG text."""
-    with drawing_style():
-        return svg_text(polygon_figure(polygon))
 
 
 def polygon_figure(polygon: Polygon) -> Figure:

@@ -1,15 +1,12 @@
-"""What `conrod show` prints of the classic quantities of a linkage."""
+"""The classic quantities of a linkage as tables: of a turn, and at a crank angle."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from rich.table import Table
 
-from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage.centres import InstantCentre, centre_count
+from conrod.exact.linkage.centres import InstantCentre
 from conrod.exact.linkage.course import CrankRange
 from conrod.exact.linkage.outputs import DeadCentre, Output
 from conrod.exact.linkage.polygon import Polygon
@@ -17,41 +14,18 @@ from conrod.exact.linkage.quantities import InstantQuantities, PointQuantities, 
 from conrod.exact.linkage.transmission import Extreme, TransmissionAngle
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.terminal import console
+from conrod.report.table import Table, table
 
 # Below this share of the largest value a digit is rounding, different from machine to machine.
 ROUNDING = 1e-9
 MM = 1e3
-NUMBERS = {"stroke", "time ratio", "normal", "tangential"}  # columns of numbers that name no unit
 
 
 # -- of a turn -------------------------------------------------------------------------------------------------------
 
 
-def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
-    """What a linkage does in a turn, or in its driver's span."""
-    out = console()
-    links = ", ".join(f"{number} {name}" for name, number in turn.numbers.items())
-    count = centre_count(kinematics.mechanism)
-    out.print(f"\nlinks: {links}")
-    out.print(f"instant centres: {count}, n (n - 1) / 2 of n = {len(turn.numbers)} links")
-    out.print(f"crank: {_reach(turn.crank_range)}")
-    span = kinematics.mechanism.driver.span
-    if span is not None:
-        out.print(f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg")
-    elif turn.crank_range.full and not kinematics.repeats:
-        out.print("after a turn the links do not stand as before it: strokes and angles are those of the first turn")
-    if turn.outputs:
-        rows = [_output_row(output) for output in turn.outputs]
-        heading = ("driven link", "guided by", "stroke", "turns back at [deg]", "there and back [deg]", "time ratio")
-        _show_table("strokes, dead centres and time ratios", heading, rows)
-    if turn.transmission:
-        rows = [_transmission_row(angle) for angle in turn.transmission]
-        heading = ("driven link", "pushed by", "least", "greatest", "worst", "greatest pressure angle")
-        _show_table("transmission angles [deg], and the crank angles where they are taken", heading, rows)
-
-
-def _reach(reach: CrankRange) -> str:
+def reach_words(reach: CrankRange) -> str:
+    """How far the crank turns."""
     if reach.full:
         passed = ", ".join(degrees(angle) for angle in reach.change_points)
         return f"turns fully, through change points at {passed} deg" if passed else "turns fully"
@@ -61,6 +35,14 @@ def _reach(reach: CrankRange) -> str:
         both = "both where it has to turn back" if reach.stop_end == "limit" else f"both {ends[reach.stop_end]}s"
         return f"reaches from {start} to {stop}, {both}"
     return f"reaches from {start} ({ends[reach.start_end]}) to {stop} ({ends[reach.stop_end]})"
+
+
+def outputs_table(turn: TurnQuantities) -> Table:
+    """Strokes, dead centres and time ratios of the driven links."""
+    head = ("driven link", "guided by", "stroke", "turns back at [deg]", "there and back [deg]", "time ratio")
+    right = ("stroke", "turns back at [deg]", "there and back [deg]", "time ratio")
+    title = "strokes, dead centres and time ratios"
+    return table(head, [_output_row(output) for output in turn.outputs], right, title)
 
 
 def _output_row(output: Output) -> tuple[str, ...]:
@@ -86,6 +68,13 @@ def _dead_centre(centre: DeadCentre) -> str:
     return f"{degrees(centre.angle)} to {degrees(centre.until)}"
 
 
+def transmission_table(turn: TurnQuantities) -> Table:
+    """Transmission angles of the driven links, with the crank angles where they are taken."""
+    head = ("driven link", "pushed by", "least", "greatest", "worst", "greatest pressure angle")
+    title = "transmission angles [deg], and the crank angles where they are taken"
+    return table(head, [_transmission_row(angle) for angle in turn.transmission], title=title)
+
+
 def _transmission_row(angle: TransmissionAngle) -> tuple[str, ...]:
     extremes = (angle.least, angle.greatest, angle.worst, angle.greatest_pressure_angle)
     return (angle.driven, angle.through, *(_extreme(extreme) for extreme in extremes))
@@ -98,83 +87,64 @@ def _extreme(extreme: Extreme) -> str:
 # -- at a crank angle ------------------------------------------------------------------------------------------------
 
 
-def show_instant(instant: InstantQuantities, numbering: dict[str, int]) -> None:
-    """What a linkage does at a crank angle."""
-    out = console()
-    state = instant.state
-    out.print(f"\nat crank angle {degrees(state.angle)} deg, crank speed {numbers.quantity(state.speed, 6)} rad/s")
-    links = {name: state.links[name] for name in numbering}
+def instant_tables(instant: InstantQuantities) -> tuple[Table, ...]:
+    """Links, centres, points and polygons; those of them that there are."""
+    rows = [(centre.name, " and ".join(centre.links), centre.kind, *_centre(centre)) for centre in instant.centres]
+    coordinates = ("x [mm]", "y [mm]")
+    centres = table(("", "of", "kind", *coordinates), rows, coordinates, "instant centres")
+    vectors = (_vectors_table(instant.velocities, "m/s"), _vectors_table(instant.accelerations, "m/s²"))
+    return (centres, *([_points_table(instant)] if instant.points else []), *vectors)
+
+
+def links_table(instant: InstantQuantities, numbering: dict[str, int]) -> Table:
+    """Poses, rates and angular accelerations of the moving links."""
+    links = {name: instant.state.links[name] for name in numbering}
     turning = [link.angular_velocity for link in links.values()]
     changing = [link.angular_acceleration for link in links.values()]
     rows = [
         (
-            str(numbering[name]),
-            name,
-            *(_length(value) for value in link.pose[:2]),
-            degrees(link.pose[2]),
+            *(str(numbering[name]), name, *(_length(value) for value in link.pose[:2]), degrees(link.pose[2])),
             _clean(link.angular_velocity, turning),
             _clean(link.angular_acceleration, changing),
         )
         for name, link in links.items()
-        if name in state.mechanism.body_index
+        if name in instant.state.mechanism.body_index
     ]
-    heading = (
-        "",
-        "link",
-        "x [mm]",
-        "y [mm]",
-        "turn [deg]",
-        "angular velocity [rad/s]",
-        "angular acceleration [rad/s²]",
-    )
-    _show_table("links", heading, rows)
-    for push in instant.pushes:
-        angle = float(push.angle[0])
-        pressure = abs(0.5 * math.pi - angle)
-        out.print(
-            f"transmission angle of {push.driven}, pushed by {push.through}: {math.degrees(angle):.4f} deg; "
-            f"pressure angle {math.degrees(pressure):.4f} deg"
-        )
-    rows = [(centre.name, " and ".join(centre.links), centre.kind, *_centre(centre)) for centre in instant.centres]
-    _show_table("instant centres", ("", "of", "kind", "x [mm]", "y [mm]"), rows)
-    _show_points(instant)
-    for polygon, unit in ((instant.velocities, "m/s"), (instant.accelerations, "m/s²")):
-        _show_vectors(polygon, unit)
+    right = ("x [mm]", "y [mm]", "turn [deg]", "angular velocity [rad/s]", "angular acceleration [rad/s²]")
+    return table(("", "link", *right), rows, right, "links")
 
 
-def _show_points(instant: InstantQuantities) -> None:
+def _points_table(instant: InstantQuantities) -> Table:
     points = instant.points
-    if not points:
-        return
     speeds = [_size(point.velocity) for point in points]
     parts = [_size(part) for p in points for part in (p.parts.normal, p.parts.tangential)]
     rows = [
         (
-            point.name,
-            ", ".join(point.links),
-            *(_length(float(value)) for value in point.place),
+            *(point.name, ", ".join(point.links), *(_length(float(value)) for value in point.place)),
             _clean(_size(point.velocity), speeds),
-            _clean(_size(point.parts.normal + point.parts.tangential), parts),
-            _clean(_size(point.parts.normal), parts),
-            _clean(_size(point.parts.tangential), parts),
+            *(_clean(_size(a), parts) for a in (point.parts.normal + point.parts.tangential, *_both(point))),
             _radius(point),
         )
         for point in points
     ]
-    motion = ("velocity [m/s]", "acceleration [m/s²]", "normal", "tangential", "radius of path [mm]")
-    _show_table("points", ("", "of", "x [mm]", "y [mm]", *motion), rows)
+    right = ("x [mm]", "y [mm]", "velocity [m/s]", "acceleration [m/s²]", "normal", "tangential", "radius of path [mm]")
+    return table(("", "of", *right), rows, right, "points")
 
 
-def _show_vectors(polygon: Polygon, unit: str) -> None:
+def _both(point: PointQuantities) -> tuple[Array, Array]:
+    return point.parts.normal, point.parts.tangential
+
+
+def _vectors_table(polygon: Polygon, unit: str) -> Table:
     sizes = [_size(vector.value) for vector in polygon.vectors]
     rows = []
     for vector, size in zip(polygon.vectors, sizes, strict=True):
         there = size > ROUNDING * max(sizes)
         turn = degrees(math.atan2(vector.value[1], vector.value[0]) % (2.0 * math.pi)) if there else ""
         rows.append((vector.name, _clean(size, sizes), turn, vector.kind, vector.link or ""))
-    heading = ("", f"size [{unit}]", "direction [deg]", "kind", "link")
+    right = (f"size [{unit}]", "direction [deg]")
     title = "velocities" if polygon.quantity == "velocity" else "accelerations, in their parts"
-    _show_table(title, heading, rows)
+    return table(("", *right, "kind", "link"), rows, right, title)
 
 
 def _radius(point: PointQuantities) -> str:
@@ -216,14 +186,3 @@ def _clean(value: float, beside: list[float]) -> str:
     if abs(value) <= ROUNDING * max(abs(other) for other in beside):
         return "0"
     return numbers.quantity(value, 6)
-
-
-def _show_table(title: str, heading: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
-    console().print(f"\n{title}", markup=False)
-    table = Table(box=None, pad_edge=False)
-    for name in heading:
-        number = "[" in name or name in NUMBERS
-        table.add_column(name.replace("[", r"\["), justify="right" if number else "left")
-    for row in rows:
-        table.add_row(*(cell.replace("[", r"\[") for cell in row))
-    console().print(table)
