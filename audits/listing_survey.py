@@ -1,4 +1,4 @@
-"""What document 002's MATLAB listing gives, run as it stands and with each mend, against the exact motion."""
+"""Results of document 002's MATLAB listing, run as it stands and with each mend, against the exact motion."""
 
 from __future__ import annotations
 

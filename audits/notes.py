@@ -1,4 +1,4 @@
-"""What the verdicts on the documents that ship cannot be sure of."""
+"""Doubts about the verdicts on the four documents."""
 
 from __future__ import annotations
 

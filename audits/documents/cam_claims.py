@@ -1,4 +1,4 @@
-"""What document 004's text says of its cams in words, held against the exact geometry of all of them."""
+"""Claims of document 004 about its cams, held against the exact geometry of all of them."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _contour(cam: ArcCam) -> float:
 
 
 def _falling(line: int, name: str, text: str, of: Callable[[ArcCam], float]) -> Verdict:
-    """What falls with rho for each R."""
+    """Quantities that fall with rho for each R."""
     pairs = [
         (a, b) for a in cams() for b in cams()
         if a.base == b.base and b.flank == min((c.flank for c in cams() if c.base == a.base and c.flank > a.flank),

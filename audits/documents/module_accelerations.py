@@ -29,7 +29,7 @@ def six_bar() -> SixBar:
 
 @cache
 def pose() -> str:
-    """What is known of the pose of Example 6.15, in words."""
+    """The pose of Example 6.15 as far as it is known, in words."""
     return (
         f"no pose of the printed lengths gives the velocity polygon: the best of all misses a side by "
         f"{least_misfit():.2f} m/s; this value is of a pose fitted to it, so that agreement with it is partly circular"

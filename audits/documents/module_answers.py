@@ -1,4 +1,4 @@
-"""What document 001 asks for and does not print: the answers that its printed lengths and speeds give."""
+"""Answers that document 001 asks for and does not print: those that its printed lengths and speeds give."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What document 001 says in words of its machines, held against their exact motion."""
+"""Claims of document 001 about its machines, held against their exact motion."""
 
 from __future__ import annotations
 

@@ -145,7 +145,7 @@ class RackLinkage:
         return abs(float(x)) * self.arm_c, abs(float(y)) * self.rod
 
     def spread(self, normal_b: float, part: int, reading: float) -> float:
-        """How far reading V_C and V_C/B wrong by that much moves a tangential acceleration [m/s^2]."""
+        """Change that reading V_C and V_C/B wrong by that much makes to a tangential acceleration [m/s^2]."""
         middle = self.tangential(normal_b)[part]
         corners = [
             RackLinkage(self.speed_b, self.speed_c + s * reading, self.relative + t * reading).tangential(normal_b)

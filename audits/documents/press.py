@@ -143,7 +143,7 @@ def _line(degrees: float) -> int:
 
 
 def _neighbours(name: str, row: dict[str, str]) -> Iterator[Neighbour]:
-    """What the other two of a magnitude and its components, in the same row, make of this one."""
+    """The value that the other two of a magnitude and its components, in the same row, make of this one."""
     for whole, *parts in TRIPLES:
         if name in parts:
             other = next(part for part in parts if part != name)

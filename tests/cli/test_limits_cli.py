@@ -97,7 +97,6 @@ MISTAKES = {
     "too many runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "40"), ("--most-runs", "40", "up to")),
     "no time": (("saw-500rpm", "--axis", "steps", "--cell-timeout", "0"), ("time limit of 0 s",)),
     "no memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "0"), ("memory limit of 0",)),
-    "too little memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "10MB"), ("memory limit of 10000000",)),
     "memory for no run": (("saw-500rpm", "--axis", "steps", "--cell-memory", "200MB"), ("is too little", "may need")),
     "flight of a saw": (("saw-500rpm", "--axis", "flight"), ("no cam",)),
     "no revolutions": (("saw-500rpm", "--axis", "run-length", "--revolutions", "0"), ("--revolutions", "1")),

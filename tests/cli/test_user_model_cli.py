@@ -35,7 +35,7 @@ def validate(*arguments: object) -> tuple[int, str]:
 def _judged_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """A process for each look at a model takes longer than what is claimed here; the first test has its own."""
     if "judged_reported" not in request.node.name:
-        monkeypatch.setattr("conrod.studies.execution.confined.confined", lambda task, *arguments: task(*arguments))
+        monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *arguments: task(*arguments))
 
 
 def digest(file: Path) -> str:

@@ -70,7 +70,7 @@ def test_the_sense_of_a_symmetric_cam_cannot_be_told(tmp_path: Path) -> None:
     study = judged(exact_table(scene), scene, tmp_path, ["sense"])
     assert study.estimation is not None
     assert study.estimation.sense is None
-    assert any("sense cannot be told" in text for text in study.estimation.undetermined)
+    assert any("sense cannot be determined" in text for text in study.estimation.undetermined)
 
 
 @pytest.mark.parametrize("asked", [["time", "phase"], ["phase", "time"]])
@@ -83,7 +83,7 @@ def test_time_and_phase_cannot_be_told_apart_at_constant_speed(asked: list[str],
     assert list(values(estimation)) == asked[:1]
     assert values(estimation)[asked[0]] == pytest.approx(-0.003 if asked[0] == "time" else 0.06, rel=1e-9)
     assert estimation.undetermined == (
-        f"time and phase cannot be told apart at constant speed: {asked[0]} stands for both, {asked[1]} is kept at 0",
+        f"time and phase cannot be separated at constant speed: {asked[0]} stands for both, {asked[1]} is kept at 0",
     )
 
 
@@ -108,7 +108,7 @@ def test_of_one_component_along_a_line_no_rotation_can_be_told(tmp_path: Path) -
     # x of a point that moves along x tells of an offset in x alone.
     assert list(values(estimation)) == ["x"]
     assert len(estimation.undetermined) == 2
-    assert all("cannot be told" in text for text in estimation.undetermined)
+    assert all("cannot be determined" in text for text in estimation.undetermined)
 
 
 def test_an_encoder_log_tells_its_time_offset(tmp_path: Path) -> None:

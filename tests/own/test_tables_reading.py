@@ -89,7 +89,7 @@ def test_options_name_columns_and_units(tmp_path: Path) -> None:
     assert observed.times.tolist() == [0.0, 0.01]
     samples = observed.points["C"]["position"]
     assert np.allclose(samples.values, [[0.0254, 0.002], [0.0762, 0.004]], rtol=1e-15)
-    assert [column.told_by for column in found.columns] == ["--unit", "heading", "--unit"]
+    assert [column.unit_from for column in found.columns] == ["--unit", "heading", "--unit"]
 
 
 def test_velocities_follow_the_unit_of_lengths_that_was_given(tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_units_in_every_cell_are_those_of_the_column(tmp_path: Path) -> None:
     path = written(tmp_path, "Time,C_x\n0 sec,1\n0.25 sec,2\n")
     found = read(path, SAW)
     assert found.observed.times.tolist() == [0.0, 0.25]
-    assert [(column.unit, column.told_by) for column in found.columns] == [("sec", "rows"), ("m", "assumed")]
+    assert [(column.unit, column.unit_from) for column in found.columns] == [("sec", "rows"), ("m", "assumed")]
     assert read(written(tmp_path, "Time,C_x\n0 ms,1\n250 ms,2\n"), SAW).observed.times.tolist() == [0.0, 0.25]
     with pytest.raises(InvalidInput, match=r"row 3: time = '250 ms' is no number"):
         read(written(tmp_path, "Time,C_x\n0 sec,1\n250 ms,2\n"), SAW)

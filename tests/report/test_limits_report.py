@@ -189,5 +189,5 @@ def test_a_figure_that_is_no_longer_shown_goes(study: LimitStudy, tmp_path: Path
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     ReportFolder(tmp_path, KIND).check([SCENE])
     (tmp_path / "results.json").write_text('{"schema": 1, "sweeps": {}}')
-    with pytest.raises(InvalidInput, match="report of another version"):
+    with pytest.raises(InvalidInput, match=r"it holds a results\.json"):
         ReportFolder(tmp_path, KIND)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,11 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.report.charts.canvas import drawing_style, svg_text
-from conrod.report.limits.float_figure import float_figure
 from conrod.report.limits.tables import onset_table
 from conrod.report.table import Toned
-from conrod.runs.plain import plain, restore
+from conrod.runs.plain import plain
 from conrod.scenes import CamFollower, Saw
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Results, pursue
@@ -191,18 +188,6 @@ def test_a_scene_without_a_held_follower_is_refused() -> None:
         assert "follower" in found.refusal
         assert found.onset is None
     assert not onset_table([found])
-
-
-def test_results_survive_json(good: FollowerFloat) -> None:
-    assert restore(FollowerFloat, json.loads(json.dumps(plain(good)))) == good
-
-
-def test_the_figure_is_the_same_twice(good: FollowerFloat) -> None:
-    other = replace(good, engine="mujoco")
-    with drawing_style():
-        figures = [float_figure([good, other]) for _ in range(2)]
-        assert svg_text(figures[0]) == svg_text(figures[1])
-        assert len(figures[0].axes) == 5
 
 
 def test_a_thinned_gap_keeps_its_extremes() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from itertools import pairwise, product
 
@@ -11,12 +10,10 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.map_cells import areas, edges_about, seams, shaded_errors
-from conrod.report.limits.map_figure import NOT_LOOKED_AT, map_figure
-from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_COLOURS, OUTCOME_MARKS, SHADES, error_colour
-from conrod.runs.plain import plain, restore
-from conrod.runs.trajectory import Outcome
+from conrod.report.limits.map_figure import map_figure
+from conrod.report.limits.marks import LEVEL_COLOURS, SHADES, error_colour
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
@@ -137,12 +134,6 @@ def test_an_area_is_undetected_only_if_all_runs_about_it_are() -> None:
     assert [mixed.is_undetected(node) for node in ((1, 1), (0, 0), (0, 2))] == [False, True, False]
 
 
-def test_a_map_survives_being_written(made_up: LimitMap) -> None:
-    again = restore(LimitMap, json.loads(json.dumps(plain(made_up))))
-    assert again == made_up
-    assert again.at((3, 3)) == made_up.at((3, 3))
-
-
 def test_runs_are_asked_for_by_rows_and_once() -> None:
     case, batches = MADE_UP, []
 
@@ -201,18 +192,6 @@ def one_way(steps: float, mass: float) -> Measurement:
     return completed(1e-3) if steps > 30 else Measurement("opened")
 
 
-def test_a_figure_comes_out_the_same_byte_for_byte(made_up: LimitMap) -> None:
-    with drawing_style():
-        assert svg_text(map_figure(made_up)) == svg_text(map_figure(made_up))
-
-
-def test_ways_of_failing_have_a_colour_and_a_mark_each() -> None:
-    failed = [outcome.slug for outcome in Outcome if outcome is not Outcome.COMPLETED]
-    for looks in (OUTCOME_COLOURS, OUTCOME_MARKS):
-        assert sorted(looks) == sorted(failed)
-        assert len(set(looks.values())) == len(failed)
-
-
 def test_the_legend_names_what_occurs_and_nothing_else(made_up: LimitMap) -> None:
     named = set(legend_of(drawn(made_up)))
     assert {"opened", "exploded", "diverged"} <= named
@@ -221,11 +200,6 @@ def test_the_legend_names_what_occurs_and_nothing_else(made_up: LimitMap) -> Non
     plain = set(legend_of(drawn(mapped(MADE_UP, MASSES, one_way, (17, 9)))))
     assert "opened" in plain
     assert not any("in one of these ways" in text for text in plain)
-
-
-def test_ways_that_are_not_known_have_no_way_s_colour(made_up: LimitMap) -> None:
-    assert to_hex(NOT_LOOKED_AT) in colours_in(drawn(made_up))
-    assert to_hex(NOT_LOOKED_AT) not in colours_in(drawn(mapped(MADE_UP, MASSES, one_way, (17, 9))))
 
 
 @pytest.mark.parametrize("undetected", [True, False])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
 from rich.progress import (
@@ -22,7 +22,10 @@ from rich.text import Text
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.timing import Timing
+
+if TYPE_CHECKING:
+    from conrod.studies.frame.timing import Timing
+
 
 # Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0

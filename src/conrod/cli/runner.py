@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import TYPE_CHECKING, Self, TypeVar
 
 import click
 
@@ -24,7 +24,10 @@ from conrod.studies.frame.ledger import Ledger, default_path
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import Study, pursue
-from conrod.studies.frame.timing import Timing
+
+if TYPE_CHECKING:
+    from conrod.studies.frame.timing import Timing
+
 
 Found = TypeVar("Found")
 CELL_TIMEOUT = 600.0  # [s]

@@ -36,7 +36,7 @@ class _Step:
 
 
 @dataclass(frozen=True)
-class Order:
+class PivotOrder:
     """Order of elimination: row and column of each number that is eliminated along, then blocks of the rest."""
 
     pivots: Pivots
@@ -53,13 +53,13 @@ class Elimination:
             longer than to eliminate.
     """
 
-    def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int, order: Order | None = None) -> None:
+    def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int, order: PivotOrder | None = None) -> None:
         self._samples, self._size = samples, len(rows)
         left = {i: {c: v for c, v in row.items() if not _is_zero(v)} for i, row in enumerate(rows)}
         self._steps: list[_Step] = [_eliminate(left, *place) for place in (order.pivots if order else ())]
         while order is None and (place := _constant_pivot(left)) is not None:
             self._steps.append(_eliminate(left, *place))
-        self.order = order or Order(
+        self.order = order or PivotOrder(
             tuple((step.row, step.column) for step in self._steps),
             self._square(triangular_blocks({i: tuple(sorted(row)) for i, row in left.items()})),
         )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
-from conrod.exact.elimination import Elimination, Entry, Order
+from conrod.exact.elimination import Elimination, Entry, PivotOrder
 from conrod.exact.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.exact.motion import BREAK_WIDTH, Array, Side
 from conrod.mechanism.mechanism import GROUND, HigherPair, Joint, Mechanism
@@ -41,7 +41,7 @@ class Equations:
         self.approximate = start.reshape(1, -1)
         self.scale = np.tile([self.size, self.size, 1.0], len(mechanism.bodies))
         # The numbers in the Jacobian are the mechanism's, whatever its poses: they are looked through once.
-        self._order: Order | None = None
+        self._order: PivotOrder | None = None
 
     def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
         """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""

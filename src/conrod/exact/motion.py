@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from conrod.exact.cache_blocks import chunks
 
 Array = NDArray[np.float64]
 
@@ -24,6 +22,7 @@ PointDerivatives: TypeAlias = tuple[Derivatives, Derivatives]  # of x and of y [
 BREAK_WIDTH = 1e-9  # [rad]
 # In which widths of a set of points are taken, and how many at a time.
 DIRECTIONS, TOGETHER = 1440, 16
+KEPT = 1 << 20  # numbers, 8 MB
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ def motion_in_time(
         length: samples that are computed together.
     """
     points: dict[str, PointMotion] = {}
-    for rows in chunks(len(angle), length):
+    for rows in cache_blocks(len(angle), length):
         here = _Rates(_some(speed, angle, rows), _some(acceleration, angle, rows))
         for name, planar in derivatives(angle[rows]).items():
             if name not in points:
@@ -151,3 +150,23 @@ def diameter(points: Array) -> float:
     # A few directions at a time: what they make of all points then fits the cache.
     widths = [np.ptp(across[k : k + TOGETHER] @ flat, axis=1).max() for k in range(0, DIRECTIONS, TOGETHER)]
     return float(max(widths))
+
+
+def cache_blocks(count: int, length: int) -> Iterator[slice]:
+    """Slices of at most `length` that cover a series of `count` samples, in order; an empty one if it has none.
+
+    In blocks whose intermediate arrays stay in a core's own cache a long series takes less time than all at once.
+    """
+    _let_memory_be_kept()
+    for first in range(0, max(count, 1), length):
+        yield slice(first, min(first + length, count))
+
+
+def _let_memory_be_kept() -> None:
+    """Have intermediate arrays of a piece take the memory of those of the piece before.
+
+    The GNU C library hands freed memory back to the system at once, and has it cleared page by page when it is next
+    needed, which takes as long as the arithmetic; but it keeps up to twice the largest block that was ever freed.
+    """
+    block = np.empty(KEPT)
+    del block

@@ -1,1 +1,1 @@
-"""What users bring: their MuJoCo models, tables and printed values."""
+"""Files of users: their MuJoCo models, tables and printed values."""

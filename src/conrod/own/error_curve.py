@@ -9,7 +9,7 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.runs.comparison import Size, size_of
 
-# More cannot be told apart in the width of a figure; each span keeps its largest error.
+# More cannot be distinguished in the width of a figure; each span keeps its largest error.
 SPANS = 400
 
 

@@ -55,7 +55,7 @@ def share_text(share: float) -> str:
 
 
 def off_text(verdict: Verdict) -> str:
-    """How far the print is off, in percent."""
+    """Error of the print in percent."""
     return MISSING if verdict.off is None else f"{share_text(verdict.off)} %"
 
 
@@ -65,7 +65,7 @@ def printed_text(verdict: Verdict) -> str:
 
 
 def right_text(verdict: Verdict) -> str:
-    """What is to stand in its place, with the unit."""
+    """The text that is to stand in its place, with the unit."""
     if verdict.should_be is None:
         return MISSING
     number = DIGITS.fullmatch(verdict.should_be)
@@ -76,7 +76,7 @@ def right_text(verdict: Verdict) -> str:
 
 
 def counts_text(audited: Audited) -> str:
-    """How many items have which verdict."""
+    """Number of items with each verdict, in words."""
     count = len(audited.verdicts)
     found = (f"{number} {kind.value}" for kind, number in audited.counts.items() if number)
     return f"{count} item{'s' * (count != 1)}, {', '.join(found)}"
@@ -103,7 +103,7 @@ def console_lines(audited: Audited, most: int) -> Iterator[str]:
 
 
 def counts_table(audits: Mapping[str, Audited]) -> Table:
-    """How many items of each document have which verdict; keys are what it is called."""
+    """Number of items of each document with each verdict; keys are what it is called."""
     head = ["document", *(kind.value.removesuffix(" as printed") for kind in Judgement), "items"]
     rows = [[name, *map(str, one.counts.values()), str(len(one.verdicts))] for name, one in audits.items()]
     return table(head, rows, right=head[1:])
@@ -120,7 +120,7 @@ def corrections(verdicts: Sequence[Verdict]) -> list[tuple[Verdict, ...]]:
 
 
 def rank(verdict: Verdict) -> tuple[float, ...]:
-    """Where a correction stands among the others, the smallest first."""
+    """Key by which corrections are sorted."""
     return (IMPORTANCE.index(verdict.kind), is_formula(verdict), -round(verdict.off or 0.0, 9), verdict.line)
 
 

@@ -55,7 +55,7 @@ def verdict_text(study: TableStudy) -> str:
 
 
 def crank_text(study: TableStudy) -> str:
-    """How far the crank is off; empty where the table does not say where it was."""
+    """Deviation of the crank; empty where the table has no crank angle."""
     if study.crank is None:
         return ""
     largest, final = numbers.measured(study.crank.phase_max), numbers.measured(study.crank.phase_final)
@@ -64,7 +64,7 @@ def crank_text(study: TableStudy) -> str:
 
 
 def estimation_lines(study: TableStudy) -> list[str]:
-    """What was estimated besides the table of estimates: the sense, what cannot be determined, and what is left."""
+    """Estimates in words: the sense, quantities that cannot be determined, and what is left."""
     found = study.estimation
     if found is None:
         return []
@@ -95,7 +95,7 @@ def cause_line(cause: Cause) -> str:
 
 def columns_table(study: TableStudy) -> Table:
     """The columns that are used."""
-    rows = [(column.target.name, column.heading, column.unit, column.told_by) for column in study.columns]
+    rows = [(column.target.name, column.heading, column.unit, column.unit_from) for column in study.columns]
     return table(("quantity", "column", "unit", "unit from"), rows)
 
 

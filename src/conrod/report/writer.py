@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import version
 from itertools import repeat
 from pathlib import Path
 from typing import Any, TypeVar
 
+from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder, document_in
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, kind_named
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import json_text, plain, restore, shortened
 from conrod.studies.frame.files import Batch
-from conrod.studies.validation.serialise import environment
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]
@@ -86,6 +87,16 @@ def _head(kind: Kind[Any]) -> dict[str, Any]:
     return {
         "kind": kind.name, "schema": kind.schema, "conrod": version("conrod"), "environment": environment(),
     }  # fmt: skip
+
+
+def environment() -> dict[str, str]:
+    """What results are made with."""
+    return {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "system": platform.system(),
+        **{name: version(name) for name in (*engine_packages(), "numpy")},
+    }
 
 
 def _kinds_in(folder: Path) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ ORDERS = np.linspace(0.05, 6.0, 1191)
 
 
 @dataclass(frozen=True)
-class Order:
+class ObservedOrder:
     """Result of a refinement study.
 
     Attributes:
@@ -31,11 +31,11 @@ class Order:
     floor: float | None
 
 
-def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
+def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrder:
     """Order from errors at increasing numbers of steps per revolution."""
     pairs = tuple(_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1))
     if len(steps) < 3 or not all(0.0 < e < math.inf for e in errors):
-        return Order(None, pairs, None)
+        return ObservedOrder(None, pairs, None)
     floor = _fitted_floor(np.asarray(steps, float), np.asarray(errors, float))
     clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
     # The points clear of the floor are the coarse ones: a leading run.
@@ -45,11 +45,17 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> Order:
     while first > 0 and abs(run[first] - run[first - 1]) <= PAIRS_AGREE:
         first -= 1
     if len(run) - first < 2:
-        return Order(None, pairs, floor)
+        return ObservedOrder(None, pairs, floor)
     points = slice(first, count)
     slope = -float(np.polyfit(np.log(steps[points]), np.log(errors[points]), 1)[0])
     # An error that does not fall with the step is a plateau, and a plateau is a floor.
-    return Order(slope if slope > PAIRS_AGREE else None, pairs, floor)
+    return ObservedOrder(slope if slope > PAIRS_AGREE else None, pairs, floor)
+
+
+def claimed_order(errors: Iterable[tuple[int, float | None]]) -> float | None:
+    """The order that is claimed from errors at increasing numbers of steps; runs that have none are left out."""
+    known = [(steps, error) for steps, error in errors if error is not None]
+    return observed_order([n for n, _ in known], [e for _, e in known]).claimed if known else None
 
 
 def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.exact.cache_blocks import chunks
 from conrod.exact.joint_equations import pose_jets
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, cache_blocks
 from conrod.mechanism.mechanism import Mechanism, ObservedPoint
 from conrod.runs.trajectory import Instants, PointTracks, Track
 
@@ -119,7 +118,7 @@ def _place(mechanism: Mechanism, observed: ObservedPoint) -> _Place:
 
 def _positions(place: _Place, centres: Array) -> Array:
     positions = np.empty((len(centres), 2))
-    for rows in chunks(len(centres), CHUNK):
+    for rows in cache_blocks(len(centres), CHUNK):
         positions[rows] = centres[rows, place.centre]
         if place.way != (0.0, 0.0):
             arm_x, arm_y = place.arm(centres[rows, place.turn])
@@ -130,7 +129,7 @@ def _positions(place: _Place, centres: Array) -> Array:
 
 def _velocities(place: _Place, centres: Array, rates: Array, ahead: float) -> Array:
     velocities = np.empty((len(rates), 2))
-    for rows in chunks(len(rates), CHUNK):
+    for rows in cache_blocks(len(rates), CHUNK):
         velocities[rows] = rates[rows, place.centre]
         if place.way != (0.0, 0.0):
             spin = rates[rows, place.turn]
@@ -142,7 +141,7 @@ def _velocities(place: _Place, centres: Array, rates: Array, ahead: float) -> Ar
 
 def _differences(velocities: Array, h: float) -> Array:
     accelerations = np.empty((max(len(velocities) - 1, 0), 2))
-    for rows in chunks(len(accelerations), CHUNK):
+    for rows in cache_blocks(len(accelerations), CHUNK):
         here = accelerations[rows]
         np.subtract(velocities[rows.start + 1 : rows.stop + 1], velocities[rows], out=here)
         here /= h

@@ -14,8 +14,7 @@ import pymunk
 
 from conrod.engines.pymunk.built import Build, Loading, Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.exact.cache_blocks import chunks
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, cache_blocks
 
 ffi: Any
 lib: Any
@@ -83,7 +82,7 @@ def advance_free(made: Build, timestep: float, steps: int) -> tuple[Array, Array
     """
     centres, rates = np.empty((2, steps, 3 * len(made.bodies)))
     by_memory = memory_is_known() and made.space.current_time_step > 0.0
-    for rows in chunks(steps, BLOCK):
+    for rows in cache_blocks(steps, BLOCK):
         if not by_memory:
             for n in range(rows.start, rows.stop):
                 for body, force in made.pushed:
@@ -182,7 +181,7 @@ def _by_memory(made: Build, settings: PymunkSettings, turns: Array, centres: Arr
     memory = [memory_of(body) for body in made.bodies]
     crank, pushed = memory_of(made.crank), [(body._body, force) for body, force in made.pushed]
     step_and_copy = _step_round_and_copy if settings.rounded_state else _step_and_copy
-    for steps in chunks(len(centres) - begun, BLOCK):
+    for steps in cache_blocks(len(centres) - begun, BLOCK):
         rows = slice(begun + steps.start, begun + steps.stop)
         turned = turns[substeps * rows.start : substeps * rows.stop].tolist()
         copies = step_and_copy(made.space._space, crank, pushed, settings.substep, turned, memory)

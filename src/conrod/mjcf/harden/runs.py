@@ -15,7 +15,7 @@ from conrod.mjcf.equalities import rows_at
 from conrod.mjcf.harden.closures import Closure, loops_of, openings
 from conrod.mjcf.harden.results import Loop, Touching
 from conrod.mjcf.stepping import broken
-from conrod.own.models.loading import keyframe_to_start_from, told_start
+from conrod.own.models.loading import keyframe_to_start_from, start_words
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # all that a step depends on
 CLOSED = 1e-12  # of the model's size
@@ -64,7 +64,7 @@ def start_of(model: mujoco.MjModel, keyframe: str | None, closures: Sequence[Clo
         data.qpos[:], data.qvel[:] = closed
     state = np.empty(mujoco.mj_stateSize(model, STATE))
     mujoco.mj_getState(model, data, state, STATE)
-    return Start(state, told_start(model, index), given, closed is not None, changed)
+    return Start(state, start_words(model, index), given, closed is not None, changed)
 
 
 def largest_by_unit(loops: Sequence[Loop], found: Sequence[float] | Array) -> dict[str, float]:

@@ -21,7 +21,7 @@ from conrod.mjcf.lint.findings import DEFAULT_STEPS, MOST_STEPS, Finding, Fixed,
 from conrod.mjcf.lint.rules import RULES, SOLVER, STEP
 from conrod.mjcf.lint.runs import Observed, Start, run
 from conrod.mjcf.lint.solver import longest_stable
-from conrod.own.models.loading import keyframe_to_start_from, listed, name_or_number, names_of, told_start
+from conrod.own.models.loading import keyframe_to_start_from, listed, name_or_number, names_of, start_words
 from conrod.own.models.points import KINDS, Crank, crank_of, find_crank, find_point
 from conrod.studies.frame.paired_timing import Clock
 
@@ -146,7 +146,7 @@ def prepared(document: Document, request: Request, clock: Clock) -> Bench:
 def described(bench: Bench, request: Request) -> str:
     """The run in a sentence."""
     model = bench.model
-    start = told_start(model, bench.keyframe)
+    start = start_words(model, bench.keyframe)
     run = f"run of {bench.steps} steps of {float(model.opt.timestep):g} s from {start}"
     if request.speed is None:
         return f"a free {run}"

@@ -1,4 +1,4 @@
-"""Where a scene's document has its frame in a user's model: plane, rotation, origin, crank zero and unit of length."""
+"""The frame of a scene's document in a user's model: plane, rotation, origin, crank zero and unit of length."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class View:
 
 @dataclass(frozen=True)
 class Frame:
-    """How a model's coordinates become the document's.
+    """Transformation from a model's coordinates to the document's.
 
     Attributes:
         sense: +1 if the crank angle grows with the hinge's coordinate.
@@ -82,7 +82,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class GivenFrame:
-    """What a user says of the frame; None where it is to be worked out."""
+    """Parts of the frame that a user gives; None where they are to be fitted."""
 
     plane: str | None = None
     rotation: float | None = None  # [rad]

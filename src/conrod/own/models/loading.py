@@ -74,8 +74,8 @@ def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | No
     raise unknown_choice("keyframe", given, [*names, OWN_POSE])
 
 
-def told_start(model: mujoco.MjModel, keyframe: int | None) -> str:
-    """How to speak of a start."""
+def start_words(model: mujoco.MjModel, keyframe: int | None) -> str:
+    """A start in words."""
     return "its own pose" if keyframe is None else f"keyframe {names_of_keyframes(model)[keyframe] or keyframe}"
 
 
@@ -123,7 +123,7 @@ def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
 
 
 def name_or_number(model: mujoco.MjModel, kind: str, index: int) -> str:
-    """How to speak of an element: by its name, or by its number where it has none."""
+    """An element's name, or its number where it has none."""
     kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
     return mujoco.mj_id2name(model, kind_id, index) or f"{kind} {index}"
 

@@ -14,7 +14,7 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
     """A model file, those that it includes, and its meshes, textures and the like, as far as they are there.
 
     MuJoCo looks for what is included beside the including file and beside the model file, for assets in the folders
-    that the compiler is told, too.
+    that the compiler is given, too.
     """
     found: dict[Path, None] = {path: None}
     folders, waiting = {path.parent}, [path]

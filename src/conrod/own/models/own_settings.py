@@ -66,27 +66,27 @@ def own_settings(model: mujoco.MjModel) -> OwnSettings:
 
 
 def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
-    """What of the model acts on the crank beside the drive, or is treated otherwise than the file says."""
-    told = []
+    """Parts of the model that act on the crank beside the drive, or are treated otherwise than in the file."""
+    found = []
     joint, dof = crank.joint, crank.rate
     if model.dof_armature[dof] > 0.0:
-        told.append(f"the crank has an armature of {model.dof_armature[dof]:g} by itself")
+        found.append(f"the crank has an armature of {model.dof_armature[dof]:g} by itself")
     on_crank = [a for a in range(model.nu) if _acts_on(model, a, joint)]
     if on_crank:
         names = listed(name_or_number(model, "actuator", a) for a in on_crank)
-        told.append(f"on the crank acts {names}: its control is left at 0, and the drive overcomes it")
+        found.append(f"on the crank acts {names}: its control is left at 0, and the drive overcomes it")
     elif model.nu:
-        told.append("controls of actuators are left at 0")
+        found.append("controls of actuators are left at 0")
     if model.jnt_limited[joint]:
         low, high = model.jnt_range[joint]
-        told.append(f"the crank has limits, {low:g} to {high:g} rad: the drive turns it through them")
+        found.append(f"the crank has limits, {low:g} to {high:g} rad: the drive turns it through them")
     for what, value in (("damping", model.dof_damping[dof]), ("friction", model.dof_frictionloss[dof])):
         size = float(abs(value).max())
         if size > 0.0:
-            told.append(f"the crank has a {what} of {size:g}, which the drive overcomes")
+            found.append(f"the crank has a {what} of {size:g}, which the drive overcomes")
     if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
-        told.append("autoreset is on: a run that fails starts again in silence; it is off in these runs")
-    return tuple(told)
+        found.append("autoreset is on: a run that fails starts again in silence; it is off in these runs")
+    return tuple(found)
 
 
 def stops(model: mujoco.MjModel, crank: Crank, states: Array) -> tuple[str, ...]:
@@ -97,7 +97,7 @@ def stops(model: mujoco.MjModel, crank: Crank, states: Array) -> tuple[str, ...]
     """
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_LIMIT:
         return ()
-    told = []
+    found = []
     for joint in np.flatnonzero(model.jnt_limited).tolist():
         if int(model.jnt_type[joint]) not in ALONE:
             continue
@@ -108,10 +108,10 @@ def stops(model: mujoco.MjModel, crank: Crank, states: Array) -> tuple[str, ...]
         if left:
             unit = "rad" if int(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE else "units of length"
             needs = "a full turn" if joint == crank.joint else f"{way.min():.6g} to {way.max():.6g}"
-            told.append(
+            found.append(
                 f"{name_or_number(model, 'joint', joint)} is held to {low:.6g} to {high:.6g} {unit}, needs {needs}"
             )
-    return tuple(told)
+    return tuple(found)
 
 
 def _acts_on(model: mujoco.MjModel, actuator: int, joint: int) -> bool:

@@ -1,4 +1,4 @@
-"""What a user named in a model: the crank's hinge, and where the observed points are."""
+"""Elements that a user named in a model: the crank's hinge and the observed points."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class FoundPoint:
     body: int
 
     def position(self, data: mujoco.MjData) -> Array:
-        """Where it is (3,), in data whose kinematics are made."""
+        """Its position (3,), in data whose kinematics are made."""
         places = data.site_xpos if self.kind == "site" else data.xpos if self.kind == "body" else data.geom_xpos
         return np.array(places[self.index])
 

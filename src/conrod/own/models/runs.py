@@ -50,7 +50,7 @@ class JudgedRun:
 
 @dataclass(frozen=True)
 class Comparable:
-    """What a model's runs are compared with, and how they are seen.
+    """The machine that a model's runs are compared with, and the frame in which they are seen.
 
     Attributes:
         exact: the machine that the model is.

@@ -101,7 +101,7 @@ def touching(gap: Gap, model: mujoco.MjModel, axis: Array) -> Touching:
 
 
 def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> tuple[float, int]:
-    """How far a mesh's facets cut into the smooth curve through its corners, seen along an axis; and the corners.
+    """Depth of a mesh's facets under the smooth curve through its corners, seen along an axis; and their number.
 
     A chord of length e whose ends turn by t is e tan(t / 4) / 2 away from the arc over it.
     """

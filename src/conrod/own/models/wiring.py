@@ -46,7 +46,7 @@ def check_freedom(assembly: Assembly, question: Question) -> None:
 
 
 def wiring(assembly: Assembly, ranks: Sequence[int]) -> Wiring:
-    """What the model consists of; `ranks` are those of the closures along the turn."""
+    """Joints and closures of the model; `ranks` are those of the closures along the turn."""
     model, data = assembly.model, assembly.data
     joints = Counter(JOINT_KINDS[int(kind)] for kind in model.jnt_type)
     active = [e for e in range(model.neq) if data.eq_active[e]]

@@ -221,6 +221,6 @@ def _verdict(
 
 
 def _share(number: Number, right: float) -> float:
-    """How far a print is off, as a share of the right value; of itself where that is zero in the printed digits."""
+    """Error of a print as a share of the right value; of itself where that is zero in the printed digits."""
     of = abs(right) if abs(right) >= 0.5 * number.last else abs(number.value)
     return abs(number.value - right) / (of or 1.0)

@@ -34,7 +34,7 @@ class Number:
 
     @cached_property
     def value(self) -> float:
-        """What the digits mean."""
+        """Value of the digits."""
         return float(self.text.replace(",", "."))
 
     @cached_property

@@ -1,6 +1,6 @@
 """Rows of a user's table of printed values: read from CSV, each tied to a machine.
 
-The format is told in docs/audit.md. Nothing in a table is executed; a path in one cannot lead out of its folder.
+The format is described in docs/audit.md. Nothing in a table is executed; a path in one cannot lead out of its folder.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ class Row:
 
     @property
     def machine(self) -> tuple[str, str]:
-        """What tells the machine from others."""
+        """Name and parameters of the machine."""
         return self.item.mechanism, self.scene.parameters_text
 
     @property
     def group(self) -> tuple[object, ...]:
-        """What rows must share for one cause to be behind them."""
+        """Properties that rows share of which one cause can be behind all."""
         return (self.machine, self.point, self.derivative, self.axis, self.item.unit)
 
 
@@ -177,7 +177,7 @@ def _fields(
 
 
 def _delimiter(heading: str) -> str:
-    """What stands between fields: a semicolon or a tab where decimals have the comma."""
+    """The separator of fields: a semicolon or a tab where decimals have the comma."""
     return max(",;\t", key=heading.count)
 
 
@@ -205,12 +205,12 @@ def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[
 
 @cache
 def _factor(unit: str, derivative: str) -> float:
-    """What turns SI into a printed unit."""
+    """Factor from SI to a printed unit."""
     return 1.0 / parse_quantity("unit", f"1 {unit}", UNITS[derivative])
 
 
 def _place(fields: Mapping[str, str]) -> str:
-    """Where the value stands, from whichever columns say it."""
+    """Place of the value, from whichever columns name it."""
     parts = [f"{column} {fields[column]}" for column in ("table", "row", "equation") if fields.get(column)]
     return ", ".join(filter(None, [fields.get("place", ""), *parts]))
 

@@ -1,15 +1,14 @@
-"""What printed values beside a printed value make of it: its components or its size, and the rows before and after.
-
-Printed values of a textbook of one's own: a table in CSV, each row tied to a machine, judged as the documents are.
+"""Printed values of a user's own: a table in CSV, each row tied to a machine, judged as the documents are.
 
 A row's verdict rests on the other rows too: a cause is systematic where it reproduces a quantity's values as a whole,
-and a misprint is what printed values beside it contradict.
+and a misprint is a print that the values beside it contradict: its components or its size, the rows before and after.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -25,16 +24,6 @@ NEAREST = (4, 2)
 DECISIVE = 2.0
 
 
-def neighbours(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
-    """All that other rows of a table say about one.
-
-    Args:
-        rows: of the same machine and point.
-    """
-    yield from _of_components(row, rows)
-    yield from _of_rows(row, rows)
-
-
 def _of_components(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
     """The size from both components, or a component from the size and the other."""
     beside = {
@@ -42,23 +31,19 @@ def _of_components(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
         for other in rows
         if other is not row and (other.derivative, other.degrees) == (row.derivative, row.degrees)
     }
-    others = [beside.get(axis) for axis in ("x", "y", "size") if axis != row.axis]
-    if None in others:
+    others = [beside[axis] for axis in ("x", "y", "size") if axis != row.axis and axis in beside]
+    if len(others) < 2:
         return
-    first, second = (_converted(other, row) for other in others if other is not None)
-    halves = [0.5 * other.item.number.last * row.factor / other.factor for other in others if other is not None]
-    text = " beside ".join(f"{other.item.quantity} = {other.item.number.text}" for other in others if other is not None)
+    # In the unit of this row.
+    first, second = (other.item.number.value * row.factor / other.factor for other in others)
+    halves = [0.5 * other.item.number.last * row.factor / other.factor for other in others]
+    text = " beside ".join(f"{other.item.quantity} = {other.item.number.text}" for other in others)
     if row.axis == "size":
         yield Neighbour(text, math.hypot(first, second), sum(halves))
     elif second > abs(first):
         # The size comes last; the sign is the print's own.
         value = math.copysign(math.sqrt(second**2 - first**2), row.item.number.value)
         yield Neighbour(text, value, (second * halves[1] + abs(first) * halves[0]) / abs(value))
-
-
-def _converted(other: Row, row: Row) -> float:
-    """Another row's print in the unit of this one."""
-    return other.item.number.value * row.factor / other.factor
 
 
 def _of_rows(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
@@ -80,8 +65,8 @@ def _of_rows(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
         curve = abs(float(weights @ [other.exact for other in some]) - row.exact)
         # A contradiction as large as what the polynomial itself may be off proves nothing.
         if abs(value - row.item.number.value) > DECISIVE * (rounding + curve):
-            told = ", ".join(f"{degrees:g}" for degrees in near)
-            yield Neighbour(f"interpolation between the rows at {told} deg", value, rounding + curve)
+            angles = ", ".join(f"{degrees:g}" for degrees in near)
+            yield Neighbour(f"interpolation between the rows at {angles} deg", value, rounding + curve)
 
 
 def _lagrange(places: Array, at: float) -> Array:
@@ -136,13 +121,13 @@ def _cases(group: Sequence[Row], beside: Mapping[int, Sequence[Row]]) -> Iterato
             row.exact,
             f"exact motion of {row.item.mechanism}",
             causes=_explanations(causes, place),
-            neighbours=tuple(neighbours(row, beside[id(row)])) if off else (),
+            neighbours=(*_of_components(row, beside[id(row)]), *_of_rows(row, beside[id(row)])) if off else (),
             wrong_steps=slipped,
         )
 
 
 def _explanations(ways: Mapping[str, Array], place: int) -> tuple[Explanation, ...]:
-    """What the ways make of one row; one that leads out of the machine's reach makes nothing of it."""
+    """Explanations of one row; one that leads out of the machine's reach is none."""
     return tuple(Explanation(text, float(found[place])) for text, found in ways.items() if np.isfinite(found[place]))
 
 
@@ -168,11 +153,9 @@ def _shifted(rows: int) -> Way:
     return way
 
 
-def _short_pi(pi: float) -> Way:
-    return _turned(lambda degrees: degrees * pi / 180.0)
-
-
-CAUSES: dict[str, Way] = {f"pi taken as {text} for the angle": _short_pi(pi) for text, pi in SHORT_PI.items()}
+CAUSES: dict[str, Way] = {
+    f"pi taken as {text} for the angle": _turned(partial(np.multiply, pi / 180.0)) for text, pi in SHORT_PI.items()
+}
 SLIPS: dict[str, Way] = {
     "the opposite sign": _scaled(-1.0),
     "the crank angle counted in the other sense": _turned(lambda degrees: -np.radians(degrees)),
@@ -202,5 +185,5 @@ def _systematic(rows: Sequence[Row], ways: Mapping[str, Way]) -> dict[str, Array
 
 
 def _met(rows: Sequence[Row], found: Array) -> int:
-    """How many printed values are these, rounded."""
+    """Number of printed values that are these, rounded."""
     return sum(row.item.number.is_rounding_of(float(value)) for row, value in zip(rows, found, strict=True))

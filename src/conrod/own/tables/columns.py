@@ -1,4 +1,4 @@
-"""Which column of a table is what, and in which unit."""
+"""Columns of a table by what they hold, with their units."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ KINDS = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
 
 @dataclass(frozen=True)
 class Request:
-    """What a user said of the columns.
+    """Columns and units that a user names.
 
     Attributes:
         columns: heading by quantity, from `--column C.x=px`.
@@ -40,7 +40,7 @@ class Column:
         heading: as in the table.
         unit: in words.
         factor: to SI.
-        told_by: where the unit is from: heading, rows (a row of units, or the cells), --unit, or assumed.
+        unit_from: source of the unit: heading, rows (a row of units, or the cells), --unit, or assumed.
     """
 
     target: Target
@@ -48,7 +48,7 @@ class Column:
     heading: str
     unit: str
     factor: float
-    told_by: str
+    unit_from: str
 
 
 def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str]) -> Request:
@@ -165,9 +165,9 @@ def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[
 
 
 def _column(target: Target, place: int, heading: str, row_unit: str, asked: Request) -> Column:
-    unit, told_by = _unit_of(target, heading, row_unit, asked)
+    unit, unit_from = _unit_of(target, heading, row_unit, asked)
     scale = _factor_of(unit, target, f"column {heading!r}")
-    return Column(target, place, heading, unit, scale, told_by)
+    return Column(target, place, heading, unit, scale, unit_from)
 
 
 def _unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tuple[str, str]:
@@ -207,8 +207,8 @@ def _check_units(columns: Sequence[Column]) -> None:
     """Refuse a table in which one length has a unit and another has none: both guesses may be a factor 1000 off."""
     for kind in KINDS:
         of_kind = [column for column in columns if column.target.unit in kind]
-        without = [column for column in of_kind if column.told_by == "assumed"]
-        stated = [column for column in of_kind if column.told_by != "assumed"]
+        without = [column for column in of_kind if column.unit_from == "assumed"]
+        stated = [column for column in of_kind if column.unit_from != "assumed"]
         if without and stated:
             one, other = without[0].target, stated[0]
             raise InvalidInput(

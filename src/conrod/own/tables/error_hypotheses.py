@@ -249,7 +249,7 @@ def shifted(observed: Observed, by: float, scene: Scene) -> Observed:
 
 
 def stamp_of(name: str, observed: Observed, scene: Scene, alignment: Alignment) -> float | None:
-    """By how much later than their rows say the values of a quantity belong [s], by least squares.
+    """Time by which the values of a quantity belong later than their rows say [s], by least squares.
 
     Returns:
         None where no shift within half a turn makes the difference smaller.

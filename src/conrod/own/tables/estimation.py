@@ -55,13 +55,13 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Estimation:
-    """What was estimated.
+    """Estimated quantities, and the alignment of a table with them.
 
     Attributes:
         alignment: that the table is judged with.
         estimates: in the order asked for; a sense of rotation has no standard error and is not among them.
         sense: where it was estimated: +1 or -1, and the rms errors left with it and with the opposite one.
-        undetermined: what cannot be told, or not told apart, a sentence each.
+        undetermined: quantities that cannot be determined, or not separated, a sentence each.
         rows: that were used.
         remaining: rms error that is left, divided by L; of the crank angle [rad] where a table has no positions.
     """
@@ -75,7 +75,7 @@ class Estimation:
 
 
 def parse_estimate(text: str) -> tuple[str, ...]:
-    """What `--estimate time,phase` asks for.
+    """The names in `--estimate time,phase`.
 
     Raises:
         InvalidInput: something that is not estimated.
@@ -91,7 +91,7 @@ def estimate(observed: Observed, scene: Scene, asked: Sequence[str]) -> Estimati
     """Estimate what was asked for.
 
     Raises:
-        InvalidInput: the table does not have what it would be told from, or too little of it.
+        InvalidInput: the table does not have what it would be determined from, or too little of it.
     """
     if not observed.has("position"):
         _check_without_positions(observed, asked)
@@ -106,8 +106,8 @@ def estimate(observed: Observed, scene: Scene, asked: Sequence[str]) -> Estimati
     usual, opposite = (_with_sense(rows, scene, asked, sense) for sense in (1, -1))
     best, other = sorted((usual, opposite), key=lambda one: one.remaining)
     if other.remaining < ROUNDING or best.remaining > SAME_FIT * other.remaining:
-        told = "sense cannot be told: both senses of rotation fit alike; it is taken to be the scene's"
-        return replace(usual, undetermined=(*usual.undetermined, told))
+        reason = "sense cannot be determined: both senses of rotation fit alike; it is taken to be the scene's"
+        return replace(usual, undetermined=(*usual.undetermined, reason))
     return replace(best, sense=(best.alignment.sense, best.remaining, other.remaining))
 
 

@@ -1,4 +1,4 @@
-"""What a table says against the exact motion: residuals of an alignment with their exact derivatives."""
+"""Residuals of a table against the exact motion in an alignment, with their exact derivatives."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from conrod.own.tables.samples import Alignment
 
 STARTS, START_ROWS, PURSUED = 72, 400, 4
 PRECISION = 4.0 * float(np.finfo(float).eps)  # relative, of the sum of squares, of a step and of the slope
-# Singular values below this share of the largest one are rounding: what they belong to cannot be told.
+# Singular values below this share of the largest one are rounding: their direction cannot be determined.
 DETERMINED = 1e-7
 INVOLVED = 0.01  # of a unit vector: smaller components are none
 
@@ -33,7 +33,7 @@ class Fitted:
     Attributes:
         alignment: the best one.
         errors: standard error of what was fitted, SI, by name.
-        undetermined: what was left out because it cannot be told, a sentence each.
+        undetermined: quantities left out because they cannot be determined, a sentence each.
         remaining: rms error that is left, divided by L; of the crank angle [rad] where that was fitted.
     """
 
@@ -44,7 +44,7 @@ class Fitted:
 
 
 def fitted(problem: Fit, start: Alignment, asked: Sequence[str]) -> Fitted:
-    """The alignment that leaves least, of what was asked for and can be told; the rest stays as in `start`.
+    """The alignment that leaves least, of what was asked for and can be determined; the rest stays as in `start`.
 
     Raises:
         InvalidInput: there are no more residuals than unknowns.
@@ -59,7 +59,7 @@ def fitted(problem: Fit, start: Alignment, asked: Sequence[str]) -> Fitted:
         tied = _tied(slopes, names)
         if not tied:
             break
-        undetermined.append(_told(tied))
+        undetermined.append(_undetermined(tied))
         names.remove(tied[-1])
     errors = _standard_errors(problem, names, residuals, slopes)
     remaining = math.sqrt(float(residuals @ residuals) / problem.vectors)
@@ -67,7 +67,7 @@ def fitted(problem: Fit, start: Alignment, asked: Sequence[str]) -> Fitted:
 
 
 def _tied(slopes: Array, names: Sequence[str]) -> list[str]:
-    """Quantities of which a combination changes nothing; empty where all can be told."""
+    """Quantities of which a combination changes nothing; empty where all can be determined."""
     if not names:
         return []
     _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
@@ -76,13 +76,13 @@ def _tied(slopes: Array, names: Sequence[str]) -> list[str]:
     return [name for name, part in zip(names, directions[-1], strict=True) if abs(part) > INVOLVED]
 
 
-def _told(tied: Sequence[str]) -> str:
+def _undetermined(tied: Sequence[str]) -> str:
     last = tied[-1]
     if len(tied) == 1:
-        return f"{last} cannot be told: nothing in this table depends on it"
+        return f"{last} cannot be determined: nothing in this table depends on it"
     if set(tied) == {"time", "phase"}:
-        return f"time and phase cannot be told apart at constant speed: {tied[0]} stands for both, {last} is kept at 0"
-    return f"{' and '.join(tied)} cannot be told apart in this table: {last} is kept at 0, the others stand for it"
+        return f"time and phase cannot be separated at constant speed: {tied[0]} stands for both, {last} is kept at 0"
+    return f"{' and '.join(tied)} cannot be separated in this table: {last} is kept at 0, the others stand for it"
 
 
 def _standard_errors(problem: Fit, names: Sequence[str], residuals: Array, slopes: Array) -> dict[str, float]:
@@ -126,7 +126,7 @@ def _left(problem: Fit, alignment: Alignment) -> float:
 
 
 def _descended(problem: Fit, alignment: Alignment, names: Sequence[str]) -> Alignment:
-    """The nearest minimum, by Levenberg and Marquardt; what cannot be told has no slope and is not moved."""
+    """The nearest minimum, by Levenberg and Marquardt; what cannot be determined has no slope and is not moved."""
 
     @lru_cache(1)
     def linearised(*steps: float) -> tuple[Array, Array]:

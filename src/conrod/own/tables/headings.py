@@ -28,7 +28,7 @@ NONE = ("", "-", "1", "none")
 
 
 def readings(heading: str) -> tuple[tuple[str, str], ...]:
-    """What a heading may mean: pairs of a name and the unit in it, the whole as a name (with no unit) first."""
+    """Readings of a heading: pairs of a name and the unit in it, the whole as a name (with no unit) first."""
     whole = " ".join(heading.split())
     found = [(whole, "")]
     if bracketed := BRACKETED.fullmatch(whole):
@@ -41,7 +41,7 @@ def readings(heading: str) -> tuple[tuple[str, str], ...]:
 
 
 def bracketed_unit(heading: str) -> str:
-    """What stands in brackets at the end of a heading; empty without, or where it is an index: "r_0[1]"."""
+    """The unit in brackets at the end of a heading; empty without, or where it is an index: "r_0[1]"."""
     match = BRACKETED.fullmatch(heading)
     if not match:
         return ""
@@ -64,7 +64,7 @@ def is_unit(text: str) -> bool:
 
 @cache
 def factor(unit: str, dimension: str) -> float | None:
-    """What a number in a unit is multiplied by to be SI; None where it is no unit of the dimension.
+    """Factor from a unit to SI; None where it is no unit of the dimension.
 
     Args:
         dimension: an SI unit, a key of `DIMENSIONS`.

@@ -21,7 +21,7 @@ Errors: TypeAlias = Mapping[str, Mapping[str, ErrorCurve]]
 
 @dataclass(frozen=True)
 class Crank:
-    """What a table says of its crank.
+    """The crank by a table's own account.
 
     Attributes:
         phase_max, phase_final: of its angle minus the nominal one, in size [rad].
@@ -103,7 +103,7 @@ def largest(errors: Errors, name: str, measure: str = "max") -> float | None:
 
 
 def crank_of(observed: Observed, scene: Scene, alignment: Alignment) -> Crank | None:
-    """How the table's crank deviates from the nominal one; None where the table does not say where it was."""
+    """Deviation of the table's crank from the nominal one; None where the table has no crank angle."""
     if observed.angle is None:
         return None
     # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.

@@ -1,4 +1,4 @@
-"""How a text table is written: separator, decimal mark, where its headings are and where its numbers begin."""
+"""Layout of a text table: separator, decimal mark, headings, and the row where its numbers begin."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.own.tables.headings import bare_unit, is_unit
 from conrod.own.tables.text import encoding_of, lines
 
-SAMPLE = 400  # lines that the layout is told from
+SAMPLE = 400  # lines that the layout is derived from
 BLANKS = " "  # as a separator: any run of blanks
 # Where two fit as well, the earlier one is meant: `0, 1, 2` is separated by commas.
 WRITTEN = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (BLANKS, "."), (BLANKS, ","))
@@ -35,7 +35,7 @@ Row = tuple[int, list[str]]  # its line in the file, its cells
 
 @dataclass(frozen=True)
 class Layout:
-    """How a text table is written.
+    """Layout of a text table.
 
     Attributes:
         encoding: of the file.
@@ -71,7 +71,7 @@ def cells(line: str, separator: str) -> list[str]:
 
 
 def layout_of(path: Path) -> Layout:
-    """How a table is written, told from its beginning.
+    """The layout of a table, from its beginning.
 
     Raises:
         InvalidInput: it is no text, or no table.
@@ -150,7 +150,7 @@ def _heading_cells(line: str, separator: str) -> list[str]:
 
 
 def _check_no_heading(path: Path, texts: Sequence[Row], width: int) -> None:
-    """Refuse headings of another number than the columns: what they belong to cannot be told."""
+    """Refuse headings of another number than the columns: their columns cannot be determined."""
     wide = [(number, row) for number, row in texts if sum(map(bool, row)) > 1]
     if wide:
         number, row = wide[-1]

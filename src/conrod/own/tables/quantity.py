@@ -1,4 +1,4 @@
-"""What columns of a table may be, and the names under which it is found without being told."""
+"""Quantities that columns of a table may hold, and the names under which they are recognised."""
 
 from __future__ import annotations
 

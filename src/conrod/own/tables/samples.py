@@ -87,7 +87,7 @@ class Observed:
 
 @dataclass(frozen=True)
 class Alignment:
-    """What lies between a table and the scene. The default is: nothing.
+    """Position of a table's clock, crank and frame against the scene's. The default is: none of them differs.
 
     Attributes:
         time: the table's clock minus the scene's [s].

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
 NOTEWORTHY = 1e-6
-# An angle that a clock's rounding makes uncertain by more than this is told [rad].
+# An angle that a clock's rounding makes uncertain by more than this is noted [rad].
 CLOCK_ROUNDING = 1e-9
 BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
 WHOLE = 1.0 - 1e-6  # revolutions that are one: times are written with so many digits
@@ -72,7 +72,9 @@ class TableStudy:
 
     def largest(self, name: str) -> float | None:
         """The largest error of a name in `ERRORS`, `velocity_rms` or `phase` [rad]; None where there is none."""
-        return _found(name, self.errors, self.crank)
+        if name == "phase":
+            return None if self.crank is None else self.crank.phase_max
+        return largest(self.errors, "velocity", "rms") if name == RMS else largest(self.errors, name)
 
     @property
     def exceeded(self) -> dict[str, tuple[float, float]]:
@@ -103,14 +105,11 @@ def study_table(
     Raises:
         InvalidInput: a tolerance of what the table has not, or an estimate of what it does not tell.
     """
-    observed, allowed = reading.observed, dict(tolerance or {})
+    observed = reading.observed
     estimation = estimate(observed, scene, asked) if asked else None
     alignment = estimation.alignment if estimation else Alignment()
     _check_pass(observed, scene, alignment)
-    errors = table_errors(observed, scene, alignment)
-    crank = crank_of(observed, scene, alignment)
-    _check_tolerance(allowed, errors, crank)
-    return TableStudy(
+    found = TableStudy(
         file=file,
         scene_name=scene_name,
         scene=scene,
@@ -120,14 +119,16 @@ def study_table(
         rows=len(observed.times),
         span=(float(observed.times[0]), float(observed.times[-1])),
         step=observed.step,
-        errors=errors,
+        errors=table_errors(observed, scene, alignment),
         components={point: _components(reading.columns, point) for point in observed.points},
-        crank=crank,
+        crank=crank_of(observed, scene, alignment),
         estimation=estimation,
-        tolerance=allowed,
-        causes=likely_causes(observed, scene, alignment, _wrong(errors, crank, allowed)),
+        tolerance=dict(tolerance or {}),
+        causes=(),
         notes=tuple(_notes(reading, scene)),
     )
+    _check_tolerance(found)
+    return replace(found, causes=likely_causes(observed, scene, alignment, _wrong(found)))
 
 
 def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
@@ -146,69 +147,60 @@ def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
         )
 
 
-def _found(name: str, errors: Errors, crank: Crank | None) -> float | None:
-    if name == "phase":
-        return None if crank is None else crank.phase_max
-    return largest(errors, "velocity", "rms") if name == RMS else largest(errors, name)
-
-
-def _check_tolerance(allowed: Mapping[str, float], errors: Errors, crank: Crank | None) -> None:
-    for name in allowed:
-        if _found(name, errors, crank) is None:
+def _check_tolerance(found: TableStudy) -> None:
+    for name in found.tolerance:
+        if found.largest(name) is None:
             what = "crank angle" if name == "phase" else "position" if name == "total" else name.removesuffix("_rms")
             raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
 
 
-def _wrong(errors: Errors, crank: Crank | None, allowed: Mapping[str, float]) -> list[str]:
-    """Errors that a cause is looked for: none where all are within tolerance, otherwise all that are worth a note."""
-    beyond = [name for name, limit in allowed.items() if (_found(name, errors, crank) or 0.0) > limit]
-    if allowed and not beyond:
+def _wrong(found: TableStudy) -> list[str]:
+    """Errors to be explained: none where all are within tolerance, otherwise all that are worth a note."""
+    if found.passed:
         return []
-    return [name for name in ERRORS if name in beyond or (largest(errors, name) or 0.0) > NOTEWORTHY]
+    return [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > NOTEWORTHY]
 
 
 def _components(columns: Sequence[Column], point: str) -> str:
     return "".join(sorted({"xy"[column.target.axis] for column in columns if column.target.point == point}))
 
 
-def _notes(reading: Reading, scene: Scene) -> list[str]:
-    observed, notes = reading.observed, []
+def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
+    observed, span = reading.observed, scene.kinematics.mechanism.driver.span
     if reading.repeated:
-        notes.append(f"rows that repeat the time and all values of the row before are left out: {reading.repeated}")
-    span = scene.kinematics.mechanism.driver.span
-    whole = 2.0 * math.pi if span is None else span[1] - span[0]
+        yield f"rows that repeat the time and all values of the row before are left out: {reading.repeated}"
     # A pass is whole where no other row would have fitted into it.
-    left = 0.0 if span is None else observed.step
+    whole, left = (2.0 * math.pi, 0.0) if span is None else (span[1] - span[0], observed.step)
     if np.ptp(observed.times) + left < WHOLE * whole / abs(scene.speed):
         rest = "a revolution: the rest of the turn" if span is None else "the pass: the rest of it"
-        notes.append(f"it spans less than {rest} is not judged")
-    assumed = [column.target.name for column in reading.columns if column.told_by == "assumed"]
+        yield f"it spans less than {rest} is not judged"
+    assumed = [column.target.name for column in reading.columns if column.unit_from == "assumed"]
     if assumed:
-        notes.append(f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise")
+        yield f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise"
     unseen = [point for point in scene.lengths if point not in observed.points]
     if unseen:
-        notes.append(f"no columns for {', '.join(unseen)}: not judged")
+        yield f"no columns for {', '.join(unseen)}: not judged"
     for point, samples in observed.points.items():
         without = [quantity for quantity in QUANTITIES if quantity not in samples]
         if without:
-            notes.append(f"no {' or '.join(without)} of {point}: not judged, for conrod does not differentiate")
+            yield f"no {' or '.join(without)} of {point}: not judged, for conrod does not differentiate"
         parts = [f"{quantity} in {'xy'[s.axes[0]]}" for quantity, s in samples.items() if not s.whole]
         if parts:
-            notes.append(f"of {point} there is one component alone, {', '.join(parts)}: the other is not judged")
-    notes += _crank_notes(reading)
+            yield f"of {point} there is one component alone, {', '.join(parts)}: the other is not judged"
+    yield from _crank_notes(observed)
     rounding = EPS * abs(scene.speed) * float(np.abs(observed.times).max())
     if rounding > CLOCK_ROUNDING:
-        notes.append(f"times this large leave the crank angle uncertain by {rounding:.1e} rad")
-    return notes
+        yield f"times this large leave the crank angle uncertain by {rounding:.1e} rad"
 
 
-def _crank_notes(reading: Reading) -> list[str]:
-    observed = reading.observed
+def _crank_notes(observed: Observed) -> Iterator[str]:
     if observed.angle is None:
-        return ["no crank angle: position is judged at the nominal time, as total is"] if observed.points else []
-    notes = [] if observed.points else ["no observed point: the crank's angle alone is judged"]
+        if observed.points:
+            yield "no crank angle: position is judged at the nominal time, as total is"
+        return
+    if not observed.points:
+        yield "no observed point: the crank's angle alone is judged"
     if observed.rate is None and observed.has("velocity"):
-        notes.append("no crank speed: velocities are judged at the nominal one")
+        yield "no crank speed: velocities are judged at the nominal one"
     if observed.acceleration is None and observed.has("acceleration"):
-        notes.append("no angular acceleration of the crank: accelerations are judged at none")
-    return notes
+        yield "no angular acceleration of the crank: accelerations are judged at none"

@@ -10,7 +10,7 @@ from pathlib import Path
 from conrod.errors import InvalidInput
 
 LONGEST_LINE = 1_000_000  # characters
-HEAD = 1 << 16  # bytes that an encoding is told from
+HEAD = 1 << 16  # bytes that an encoding is derived from
 BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 # What other programs save by, and people then rename.
 SIGNATURES = {

@@ -10,15 +10,15 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, ReportsForces, capability
 from conrod.engines.engine import run_of
 from conrod.engines.forces import ForceTracks, nothing_told
-from conrod.runs.convergence import observed_order
+from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.forces.exact import GROUPS, groups_of, peaks_of, quantities_of, tolerance_of
 from conrod.studies.forces.measuring import Measured, likenesses, stamps_of
 from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult, ForceStudy
 from conrod.studies.forces.seen import seen_of
-from conrod.studies.frame.engine_case import EngineCase
-from conrod.studies.frame.study import Study
+from conrod.studies.frame.case import EngineCase
+from conrod.studies.frame.study import Study, results_of
 from conrod.studies.validation.plan import Plan, refinement_path
 
 AS_ASKED = "as asked for"
@@ -163,8 +163,7 @@ def _orders(result: ForceResult, points: tuple[ForcePoint, ...]) -> dict[str, fl
     every = {**result.groups, **{name: (name,) for names in result.groups.values() for name in names}}
     for key, names in every.items():
         found = [(p.steps_per_revolution, [p.errors[n] for n in names if n in p.errors]) for p in points]
-        stable = [(n, max(sizes)) for n, sizes in found if sizes]
-        orders[key] = observed_order([n for n, _ in stable], [e for _, e in stable]).claimed if stable else None
+        orders[key] = claimed_order((n, max(sizes, default=None)) for n, sizes in found)
     return orders
 
 
@@ -217,19 +216,10 @@ def force_study(
     Args:
         presets: to run, by engine name.
     """
-    cases = [
+    found = yield from results_of(
         ForceCase(name, scene, engine.name, preset, plan)
         for name, scene in scenes.items()
         for engine in engines
         for preset in presets[engine.name]
-    ]
-    results = yield cases
-    return [
-        ForceStudy(
-            name,
-            scene,
-            tuple(case.result(results[case.key]) for case in cases if case.name == name),
-            seen_of(scene, plan.quantities),
-        )
-        for name, scene in scenes.items()
-    ]
+    )
+    return [ForceStudy(name, scene, found[name], seen_of(scene, plan.quantities)) for name, scene in scenes.items()]

@@ -11,15 +11,16 @@ from dataclasses import asdict
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import platformdirs
 
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger_file import PATIENCE, connected, naming_ledger
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.results_table import tidy_row
-from conrod.studies.frame.timing import Timing
+
+if TYPE_CHECKING:
+    from conrod.studies.frame.timing import Timing
 
 # Keys asked for in one statement; SQLite takes at least 999 values.
 AT_ONCE = 500
@@ -142,6 +143,8 @@ class Ledger:
 
         Columns: see `tidy_row`.
         """
+        from conrod.studies.frame.results_table import tidy_row
+
         # In pieces, so that a reader who takes long holds nobody up; each begins behind the last row of the one before.
         after = ("", "")
         while piece := self._piece(*after):
@@ -196,5 +199,7 @@ def _unpacked(blob: bytes) -> Measurement:
 
 
 def _timing(values: list[Any]) -> Timing:
+    from conrod.studies.frame.timing import Timing
+
     machine, seconds, reference, ratio, steps, repeats = values
     return Timing(seconds, reference, ratio, steps, repeats, machine)

@@ -14,11 +14,11 @@ from conrod.engines.capabilities import FreeMotion, Lacking, capability
 from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.convergence import observed_order
+from conrod.runs.convergence import claimed_order
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.engine_case import EngineCase
+from conrod.studies.frame.case import EngineCase
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Results, Study
 from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
@@ -109,15 +109,11 @@ def _point(course: ExactCourse, step: float, run: FreeRun) -> StepPoint:
 
 
 def _orders(course: ExactCourse, points: tuple[StepPoint, ...]) -> dict[str, float | None]:
-    orders: dict[str, float | None] = {}
-    for quantity in ("position", "energy"):
-        pairs = [
-            (course.grid.steps * divisor, error)
-            for divisor, point in zip(PATH, points, strict=True)
-            if (error := getattr(point, quantity)) is not None
-        ]
-        orders[quantity] = observed_order([n for n, _ in pairs], [e for _, e in pairs]).claimed if pairs else None
-    return orders
+    steps = [course.grid.steps * divisor for divisor in PATH]
+    return {
+        quantity: claimed_order(zip(steps, (getattr(point, quantity) for point in points), strict=True))
+        for quantity in ("position", "energy")
+    }
 
 
 def _curves(times: Array, angle: Array, error: Array, energy: Array) -> MotionCurves:

@@ -11,8 +11,8 @@ from conrod.engines.engine import default_steps, judged_preset
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.engine_case import EngineCase
-from conrod.studies.frame.study import Study
+from conrod.studies.frame.case import EngineCase
+from conrod.studies.frame.study import Study, results_of
 from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan, judged, refinement_path, validate_dynamic
 from conrod.studies.validation.results import Mode, Result, SceneStudy, result_of
@@ -84,9 +84,5 @@ def validation(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> Study[list[SceneStudy]]:
     """The study of some scenes: one round of cases; arguments as of `validation_cases`."""
-    cases = validation_cases(scenes, engines, presets, plan)
-    results = yield cases
-    return [
-        SceneStudy(name, scene, tuple(case.result(results[case.key]) for case in cases if case.name == name))
-        for name, scene in scenes.items()
-    ]
+    found = yield from results_of(validation_cases(scenes, engines, presets, plan))
+    return [SceneStudy(name, scene, found[name]) for name, scene in scenes.items()]
