@@ -1,11 +1,7 @@
-"""The convex hull of points in a plane.
-
-A cam profile as the convex polygon that engines collide, and the error that this shape has.
+"""A cam profile as the convex polygon that engines collide, with its error; and the cams that engines can have.
 
 Every facet stands off its arc by about the same sagitta, and every vertex half a sagitta outside, so that the
 polygon straddles the true curve: its normal distance to it is at most half a sagitta either way.
-
-Which cams engines are given as contact: what their laws of contact and the placing of the follower are made for.
 """
 
 from __future__ import annotations
@@ -133,7 +129,7 @@ def _law_polygon(profile: LawProfile, vertices: int, radius: float) -> CamPolygo
 
 
 def _depth(profile: LawProfile, angle: Array, owners: NDArray[np.intp], corners: Array, inset: float) -> float:
-    """How deep facets lie under the curve at most [m]: where the curve's normal is the facet's, found by bisection."""
+    """Largest depth of facets under the curve [m], where the curve has the facet's normal, by bisection."""
     edges = np.roll(corners, -1, axis=0) - corners
     across = profile.sense * np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None]
     low, high = angle[:-1].copy(), angle[1:].copy()
@@ -165,7 +161,7 @@ def contact_refusal(mechanism: Mechanism) -> str | None:
 
 
 def _otherwise(mechanism: Mechanism, contact: CamContact) -> str | None:
-    """What is not as wanted."""
+    """The reason why a cam is another than contact is derived for."""
     if contact.a != mechanism.crank:
         return f"the cam of {contact.name} is on {contact.a}"
     slides = [j for j in mechanism.joints if isinstance(j, Prismatic) and {j.a, j.b} == {GROUND, contact.b}]

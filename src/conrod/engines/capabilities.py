@@ -1,4 +1,4 @@
-"""What an engine may be able to do beside running a machine: small protocols, and the one way to ask for them."""
+"""Capabilities of an engine beside running a machine: small protocols, and the one way to ask for them."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ class Varied(Protocol):
 
     @property
     def variations(self) -> Variations[Any]:
-        """What is varied."""
+        """The variations."""
         ...
 
 
@@ -180,7 +180,7 @@ class HasIngredients(Protocol):
         ...
 
     def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]:
-        """What the minimal model of a machine may carry beside what it needs, and what it consists of."""
+        """Optional and required ingredients of the minimal model of a machine."""
         ...
 
     def mobility(self, machine: Machine, settings: Any, angle: Array) -> MobilityCount:
@@ -244,7 +244,7 @@ def required(engine: Engine[Any], kind: type[Wanted]) -> Wanted:
 
 
 def variations_of(engine: Engine[Any]) -> Variations[Any]:
-    """How an engine's settings are varied.
+    """Variations of an engine's settings.
 
     Raises:
         InvalidInput: they cannot be.

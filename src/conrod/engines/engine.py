@@ -1,4 +1,4 @@
-"""What every engine can do: make one run of a machine at constant crank speed. All else is a capability."""
+"""The core of every engine: one run of a machine at constant crank speed. All else is a capability."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from conrod.runs.trajectory import Piece
 
 
 class Machine(Protocol):
-    """What an engine needs to know of a scene: the mechanism with its solver, and the speed it is driven at."""
+    """A scene as engines see it: the mechanism with its solver, and the speed it is driven at."""
 
     @property
     def speed(self) -> float:

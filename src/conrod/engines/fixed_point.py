@@ -1,9 +1,4 @@
-"""Where a gap closes.
-
-What a motion answers to itself: x = respond(x), found in rounds.
-
-How fast the exact motion changes: what every truncation error is proportional to.
-"""
+"""Numerics of the engines' laws: roots, fixed points, and the derivatives that truncation errors grow with."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""How far a cam lifts its follower, exactly, and what a run made of it.
-
-The exact motion of a cam's follower, as the laws of contact need it.
-"""
+"""The exact motion of a cam's follower: its lift, and all that the laws of contact need."""
 
 from __future__ import annotations
 

@@ -25,11 +25,11 @@ class ForceTracks:
 
     Attributes:
         instants: (T,), of all values.
-        drive_torque: (T,) [N m] on the crank, in the sense of the crank angle; None where it is not told.
+        drive_torque: (T,) [N m] on the crank, in the sense of the crank angle; None where it is not reported.
         joints: by joint name, then by component, (T,) each; names, signs and units as in
             `conrod.exact.dynamics.inverse.JointForces`.
         unsupported: by quantity ("drive torque", or a joint's name), why it is not told.
-        outcome: of the run; of one that did not come to its end nothing is told.
+        outcome: of the run; of one that did not come to its end nothing is reported.
     """
 
     instants: Instants
@@ -70,7 +70,7 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
 
 
 def load_work(kinematics: Kinematics, speed: float) -> float:
-    """What loads give and take in a turn, or over the driver's span, at a crank speed [rad/s]: added up [J]."""
+    """Energy [J] that loads give and take in a turn, or over the driver's span, at a crank speed [rad/s]."""
     mechanism = kinematics.mechanism
     if not mechanism.loads:
         return 0.0

@@ -54,7 +54,7 @@ def free_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
 
 
 def free_verdict(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
-    """How a free run ended, told from its motion (T, 3 n) alone; on which branch it is, only the exact one tells."""
+    """Verdict on a free run from its motion (T, 3 n) alone; another branch is seen only beside the exact motion."""
     finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
     if not finite.all():
         return Verdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")

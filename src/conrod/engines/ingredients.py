@@ -1,4 +1,4 @@
-"""What a model may carry, or do without: one thing each, added to settings or taken away from them.
+"""Ingredients of a model: one thing each, added to settings or taken away from them.
 
 An ingredient is values of the settings' fields, or the name of an edit of the model in their field `dressing`.
 """
@@ -16,7 +16,7 @@ Change: TypeAlias = Callable[[AnyFields], AnyFields]
 
 
 class Quantity(Enum):
-    """What a study may want besides the observed motion; the members' texts are for people."""
+    """Quantities beside the observed motion that studies look at; the members' texts are for people."""
 
     DRIVE_TORQUE = "drive torque"
     REACTIONS = "joint reactions"

@@ -1,8 +1,8 @@
 """The two forms in which an engine can be given a link that carries nothing but two pins.
 
 As a body it has its mass and two pin joints. As a distance joint it is left out: its pins are held apart by its length,
-and its own motion, which the engine then does not know, is told from theirs at the same instants. Its mass is left out
-with it.
+and its own motion, which the engine then does not know, is reported from theirs at the same instants. Its mass is left
+out with it.
 
 Near a limit of the linkage neither form always holds longer: pymunk's saw in line, with crank and rod of 0.299 m and
 0.3 m, runs with the rod as a body and opens as a distance joint; with an offset of 0.1999 m it is the other way round
@@ -82,7 +82,7 @@ class ModelForm:
         for i, body in enumerate(self.mechanism.bodies):
             for full, part in zip(whole, derivatives, strict=True):
                 full[:, self._columns(body.name)] = part[:, 3 * i : 3 * i + 3]
-        # A state that is not finite any more stays so; how the run ended is told elsewhere.
+        # A state that is not finite any more stays so; how the run ended is judged elsewhere.
         with np.errstate(all="ignore"):
             bodies = pose_jets(self.mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
             for joint in self.distances:

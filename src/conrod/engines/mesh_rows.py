@@ -21,7 +21,7 @@ SAME_PLACE = 1e-12  # of the largest coordinate of a point on a body
 
 
 def mesh_row(tree: Tree, mesh: Mesh) -> Array:
-    """What each joint coordinate of a tree adds to what rolls off a pair: (nv,) [m/rad] of pins, [m/m] of slides.
+    """Share of each joint coordinate of a tree in what rolls off a pair: (nv,) [m/rad] of pins, [m/m] of slides.
 
     Raises:
         InvalidInput: the pair's equation is not linear in them; says why.

@@ -1,4 +1,4 @@
-"""What a compiled model's coordinates leave free along its whole motion: degrees of freedom minus the rank."""
+"""Degrees of freedom that a compiled model's constraints leave along its whole motion: coordinates minus rank."""
 
 from __future__ import annotations
 

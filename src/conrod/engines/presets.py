@@ -81,7 +81,7 @@ OTHER_LINE = LineStyle("-.", "D", 4.0, False, 4)
 
 @dataclass(frozen=True)
 class ForceBars:
-    """What is required of the forces of a preset.
+    """Largest errors allowed of the forces of a preset.
 
     Attributes:
         allowed: by group of quantities (torque, reactions, contact), the largest error over the exact peak.

@@ -26,7 +26,7 @@ GROUP = "conrod.engines"
 
 @dataclass(frozen=True)
 class Look:
-    """How an engine is shown.
+    """Title, colour and marker of an engine.
 
     Attributes:
         title: its name as its makers write it.

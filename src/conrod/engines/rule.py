@@ -1,7 +1,4 @@
-"""What a sweep varies: settings that share one rule in period and step, and differ in their step alone.
-
-Settings as plain values, of which keys and reports are made.
-"""
+"""Rules of a sweep, whose settings differ in their step alone; and settings as plain values, for keys."""
 
 from __future__ import annotations
 
@@ -41,7 +38,7 @@ class Rule(ABC):
     @property
     @abstractmethod
     def softness_follows_step(self) -> bool:
-        """Whether refining the step also stiffens what closes the joints."""
+        """True where refining the step also stiffens what closes the joints."""
 
     @abstractmethod
     def knobs(self) -> dict[str, str]:
@@ -104,7 +101,7 @@ def distinct(rules: Iterable[Rule]) -> tuple[Rule, ...]:
 
 
 # Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
-# has it, it is not told: keys of results, and reports, stay what they were.
+# has it, it is left out: keys of results, and reports, stay what they were.
 LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": []}
 
 

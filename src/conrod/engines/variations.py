@@ -1,4 +1,4 @@
-"""How an engine's settings are varied on purpose: one thing at a time, to tell the causes of an error apart."""
+"""Variations of an engine's settings, one thing at a time, which separate the causes of an error."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""XML elements and numbers, as MJCF wants them.
+"""Closures of the loops of a tree as MJCF, with the elements and numbers that all of it is written with.
 
-What closes the loops of a tree, as MJCF. Imports no engine.
-
+Imports no engine.
 A cut pin is an equality `connect` of two sites. A link that is left out is a spatial tendon between two sites, whose
 length an equality keeps at the one of the compiled pose, which is exact. A rolling pair is a fixed tendon, a linear
 combination of joint coordinates, kept the same way: where a pair's equation is linear the engine has it exactly.

@@ -1,4 +1,4 @@
-"""How a compiled model keeps the state of a tree: a coordinate a joint, or seven of a body that is free in space.
+"""State of a tree in a compiled model: one coordinate per joint, or seven of a body that is free in space.
 
 MuJoCo keeps the place and the turn of a free body in the world, as a unit quaternion, its velocity in the world, and
 its spin in its own frame (MuJoCo documentation, Computation, 'General framework'). Imports no engine.

@@ -28,7 +28,7 @@ def run(
         last = min(max(first, 1) + steps, samples)
         states, sensors = recorder.next(last - first)
         instants = instants_of(made, _times(machine, settings, start_angle, first, last), states, sensors)
-        # A state that is not finite any more stays so; how the run ended is told from it.
+        # A state that is not finite any more stays so; how the run ended is judged from it.
         with np.errstate(invalid="ignore", over="ignore"):
             bodies = body_states(made, instants, states, sensors, poses)
             points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
@@ -72,7 +72,7 @@ def _times(machine: Machine, settings: MuJoCoSettings, start_angle: float, first
 
 
 def verdict_of(machine: Machine, tracks: BodyTracks, ended: Verdict | None) -> Verdict:
-    """What the motion shows, unless the engine's own end says more."""
+    """The verdict on the motion, unless the engine's own end says more."""
     if ended is not None and ended.outcome is Outcome.RESET:
         return ended
     seen = judge(machine.kinematics, tracks, machine.speed)

@@ -50,12 +50,12 @@ FORM = "the model has a distance joint in place of links, and not their masses"
 
 
 def force_settings(settings: MuJoCoSettings) -> MuJoCoSettings:
-    """What forces are measured with: a lighter flywheel, loops hardened no further than forces bear, a calm contact.
+    """Settings to measure forces with: a lighter flywheel, loops hardened no further than they bear, calm contact.
 
-    The crank's speed then varies, by up to 1e-5 of itself as the flywheel is chosen, and is told as it is. A contact
-    that answers faster than an edge of the cam's polygon passes has a force that follows the edges (at 62832 steps a
-    turn, 4000 edges and a time constant of two steps the cam's is 2.7 % off, rms), so its time constant is raised to
-    that time.
+    The crank's speed then varies, by up to 1e-5 of itself as the flywheel is chosen, and is reported as it is. A
+    contact that answers faster than an edge of the cam's polygon passes has a force that follows the edges (at 62832
+    steps a turn, 4000 edges and a time constant of two steps the cam's is 2.7 % off, rms), so its time constant is
+    raised to that time.
     """
     hardening = None if settings.hardening is None else max(settings.hardening, LEAST_HARDENING)
     constant, damping = settings.contact_solref
@@ -101,7 +101,7 @@ def _meets_change_points(machine: Machine) -> bool:
 
 
 def _refusal(settings: MuJoCoSettings) -> str | None:
-    """Why these settings tell nothing of forces; None where they do."""
+    """The reason why these settings report no forces; None where they do."""
     if settings.armature == 0.0:
         return NO_DRIVE
     if settings.rod != BODY:
@@ -111,7 +111,7 @@ def _refusal(settings: MuJoCoSettings) -> str | None:
 
 @cache
 def spatial_tendons_count() -> bool:
-    """Whether this version of MuJoCo counts the forces of spatial tendons in what its joints carry.
+    """True where this version of MuJoCo counts the forces of spatial tendons in what its joints carry.
 
     MuJoCo 4.0.0 does; the documentation of earlier ones tells that they do not.
     """
@@ -151,7 +151,7 @@ class _Reading:
         pushes = applied_forces(self._to_be_told, poses, rates, times)
         for k, time in enumerate(times):
             data.time, data.qpos[:], data.qvel[:] = time, coordinates[k], speeds[k]
-            data.qacc_warmstart[:] = 0.0  # what is told of a state depends on it alone
+            data.qacc_warmstart[:] = 0.0  # the solution of a state depends on it alone
             mujoco.mj_forward(model, data)
             self.acceleration[k] = data.qacc[crank]
             data.xfrc_applied[self._bodies, :2] = pushes[k, :, :2]
@@ -166,7 +166,7 @@ class _Reading:
         }
 
     def _reader(self, joint: Joint, branches: dict[str, Branch]) -> Reader:
-        """What reads the components of a joint in solved data."""
+        """Reader of the components of a joint in solved data."""
         match joint:
             case CamContact():
                 return self._pusher(joint)

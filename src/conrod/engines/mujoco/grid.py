@@ -1,4 +1,4 @@
-"""What a sweep turns on MuJoCo. Imports no engine."""
+"""The grid of MuJoCo settings that a sweep varies. Imports no engine."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def time_constant(text: str, machine: Machine, steps_per_revolution: int) -> flo
 
 
 class MuJoCoRule(Rule):
-    """What both kinds of rules share; the fields are those of the frozen dataclasses below."""
+    """Common part of both kinds of rules; the fields are those of the frozen dataclasses below."""
 
     integrator: str
     stabilisation: str

@@ -1,4 +1,4 @@
-"""What a MuJoCo model may carry, and the minimal model that it is added to. Imports no engine."""
+"""The minimal MuJoCo model, its optional and required ingredients. Imports no engine."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def minimal(machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
 
 
 def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Found:
-    """What may be added to the minimal model, and what may be taken from it; only what applies to the machine."""
+    """Ingredients of the minimal model, optional ones first; only those that apply to the machine."""
     mechanism = machine.kinematics.mechanism
     contact, make = bool(mechanism.cam_contacts), Ingredients(minimal)
     found = (

@@ -1,4 +1,4 @@
-"""How far MuJoCo must be off, by its documented constraint model and its integrator: bounds before any run.
+"""Bounds on MuJoCo's errors before any run, from its documented constraint model and its integrator.
 
 Constraint model (MuJoCo documentation, Computation, 'Constraint model'): a constraint of force f keeps the residual
 acceleration a = -2/(d tc) v - d/(d tc)^2 x - R f, with R = (1 - d)/d A and A the compiled inverse weight. Near rest
@@ -72,7 +72,7 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
 
 
 def order_reduction(constant: float) -> tuple[float, float, float]:
-    """What RK4 leaves on the scalar closure equation with x'' = 1, h = 1: largest position, rate, acceleration error.
+    """Largest position, rate and acceleration error of RK4 on the scalar closure equation with x'' = 1, h = 1.
 
     Args:
         constant: time constant of the closure in steps.
@@ -143,7 +143,7 @@ def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:
 
 
 def _largest_point_errors(kinematics: Kinematics, angles: Array, gaps: Array) -> tuple[float, float]:
-    """What gaps of the joints (T, 3 n) move the observed points by, over their L, and its rate by the crank angle."""
+    """Largest move of observed points by gaps of the joints (T, 3 n), over L, and its rate by the crank angle."""
     poses = kinematics.poses(angles)
     given_way = poses.copy()
     for _ in range(2):  # the second step takes in what the gaps themselves change of the geometry

@@ -37,7 +37,7 @@ def by_program(mechanism: Mechanism) -> tuple[Load, ...]:
 
 
 def origin_of(load: Load, tree: Tree) -> float:
-    """What is added to the length that the engine knows of a load's coordinate [m or rad].
+    """Difference between a load's coordinate and the length that the engine has of it [m or rad].
 
     Joint coordinates count from the start poses; distances and places are what they are.
     """
@@ -47,7 +47,7 @@ def origin_of(load: Load, tree: Tree) -> float:
 
 
 def moves_nothing(load: Load, tree: Tree) -> bool:
-    """Whether it turns a body that slides hold: a torque on that does no work, and changes reactions alone."""
+    """True for a torque on a body that slides hold: it does no work, and changes reactions alone."""
     return isinstance(load.along, Turn) and not _turn_row(load.along, tree)
 
 

@@ -22,7 +22,7 @@ from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Pri
 
 @dataclass(frozen=True)
 class Dress:
-    """What a model carries for people, and a run does not: header, geoms, camera, keyframe."""
+    """Parts of a model that are for people, which a run does not have: header, geoms, camera, keyframe."""
 
     header: str
     start_rates: tuple[float, ...]  # joint rates at crank angle 0, one for each branch of the tree

@@ -1,7 +1,4 @@
-"""Degrees of freedom that a compiled model really has: those of its joints minus the rank of its closures.
-
-Degrees of freedom and constraints of a compiled model of a machine, along its exact motion.
-"""
+"""Degrees of freedom of a compiled model: those of its joints minus the rank of its closures."""
 
 from __future__ import annotations
 

@@ -1,17 +1,13 @@
-"""Compiling a model without seeking the convex hull of a mesh again that was met before.
+"""The compiled model of a machine, its start state, and the laws of loads that act while it is stepped.
 
 MuJoCo seeks the hull of each mesh that can collide when a model is compiled: for a cam of 4000 vertices that takes a
 second, several times what a coarse run of it takes. Of a mesh in a file MuJoCo keeps the hull, in a cache that lasts as
 long as the process; then it takes 5 ms. So vertices that stand in a model's text are handed over as a file in memory.
 The compiled model is the same to the last bit, but for the path of that file.
 
-Laws of loads that MJCF cannot say, given to MuJoCo while it steps.
-
 MuJoCo asks a program for the bias of an actuator (`mjcb_act_bias`) whenever it evaluates forces, so at every stage of
 RK4, at that stage's length, rate and time. There is one such program in a process: it is there while it is needed, and
 what was there before comes back, whatever happens.
-
-The compiled model of a machine, and its start state.
 """
 
 from __future__ import annotations
@@ -120,7 +116,7 @@ class Build:
 
     @cached_property
     def coordinates_of(self) -> Coordinates:
-        """Where the model keeps the state of the tree."""
+        """Places of the state of the tree in the model."""
         joints = [self.model.joint(joint_name(self.tree, branch)) for branch in self.tree.branches]
         return Coordinates(
             tree=self.tree,

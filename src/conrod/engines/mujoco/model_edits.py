@@ -115,7 +115,7 @@ def sensors(count: int) -> Edit:
         points = tree.mechanism.observed
         for i in range(count):
             kind, point = SENSORS[i % len(SENSORS)], points[i // len(SENSORS) % len(points)]
-            # The two kinds of real sensors are bolted to a site, the others are told of any object.
+            # The two kinds of real sensors are bolted to a site, the others are of any object.
             of = {"objtype": "site", "objname": point.name} if kind.startswith("frame") else {"site": point.name}
             add(section(root, "sensor"), kind, name=f"unread-{i + 1}", **of)
 

@@ -1,6 +1,4 @@
-"""Motion of a few coordinates by a method that no stiffness upsets.
-
-What RK4's local errors leave of one pass, where the motion may change fast near a limit of the input.
+"""Motion of closures: integrated however stiff, and bounded under RK4's local errors where an input makes one pass.
 
 With defects e of position and f of velocity a step and unit of crank angle, a closure of time constant c moves by
 y' = z + e, z' = -2 z/c - y/c^2 + f. From a start that is closed, y, z and z' are the defects folded with

@@ -1,15 +1,12 @@
-"""What MuJoCo itself did to a run. Imports no engine.
-
-How MuJoCo's constraint solver ended at a step: how long it took, and what it left.
+"""MuJoCo steps, and its states are kept, with its warnings and how its constraint solver ended.
 
 The solver is to find accelerations a of the constraints and forces f with a = J qacc_smooth + A f, A = J M^-1 J^T, and
 a = aref - R f: where a constraint acts (MuJoCo documentation, Computation, 'Constraint model'). Newton and CG take f
 from qacc by the second, so that a stop leaves the first unsolved; PGS takes qacc from f by the first and leaves the
 second. Both are here eliminated: (A + R) f = aref - J qacc_smooth, a small system, is solved directly, and what the
-solver left is how far the accelerations J qacc, which the engine steps with, are from a. So regularisation, which
-is no error of the solver, does not count, and forces that a hardened model has lost digits of do not either.
-
-MuJoCo steps, and the states that it takes are kept. Nothing is written into it after the start.
+solver left is how far the accelerations J qacc, which the engine steps with, are from a. So regularisation, which is no
+error of the solver, does not count, and forces that a hardened model has lost digits of do not either. Nothing is
+written into the engine after the start.
 """
 
 from __future__ import annotations
@@ -35,7 +32,7 @@ BAD_NUMBERS = {"BADQPOS", "BADQVEL", "BADQACC"}
 def ended_by_engine(
     clock: Array, first: int, before: float, warnings: Mapping[str, int], settings: MuJoCoSettings
 ) -> Verdict | None:
-    """What MuJoCo did after a warning, told from its clock: its own reset starts it again, a stop lets it stand.
+    """The end that MuJoCo made after a warning, by its clock: its own reset starts it again, a stop lets it stand.
 
     Args:
         clock: of the engine at consecutive samples (T,) [s].
@@ -147,7 +144,7 @@ class Recorder:
 
     @property
     def warnings(self) -> dict[str, int]:
-        """What the engine has warned of since the start, and how often."""
+        """Warnings of the engine since the start, and how often each came."""
         counted = {name: int(self._data.warning[kind].number) for name, kind in WARNINGS.items()}
         return {name: number for name, number in counted.items() if number}
 

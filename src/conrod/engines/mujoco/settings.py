@@ -1,7 +1,4 @@
-"""The spring and damper that MuJoCo closes a soft constraint with, and its impedance.
-
-Settings of a MuJoCo run and the presets: one rule in period and step for all machines. Imports no engine.
-"""
+"""Settings of a MuJoCo run and the presets, and the spring that closes a soft constraint. Imports no engine."""
 
 from __future__ import annotations
 
@@ -79,7 +76,7 @@ CONTACT_SOLIMP = (0.9, 0.9, 0.001, 0.5, 2.0)
 
 @dataclass(frozen=True)
 class MuJoCoSettings:
-    """What a MuJoCo run is made with; the names are MuJoCo's own where it has one. SI."""
+    """Settings of a MuJoCo run; the names are MuJoCo's own where it has one. SI."""
 
     engine: ClassVar[str] = "mujoco"
 

@@ -1,4 +1,4 @@
-"""What MuJoCo's soft closures give way by: its documented constraint model, solved along the motion.
+"""Give of MuJoCo's soft closures: its documented constraint model, solved along the motion.
 
 A soft constraint of violation y and force f is given the acceleration J q'' = -B y' - K d(y) y - R(y) f, with
 R = (1 - d) / d A and A the compiled inverse weight (MuJoCo documentation, Computation, 'Constraint model' and 'Solver
@@ -43,7 +43,7 @@ Soft = CamContact | Revolute | DistanceJoint | Mesh
 
 @dataclass(frozen=True)
 class _Motion:
-    """What the violations y of a motion meet, at T samples.
+    """Masses and forces that the violations y of a motion meet, at T samples.
 
     Attributes:
         mass: W (T, k, k) [kg], that the links show to accelerations of the violations.
@@ -134,7 +134,7 @@ class _SoftJoints(OpenJoints):
         return np.hstack([following, its_rates / abs(self.speed)])
 
     def _balance(self, motion: _Motion, gaps: Array) -> Balance:
-        """What the violations obey at an instant of a motion, with the impedances of gaps (k,)."""
+        """Equation of the violations at an instant of a motion, with the impedances of gaps (k,)."""
         stiffness, damping, yielding = np.empty(self._size), np.empty(self._size), np.empty(self._size)
         first = 0
         for closure in self._closures:
@@ -147,7 +147,7 @@ class _SoftJoints(OpenJoints):
         return Balance(inertia, damping, stiffness, motion.curvature - yielding * motion.force)
 
     def _motion(self, poses: Array, rates: Array) -> _Motion:
-        """What the violations meet at poses (T, 3 n), where they change at rates (T, k)."""
+        """Masses and forces at poses (T, 3 n), where the violations change at rates (T, k)."""
         along, given = self._along(poses), self._given
         speeds = self.rates(poses, (along @ rates[:, :, None])[:, :, 0])
         inverse = np.linalg.inv(self.kinematics.jacobian(poses))

@@ -22,12 +22,12 @@ class DescribedMachine(Machine, Protocol):
 
     @property
     def title(self) -> str:
-        """What the machine is."""
+        """Title of the machine."""
         ...
 
     @property
     def source(self) -> str:
-        """Where its dimensions come from."""
+        """Source of its dimensions."""
         ...
 
     @property
@@ -86,7 +86,7 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree
 
 
 def _loads(tree: Tree) -> list[str]:
-    """What the model has of the loads, and what it has not; nothing of a machine without them."""
+    """Paragraphs on the loads that the model has and has not; none of a machine without them."""
     loads = tree.mechanism.loads
     no_words = by_program(tree.mechanism)
     idle = [load for load in loads if load not in no_words and moves_nothing(load, tree)]
@@ -103,7 +103,7 @@ def _loads(tree: Tree) -> list[str]:
 
 
 def _free(machine: DescribedMachine) -> list[str]:
-    """How the model is let go; nothing of a machine that has neither loads nor rates of its own to start with."""
+    """Paragraph on free motion; none of a machine that has neither loads nor rates of its own to start with."""
     mechanism = machine.kinematics.mechanism
     driven = {mechanism.crank: mechanism.driver.sense * machine.speed}
     if not mechanism.loads and dict(machine.start_rates) == driven:
@@ -117,7 +117,7 @@ def _free(machine: DescribedMachine) -> list[str]:
 
 
 def _pass(machine: Machine) -> str:
-    """Where a model begins and ends whose input makes one pass; nothing of one that turns."""
+    """Sentence on the ends of the pass that an input makes; empty where it turns."""
     span = machine.kinematics.mechanism.driver.span
     if span is None:
         return ""

@@ -1,9 +1,7 @@
-"""The slider-crank that MuJoCo's timings are told against.
+"""Steps with nothing recorded, which is what MuJoCo itself costs; and the slider-crank that timings are ratios to.
 
-NEVER CHANGE IT: ratios of any date and machine relate to this very text. MuJoCo's defaults (Euler, Newton), a crank of
-0.1 m with a flywheel, a rod of 0.3 m and a slider, its loop closed by one `connect`; no gravity, no sensors.
-
-Steps with nothing recorded: what MuJoCo itself costs.
+NEVER CHANGE THAT ONE: ratios of any date and machine relate to this very text. MuJoCo's defaults (Euler, Newton), a
+crank of 0.1 m with a flywheel, a rod of 0.3 m and a slider, its loop closed by one `connect`; no gravity, no sensors.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""How MuJoCo's settings are varied: its time constants, impedances, hardening and solver. Imports no engine.
-
-Settings as the lines that a user puts into a model of their own. Imports no engine.
-"""
+"""Variations of MuJoCo's settings, and settings as lines of a user's own model. Imports no engine."""
 
 from __future__ import annotations
 
@@ -26,7 +23,7 @@ FORMAL_ORDERS = {"Euler": 1.0, "implicit": 1.0, "implicitfast": 1.0, "discrete":
 
 
 class MuJoCoVariations(Variations[MuJoCoSettings]):
-    """What is varied of a MuJoCo run."""
+    """Time constants, impedances, hardening and solver of a MuJoCo run."""
 
     def refined(
         self, machine: Machine, settings: MuJoCoSettings, steps_per_revolution: int, softness_follows: bool

@@ -1,4 +1,4 @@
-"""What an MJCF model carries for the eye: geoms without mass that cannot collide, a camera, a light."""
+"""Parts of an MJCF model for the eye: geoms without mass that cannot collide, a camera, a light."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""A pymunk `Space` made of a mechanism, with its bodies and joints.
-
-The driven crank as Chipmunk can turn it.
-"""
+"""A pymunk `Space` made of a mechanism, with its bodies and joints."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the 
 
 @dataclass(frozen=True)
 class Loading:
-    """What pushes the bodies beside constant forces.
+    """Forces on the bodies beside constant ones.
 
     Attributes:
         give: gives all bodies their forces for the step that begins at a time [s].
@@ -43,7 +40,7 @@ class Build:
 
     @property
     def mechanism(self) -> Mechanism:
-        """What the engine is given: the mechanism without links that are left out."""
+        """The mechanism that the engine has: without links that are left out."""
         return self.form.mechanism
 
     @property

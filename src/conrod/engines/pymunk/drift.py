@@ -1,4 +1,4 @@
-"""What pymunk's joints drift by, because a step mends a share of their error alone.
+"""Drift of pymunk's joints, of whose error a step mends only a share.
 
 In cpSpaceStep positions move first, x_(n+1) = x_n + h v_n; then every joint's preStep asks for the velocity
 -(1 - bias^h) C / h that mends a share of its error C (bias_coef in Chipmunk's constraint headers), and the iteration

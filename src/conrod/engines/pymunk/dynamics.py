@@ -89,7 +89,7 @@ def stretches(
         # of a whole turn, put right at once, would be seen in the acceleration.
         turns = driver.start + driver.sense * machine.speed * times
         centres, rates = advance(made, settings, turns, known, Loading(pushes.give, times) if pushes else None)
-        # A state that is not finite any more stays so; how the run ended is told from it.
+        # A state that is not finite any more stays so; how the run ended is judged from it.
         with np.errstate(all="ignore"):
             at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
             bodies = body_tracks(made.form, at, centres, rates, before)

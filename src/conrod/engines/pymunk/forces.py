@@ -14,7 +14,7 @@ Contact pushes and cannot pull. Where the cam's curve falls away, a follower tha
 overlap that it may keep, and then is free for a step and caught by the next one with twice the force. Neither a smaller
 step nor more vertices change how often: on the shipped cam one step in 450 carries nothing, and the force of single
 steps scatters by 5.3 % rms of the peak between the arcs' joints. What is caught is what was missing, so that the mean
-of some steps is right: 1.4 % of 4, 0.34 % of 16. With contact all forces are told as means of so many steps. (The
+of some steps is right: 1.4 % of 4, 0.34 % of 16. With contact all forces are reported as means of so many steps. (The
 arbiter's own `total_impulse` agrees, but for steps in which contact begins anew: it then counts the impulse of the last
 contact once more, which is not given again.)
 """
@@ -37,8 +37,8 @@ from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import Instants, Outcome
 
-FIRST = 3  # sample of the first acceleration that is told
-TOGETHER = 16  # steps of which forces are told as a mean, with contact
+FIRST = 3  # sample of the first acceleration that is reported
+TOGETHER = 16  # steps of which forces are reported as a mean, with contact
 GEARS = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
 ROUNDED = "a state that is rounded after every step has not come by impulses alone"
 FORM = "a distance joint stands in the engine for links whose masses it does not have"
@@ -73,7 +73,7 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
 
 
 def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
-    """What these settings do not tell, and why; where the drive torque is among it, nothing is told."""
+    """Quantities that these settings do not report, with the reasons; with the drive torque none is reported."""
     if settings.rounded_state:
         return {DRIVE: ROUNDED}
     if settings.dressing:
@@ -86,7 +86,7 @@ def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
 
 
 def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]) -> Array:
-    """What joints and drive give to every body, M dv / h - Q, about the origin of its frame; (T, 3 n).
+    """Forces of joints and drive on every body, M dv / h - Q, about the origin of its frame; (T, 3 n).
 
     Args:
         run: centres of gravity with turns, gains of their rates in the step, generalised forces of loads; all (T, 3 n).

@@ -1,4 +1,4 @@
-"""What a sweep turns on pymunk. Imports no engine."""
+"""The grid of pymunk settings that a sweep varies. Imports no engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a pymunk model may carry, and the minimal model that it is added to. Imports no engine."""
+"""The minimal pymunk model, its optional and required ingredients. Imports no engine."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def minimal(machine: Machine, steps_per_revolution: int) -> PymunkSettings:
 
 
 def ingredients(machine: Machine, minimal: PymunkSettings) -> Found:
-    """What may be added to the minimal model, and what may be taken from it; only what applies to the machine.
+    """Ingredients of the minimal model; only those that apply to the machine.
 
     In the order of a report: shapes, physics, joints, the solver, contact; what closes the loop, what makes it exact.
     """

@@ -1,9 +1,9 @@
-"""How far pymunk's points run behind the exact ones, to leading order in the step, by the scheme that `law` tells.
+"""Lag of pymunk's points behind the exact ones, to leading order in the step, by the scheme that `law` states.
 
-What the scheme lags in are its own coordinates, the centres of gravity c and the turns phi of the bodies: by
-h^2 q'' / 2 in position, and in velocity, the difference of two positions, by h^2 q''' (1/2 - 1/24) in the middle of the
-step. The turn there is told straight ahead with that velocity, and is behind by h^2 phi'' (1/2 - 1/4 + 1/8). A point at
-r from the centre of gravity has the velocity c' + phi' r_perp, so that all of it enters. The acceleration is the
+What the scheme lags in are its own coordinates, the centres of gravity c and the turns phi of the bodies: by h^2 q'' /
+2 in position, and in velocity, the difference of two positions, by h^2 q''' (1/2 - 1/24) in the middle of the step. The
+turn there is extrapolated straight ahead with that velocity, and is behind by h^2 phi'' (1/2 - 1/4 + 1/8). A point at r
+from the centre of gravity has the velocity c' + phi' r_perp, so that all of it enters. The acceleration is the
 difference of two velocities.
 
 To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the joint equations' Jacobian

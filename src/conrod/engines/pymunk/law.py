@@ -1,4 +1,4 @@
-"""How far pymunk must be off, by its own scheme: bounds from the step and the exact motion.
+"""Bounds on pymunk's errors by its own scheme, from the step and the exact motion.
 
 With full correction (error_bias = 0), x_(n+1) = x_n + h v_n, where v_n fits the joints' equations linearised at x_n.
 Expanding both gives a position that runs behind the exact one by h^2 x'' / 2 (primes: by the crank angle, h the step

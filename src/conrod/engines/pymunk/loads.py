@@ -10,7 +10,7 @@ slider-crank that swings for a second on a spring and a damper, largest error of
 1.98), against 9.8e-5 (1.26, falling) with `DampedSpring` and 3.6e-3 (1.01) with forces of the step's beginning.
 
 The right instant is the one to which the difference of two velocities belongs: the step's end for joints, its middle
-for contact (see `Staggered`). Positions are told ahead to it by the step's own rule, rates by their last difference.
+for contact (see `Staggered`). Positions are extrapolated to it by the step's own rule, rates by their last difference.
 """
 
 from __future__ import annotations

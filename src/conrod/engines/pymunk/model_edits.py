@@ -1,4 +1,4 @@
-"""What a space carries beside what its motion needs: one edit of the built space for each name."""
+"""Edits of a built space beside what its motion needs, one for each name."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Arr
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a point is on its body: columns of its centre and of its turn, and the way from the centre [m]."""
+    """A point on its body: columns of its centre and of its turn, and the way from the centre [m]."""
 
     centre: slice
     turn: int

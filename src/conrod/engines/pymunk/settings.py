@@ -1,7 +1,4 @@
-"""Names of what a pymunk model may carry beside what it needs, or lack of what it needs. Imports no engine.
-
-Settings of a pymunk run and the presets: one rule in period and step for all machines. Imports no engine.
-"""
+"""Settings of a pymunk run, the presets, and the names of edits of a model. Imports no engine."""
 
 from __future__ import annotations
 
@@ -58,7 +55,7 @@ ITERATIONS, MOST_ITERATIONS = 16, 100_000
 
 @dataclass(frozen=True)
 class PymunkSettings:
-    """What a pymunk run is made with; the names are pymunk's own where it has one. SI."""
+    """Settings of a pymunk run; the names are pymunk's own where it has one. SI."""
 
     engine: ClassVar[str] = "pymunk"
 

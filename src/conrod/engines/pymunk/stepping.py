@@ -64,7 +64,7 @@ def advance(
     turned = between(turns[first - 1 :], settings.substeps)
     if settings.rounded_state:
         turned = turned.astype(np.float32).astype(np.float64)
-    # A number too large for single precision becomes infinite: the run diverges, which is told from what it recorded.
+    # A number too large for single precision becomes infinite: the run diverges, which its record shows.
     with np.errstate(over="ignore"):
         if loading is not None:
             begins = between(loading.times[first - 1 :], settings.substeps)
@@ -233,7 +233,7 @@ def memory_of(body: pymunk.Body) -> memoryview:
 
 
 def memory_is_known() -> bool:
-    """Whether this build of Chipmunk keeps a body's state where `memory_of` looks for it, and takes an angle there."""
+    """True where Chipmunk keeps a body's state in the place of `memory_of`, and takes an angle there."""
     if lib is None:
         return False
     body = pymunk.Body(1.0, 1.0)

@@ -1,9 +1,7 @@
-"""The slider-crank that pymunk's timings are told against.
+"""Steps with nothing recorded, which is what pymunk itself costs; and the slider-crank that timings are ratios to.
 
-NEVER CHANGE IT: ratios of any date and machine relate to this very space. Ten iterations, pymunk's defaults, a driven
-crank of 0.1 m, a rod of 0.3 m and a slider in a groove; no gravity, no shapes.
-
-Steps with nothing recorded: what pymunk itself costs.
+NEVER CHANGE THAT ONE: ratios of any date and machine relate to this very space. Ten iterations, pymunk's defaults, a
+driven crank of 0.1 m, a rod of 0.3 m and a slider in a groove; no gravity, no shapes.
 """
 
 from __future__ import annotations

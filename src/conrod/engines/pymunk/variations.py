@@ -1,7 +1,4 @@
-"""How pymunk's settings are varied: its biases, slop and iterations. Imports no engine.
-
-Settings as the lines that a user puts into a program of their own. Imports no engine.
-"""
+"""Variations of pymunk's settings, and settings as lines of a user's own program. Imports no engine."""
 
 from __future__ import annotations
 
@@ -23,7 +20,7 @@ STAGGERED_ORDER = 2.0
 
 
 class PymunkVariations(Variations[PymunkSettings]):
-    """What is varied of a pymunk run."""
+    """Biases, slop and iterations of a pymunk run."""
 
     def refined(
         self, machine: Machine, settings: PymunkSettings, steps_per_revolution: int, softness_follows: bool
