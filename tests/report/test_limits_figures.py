@@ -29,7 +29,7 @@ from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.axis_scale import AxisScale, place
 from conrod.report.limits.boundary_chart import TICK_COLOUR, UP, boundary_chart, preset_lanes
 from conrod.report.limits.error_chart import POSITION, TORQUE, Panel, error_chart
-from conrod.report.limits.long_run_figure import long_run_figure
+from conrod.report.limits.long_runs import long_run_figure
 from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_MARKS, UNDETECTED_COLOUR
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES

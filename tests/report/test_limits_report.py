@@ -16,7 +16,8 @@ from limit_walks import SCENE, detected
 from conrod.errors import InvalidInput
 from conrod.report import figure
 from conrod.report.folder import ReportFolder
-from conrod.report.limits.report import KIND, merged, report_batches, rounded
+from conrod.report.limits.files import merged, report_batches, rounded
+from conrod.report.limits.report import KIND
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import restore
 from conrod.report.writer import rendered_again

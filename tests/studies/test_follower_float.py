@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from conrod.report.limits.tables import onset_table
+from conrod.report.limits.follower import onset_table
 from conrod.report.table import Toned
 from conrod.runs.plain import plain
 from conrod.scenes import CamFollower, Saw

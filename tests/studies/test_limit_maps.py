@@ -11,8 +11,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import drawing_style
-from conrod.report.limits.map_cells import areas, edges_about, seams, shaded_errors
-from conrod.report.limits.map_figure import map_figure
+from conrod.report.limits.map_figure import areas, edges_about, map_figure, seams, shaded_errors
 from conrod.report.limits.marks import LEVEL_COLOURS, SHADES, error_colour
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement

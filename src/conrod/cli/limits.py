@@ -69,7 +69,8 @@ def limits(
     from conrod.cli.reproduction import reproduction
     from conrod.cli.runner import Options, Runner
     from conrod.mechanism.units import check_count
-    from conrod.report.limits.report import KIND, report_batches
+    from conrod.report.limits.files import report_batches
+    from conrod.report.limits.report import KIND
     from conrod.studies.frame.files import naming, write_together
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
     from conrod.studies.limits.plan import check_asked, check_memory, check_runs, plan_limits, pursue_plans

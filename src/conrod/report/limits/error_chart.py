@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +25,15 @@ LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
 LEGEND_COLUMNS, LEGEND_ROW = 5, 0.19
 LANE = 0.17  # of a run that did not complete [inch]
 ABOVE = 0.06  # of the panel's top [inch]
-UNDETECTED_RING: dict[str, Any] = {"marker": "o", "markersize": 11.0, "markerfacecolor": "none", "markeredgewidth": 1.3}
+RING: dict[str, Any] = {
+    "linestyle": "none",
+    "color": UNDETECTED_COLOUR,
+    "zorder": 6,
+    "marker": "o",
+    "markersize": 11.0,
+    "markerfacecolor": "none",
+    "markeredgewidth": 1.3,
+}
 
 
 @dataclass(frozen=True)
@@ -95,19 +103,9 @@ def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Pane
             style = style | {"linestyle": "none"}
         # A curve is broken where a run has no value: nothing is known there.
         for run in _unbroken(walk.probes, panel):
-            heights = on_log_grid(np.array([panel.of(probe) for probe in run], dtype=float))
-            axes.plot(_places(scale, run), heights, **style)
+            _plot(axes, scale, run, panel, style)
         undetected = [probe for probe in walk.probes if probe.undetected and panel.of(probe) is not None]
-        if undetected:
-            heights = on_log_grid(np.array([panel.of(probe) for probe in undetected], dtype=float))
-            axes.plot(
-                _places(scale, undetected),
-                heights,
-                linestyle="none",
-                color=UNDETECTED_COLOUR,
-                zorder=6,
-                **UNDETECTED_RING,
-            )
+        _plot(axes, scale, undetected, panel, RING)
     if own_errors:
         where = on_grid(np.array([place(scale.scale, value) for value, _ in own_errors]), scale.high - scale.low)
         axes.plot(where, drawn[-1], color="black", linewidth=1.4, zorder=2)
@@ -115,24 +113,22 @@ def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Pane
     axes.set_ylabel(panel.label)
 
 
+def _plot(axes: Axes, scale: AxisScale, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
+    if probes:
+        heights = on_log_grid(np.array([panel.of(probe) for probe in probes], dtype=float))
+        axes.plot(_places(scale, probes), heights, **style)
+
+
 def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
     """A mark for each run without errors, above the panel, a lane for each engine and preset."""
     for lane, key in enumerate(lanes):
         up = 1.0 + (ABOVE + LANE * (len(lanes) - lane - 0.5)) / PANEL
-        for walk in (w for w in walks if (w.engine, w.preset) == key):
-            for probe in walk.probes:
-                if probe.errors is None:
-                    axes.plot(
-                        _places(scale, [probe]),
-                        [up],
-                        transform=axes.get_xaxis_transform(),
-                        clip_on=False,
-                        linestyle="none",
-                        marker=OUTCOME_MARKS.get(probe.outcome, "o"),
-                        markersize=4.0,
-                        color=UNDETECTED_COLOUR if probe.undetected else colour(walk.engine),
-                        markeredgewidth=0.9,
-                    )
+        failed = [p for w in walks if (w.engine, w.preset) == key for p in w.probes if p.errors is None]
+        for probe in failed:
+            hue = UNDETECTED_COLOUR if probe.undetected else colour(key[0])
+            style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "color": hue, "markeredgewidth": 0.9}
+            style |= {"marker": OUTCOME_MARKS.get(probe.outcome, "o"), "clip_on": False}
+            axes.plot(_places(scale, [probe]), [up], transform=axes.get_xaxis_transform(), **style)
         name = f"{engine_title(key[0])} {key[1]}"
         axes.annotate(name, (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
 
@@ -173,6 +169,6 @@ def _legend(walks: Sequence[Walk], reference: bool) -> list[Line2D]:
     if reference and any(probe.reference_error is not None for probe in probes):
         handles.append(Line2D([], [], color="black", linewidth=1.4, label=REFERENCE))
     if any(probe.undetected for probe in probes):
-        ring = Line2D([], [], linestyle="none", color=UNDETECTED_COLOUR, label="red: undetected", **UNDETECTED_RING)
+        ring = Line2D([], [], label="red: undetected", **RING)
         handles.append(ring)
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

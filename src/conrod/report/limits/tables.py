@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.limits.words import BOUNDARIES, EVERYWHERE, beyond, largest_error, listed, not_held, span_text, up_to
+from conrod.report.limits.words import (
+    BOUNDARIES,
+    EVERYWHERE,
+    WHO,
+    beyond,
+    largest_error,
+    listed,
+    not_held,
+    span_text,
+    up_to,
+    who,
+)
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.determinism import RUNS, Determinism
-from conrod.studies.limits.float_results import WITHIN, ComparedFlight, FollowerFloat
 from conrod.studies.limits.grade import LEVELS
 from conrod.studies.limits.maps import LimitMap, standing
-from conrod.studies.limits.results import IterationNeed, LimitStudy, LongRun, Probe, Stretch, Walk, stretches
+from conrod.studies.limits.results import IterationNeed, LimitStudy, Probe, Stretch, Walk, stretches
 
-WHO = ("engine", "preset")
 NONE = "-"
 LARGEST = "largest position error / L"
 FEW = 3  # values of a list, each of which gets a column
 MOST_NAMED = 4  # values of a list that are given one by one
 RESIDUAL = ", residual above "  # in a note on the solver, before its power of ten
-
-
-def who(finding: Walk | LongRun | LimitMap | IterationNeed | Determinism | FollowerFloat) -> tuple[str, str]:
-    """Return engine and preset."""
-    return engine_title(finding.engine), finding.preset
 
 
 # -- on the terminal -------------------------------------------------------------------------------------------------
@@ -272,90 +275,3 @@ def determinism_table(found: Iterable[Determinism]) -> Table:
 
 def _same(identical: bool | None) -> Cell:
     return numbers.MISSING if identical is None else "identical" if identical else Toned("different", "bad")
-
-
-def long_run_table(runs: Iterable[LongRun]) -> Table:
-    """Return a row for each run: the first mark beside the last one."""
-    head = (*WHO, "steps per revolution", "revolutions", "ended", "loop error / L, first revolution", "at the end")
-    return table((*head, "phase at the end (rad)", "of a clock that sums its steps (rad)"), map(_long_run, runs))
-
-
-def _long_run(run: LongRun) -> tuple[str, ...]:
-    first, last = (run.marks[0], run.marks[-1]) if run.marks else (None, None)
-    failed = run.outcome != "completed" and last is not None
-    ended = f"{run.outcome} after {numbers.quantity(last.revolution)}" if failed and last else run.outcome
-    sizes = [None] * 4 if first is None or last is None else [first.closure, last.closure, last.phase, last.clock]
-    return (
-        *who(run),
-        str(run.steps_per_revolution),
-        numbers.quantity(run.revolutions),
-        ended,
-        *map(numbers.measured, sizes),
-    )
-
-
-# -- follower float --------------------------------------------------------------------------------------------------
-
-
-def onset_table(floats: Iterable[FollowerFloat]) -> Table:
-    """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
-    head = (
-        *WHO,
-        "steps per revolution",
-        "penetration (mm)",
-        "onset / theory",
-        "off",
-        "visible by the exact flight from",
-    )
-    rows = [
-        (
-            *who(found),
-            ", ".join(str(steps) for steps in found.steps_per_revolution),
-            numbers.measured(None if found.penetration is None else 1e3 * found.penetration),
-            _ratio(found.onset),
-            _share(None if found.onset is None else found.onset - 1.0),
-            _ratio(found.visible),
-            _ratio(found.from_length),
-            _onset_verdict(found),
-        )
-        for found in floats
-        if not found.refusal
-    ]
-    return table((*head, "predicted from a flight's length", ""), rows)
-
-
-def _onset_verdict(found: FollowerFloat) -> Cell:
-    within = f"within {100 * WITHIN:g} %"
-    if found.onset is not None and abs(found.onset - 1.0) <= WITHIN:
-        return within
-    if not found.fit:
-        return f"too soft: {100 * WITHIN:g} % above the onset the exact flight is lower than ten penetrations"
-    return Toned(f"not {within}", "bad")
-
-
-def flight_table(floats: Iterable[FollowerFloat]) -> Table:
-    """Return a row for each flight beside the exact one."""
-    head = (*WHO, "speed / float speed", "steps per revolution", "ended", "exact gap (mm)", "measured, off by")
-    rows = [(*who(found), *_flight(flight)) for found in floats for flight in found.flights]
-    return table((*head, "exact landing (deg)", "measured minus exact"), rows)
-
-
-def _flight(flight: ComparedFlight) -> tuple[str, ...]:
-    exact, off = flight.exact, flight.landing_error
-    return (
-        numbers.quantity(flight.speed),
-        str(flight.steps_per_revolution),
-        flight.outcome,
-        numbers.MISSING if exact is None else numbers.quantity(1e3 * exact.gap),
-        _share(flight.gap_error),
-        numbers.MISSING if exact is None else f"{math.degrees(exact.landing):.2f}",
-        numbers.MISSING if off is None else f"{math.degrees(off):+.3f} deg",
-    )
-
-
-def _ratio(value: float | None) -> str:
-    return numbers.MISSING if value is None else f"{value:.4f}"
-
-
-def _share(value: float | None) -> str:
-    return numbers.MISSING if value is None else f"{100.0 * value:+.2f} %"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from conrod.report.charts.styles import engine_title
 from conrod.report.limits.axis_scale import place
@@ -20,6 +21,14 @@ BOUNDARIES = {
 EVERYWHERE, NOWHERE, NOT_AT_FIRST = "all of it", "none of it", "not at first"
 AGAIN = " *"  # after a value: there are runs further on that keep the criterion
 CRITERION = "rough"  # the boundary of the findings: where the error exceeds ten per cent
+
+
+WHO = ("engine", "preset")
+
+
+def who(finding: Any) -> tuple[str, str]:
+    """Return engine and preset, for the first cells of a row."""
+    return engine_title(finding.engine), finding.preset
 
 
 def listed(names: Sequence[str]) -> str:

@@ -5,7 +5,8 @@ One column an engine below a panel of all of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.exact.motion import Array
+from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
-from conrod.studies.limits.float_results import FollowerFloat, GapCurve, OnsetProbe
+from conrod.report.limits.words import WHO, who
+from conrod.report.table import Cell, Table, Toned, table
+from conrod.studies.limits.float_results import WITHIN, ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
 
 WIDTH, TALL, LOW = 9.5, 2.9, 2.5  # [inch]
 LEFT, RIGHT, TOP, BETWEEN, GAP, BOTTOM = 0.85, 0.25, 0.62, 0.75, 0.78, 0.5  # margins [inch]
@@ -159,3 +163,70 @@ def _legend(drawn: Sequence[FollowerFloat]) -> list[Line2D]:
             for f in drawn
         ),
     ]
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+
+def onset_table(floats: Iterable[FollowerFloat]) -> Table:
+    """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
+    head = (
+        *WHO,
+        "steps per revolution",
+        "penetration (mm)",
+        "onset / theory",
+        "off",
+        "visible by the exact flight from",
+    )
+    rows = [
+        (
+            *who(found),
+            ", ".join(str(steps) for steps in found.steps_per_revolution),
+            numbers.measured(None if found.penetration is None else 1e3 * found.penetration),
+            _ratio(found.onset),
+            _share(None if found.onset is None else found.onset - 1.0),
+            _ratio(found.visible),
+            _ratio(found.from_length),
+            _onset_verdict(found),
+        )
+        for found in floats
+        if not found.refusal
+    ]
+    return table((*head, "predicted from a flight's length", ""), rows)
+
+
+def _onset_verdict(found: FollowerFloat) -> Cell:
+    within = f"within {100 * WITHIN:g} %"
+    if found.onset is not None and abs(found.onset - 1.0) <= WITHIN:
+        return within
+    if not found.fit:
+        return f"too soft: {100 * WITHIN:g} % above the onset the exact flight is lower than ten penetrations"
+    return Toned(f"not {within}", "bad")
+
+
+def flight_table(floats: Iterable[FollowerFloat]) -> Table:
+    """Return a row for each flight beside the exact one."""
+    head = (*WHO, "speed / float speed", "steps per revolution", "ended", "exact gap (mm)", "measured, off by")
+    rows = [(*who(found), *_flight(flight)) for found in floats for flight in found.flights]
+    return table((*head, "exact landing (deg)", "measured minus exact"), rows)
+
+
+def _flight(flight: ComparedFlight) -> tuple[str, ...]:
+    exact, off = flight.exact, flight.landing_error
+    return (
+        numbers.quantity(flight.speed),
+        str(flight.steps_per_revolution),
+        flight.outcome,
+        numbers.MISSING if exact is None else numbers.quantity(1e3 * exact.gap),
+        _share(flight.gap_error),
+        numbers.MISSING if exact is None else f"{math.degrees(exact.landing):.2f}",
+        numbers.MISSING if off is None else f"{math.degrees(off):+.3f} deg",
+    )
+
+
+def _ratio(value: float | None) -> str:
+    return numbers.MISSING if value is None else f"{value:.4f}"
+
+
+def _share(value: float | None) -> str:
+    return numbers.MISSING if value is None else f"{100.0 * value:+.2f} %"

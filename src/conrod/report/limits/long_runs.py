@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,8 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
 from conrod.report.charts.styles import engine_title, preset_style
+from conrod.report.limits.words import WHO, who
+from conrod.report.table import Table, table
 from conrod.studies.limits.extremes import Mark
 from conrod.studies.limits.results import LongRun
 
@@ -62,3 +65,23 @@ def _panel(
     axes.minorticks_off()
     axes.set_xlabel("revolutions")
     axes.set_ylabel(label)
+
+
+def long_run_table(runs: Iterable[LongRun]) -> Table:
+    """Return a row for each run: the first mark beside the last one."""
+    head = (*WHO, "steps per revolution", "revolutions", "ended", "loop error / L, first revolution", "at the end")
+    return table((*head, "phase at the end (rad)", "of a clock that sums its steps (rad)"), map(_long_run, runs))
+
+
+def _long_run(run: LongRun) -> tuple[str, ...]:
+    first, last = (run.marks[0], run.marks[-1]) if run.marks else (None, None)
+    failed = run.outcome != "completed" and last is not None
+    ended = f"{run.outcome} after {numbers.quantity(last.revolution)}" if failed and last else run.outcome
+    sizes = [None] * 4 if first is None or last is None else [first.closure, last.closure, last.phase, last.clock]
+    return (
+        *who(run),
+        str(run.steps_per_revolution),
+        numbers.quantity(run.revolutions),
+        ended,
+        *map(numbers.measured, sizes),
+    )
