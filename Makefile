@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
-# The tests start hundreds of interpreters; told to keep no bytecode, each would compile conrod again.
+# The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: validate catalogue sweep limits ablate audit test test-all lint types mjcf golden golden-write bench wheel check clean
@@ -25,13 +25,13 @@ limits: $(READY) ## find where the engines stop being trustworthy and rewrite re
 	    $(BIN)/conrod limits saw-500rpm --axis run-length --engine $$run --revolutions 1000000 --cell-timeout 20000 \
 	        --out reports/limits || exit; done
 
-ablate: $(READY) ## what a model needs and what it merely carries: rewrite reports/ablate/; on an idle machine
+ablate: $(READY) ## measure what a model requires, and rewrite reports/ablate/; on an idle machine
 	$(BIN)/conrod ablate shear-press saw-500rpm cam-follower --out reports/ablate
 
-audit: $(READY) ## hold the documents' printed numbers and formulas against the exact motion: rewrite reports/audit/
+audit: $(READY) ## check the documents' printed numbers and formulas against the exact motion, and rewrite reports/audit/
 	$(BIN)/python -m audits --out reports/audit
 
-test: $(READY) ## the tests, about five minutes on two cores
+test: $(READY) ## the fast tests, some minutes on two cores
 	$(BIN)/python -m pytest -n auto
 
 test-all: $(READY) ## the slow tests too: all 25 cams, long runs
@@ -48,13 +48,13 @@ mjcf: $(READY) ## rewrite the committed models from the translator
 	for scene in $$($(BIN)/python -c "from conrod import SCENES; print(*SCENES)"); do \
 	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
 
-golden: $(READY) ## today's results against the golden ones, to 1e-13: after a change that is to change none
+golden: $(READY) ## compare today's results with the golden ones, to 1e-13: after a change that should change none
 	$(BIN)/python -m golden check
 
 golden-write: $(READY) ## make today's results the golden ones, of the groups named: make golden-write GROUPS="scenes limits"
 	$(BIN)/python -m golden write $(GROUPS)
 
-bench: $(READY) ## what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
+bench: $(READY) ## measure what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
 	$(BIN)/python -m benchmarks
 
 wheel: $(READY)

@@ -59,17 +59,15 @@ def test_every_rule_that_makes_findings_has_something_planted() -> None:
     assert {rule.name for rule in RULES} - found == {"sensors", "geoms-seen"}
 
 
-@pytest.mark.parametrize("name", ["saw-40rpm", "saw-500rpm", "shear-press"])
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("saw-40rpm", "cam-follower")]
+
+
+@pytest.mark.parametrize("name", ["saw-500rpm", "shear-press", *SLOW])
 def test_conrods_own_models_have_no_finding(name: str) -> None:
     report = lint(MJCF / f"{name}.xml", Request(), ticking())
     assert report.findings == ()
-    # What they carry on purpose is told with its cost.
+    # What they have on purpose is noted with its cost.
     assert {note.rule for note in report.notes if note.cost} == {"sensors", "geoms-seen"}
-
-
-@pytest.mark.slow
-def test_the_cam_has_no_finding() -> None:
-    assert lint(MJCF / "cam-follower.xml", Request(), ticking()).findings == ()
 
 
 def test_the_clean_model_with_random_names_has_no_finding(look: Look) -> None:
@@ -106,17 +104,6 @@ def test_geoms_that_never_met_in_part_of_a_turn_are_noted_only(look: Look) -> No
     assert any(note.rule == "never-touch" for note in report.notes)
 
 
-def test_findings_come_by_harm(look: Look) -> None:
-    text = closed_twice(replaced('tolerance="0" ', "")(replaced('autoreset="disable" ', "")(SAW)))
-    assert [finding.harm for finding in look(text).findings] == [Harm.WRONG, Harm.LATENT, Harm.WASTE]
-
-
-def test_a_rule_can_be_left_out(look: Look) -> None:
-    text = replaced('autoreset="disable" ', "")(SAW)
-    assert rules_of(look(text)) == {"silent-reset"}
-    assert look(text, replace(SHORT, ignored=("silent-reset",))).findings == ()
-
-
 @pytest.mark.parametrize("across", [0.0, 1e-6, 0.01, 3.0])
 def test_gravity_is_across_the_plane_from_a_hundredth_of_a_degree(across: float, look: Look) -> None:
     report = look(replaced('gravity="0 -9.81 0"', f'gravity="0 -9.81 {-across}"')(SAW))
@@ -132,3 +119,9 @@ def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(look: Loo
     assert evidence["step [s]"] == 0.05
     # RK4 follows a crank with four to five steps a turn, of 0.12 s.
     assert evidence["longest stable step [s]"] == 0.025
+
+
+def test_findings_come_by_harm_and_a_rule_can_be_left_out(look: Look) -> None:
+    text = closed_twice(replaced('tolerance="0" ', "")(replaced('autoreset="disable" ', "")(SAW)))
+    assert [finding.harm for finding in look(text).findings] == [Harm.WRONG, Harm.LATENT, Harm.WASTE]
+    assert "silent-reset" not in rules_of(look(text, replace(SHORT, ignored=("silent-reset",))))
