@@ -67,7 +67,9 @@ def run_with_faults(ledger: Ledger, cells: list[RunCase]) -> dict[str, Measureme
         return run_cases(assigned(cells, planted.run_or_fail), ledger, executor)
 
 
-@pytest.mark.parametrize(("count", "each"), [(80, 1), pytest.param(1000, 4, marks=pytest.mark.slow)])
+# A faster sibling, with planted faults instead of real ones, is in test_execution.py.
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "each"), [(80, 1), (1000, 4)])
 def test_each_fault_costs_its_own_cell_and_no_other(ledger: Ledger, started: list[int], count: int, each: int) -> None:
     undisturbed = planted.runs(count)
     cells, faults = planted.with_faults(undisturbed, each)
