@@ -283,6 +283,6 @@ def test_all_quantities_of_a_linkage_come_together() -> None:
     assert [angle.driven for angle in turn.transmission] == ["rocker"]
     here = instant_quantities(kinematics, 0.3, 5.0, 2.0)
     assert (len(here.centres), len(here.lines)) == (6, 4)
-    assert here.state.angular_velocities["crank"] == pytest.approx(5.0)
-    assert here.state.angular_accelerations["crank"] == pytest.approx(2.0)
+    assert here.state.links["crank"].angular_velocity == pytest.approx(5.0)
+    assert here.state.links["crank"].angular_acceleration == pytest.approx(2.0)
     assert max(here.velocities.gap, here.accelerations.gap) <= 1e-12

@@ -100,7 +100,7 @@ def test_where_a_wheel_rolls_polygons_show_no_slip_and_what_its_point_is_drawn_t
     assert max(velocities.gap, accelerations.gap) <= 1e-14
     assert length(velocities.vector("V_B").value) <= 1e-14
     assert velocities.vector("V_B/A").value == pytest.approx(-velocities.vector("V_A").value, abs=1e-13)
-    turning = state.angular_velocities["wheel"]
+    turning = state.links["wheel"].angular_velocity
     # Document 001, figures 6.12 and 6.13: w^2 r R / (R + r) outside a track, w^2 r R / (R - r) inside one.
     other = abs(track) + wheel if track > 0.0 else abs(track) - wheel
     found = accelerations.vector("A_B3").value
@@ -121,7 +121,7 @@ def test_teeth_of_a_pair_of_gears_have_one_velocity_and_other_accelerations(driv
     (between,) = (vector for vector in accelerations.vectors if "/" in vector.name)
     (pair,) = machine.meshes
     assert isinstance(pair, Rolling)
-    turned = [state.angular_velocities[link] for link in (pair.a, pair.b)]
+    turned = [state.links[link].angular_velocity for link in (pair.a, pair.b)]
     closed = (turned[1] - turned[0]) ** 2 * abs(pair.radius_a * pair.radius_b) / pair.distance
     assert length(between.value) == pytest.approx(closed, rel=1e-12)
 
@@ -149,8 +149,8 @@ def test_the_slider_cranks_vectors_are_those_of_its_closed_form(angle: float) ->
     rod_speed = -r * c * w / down
     # From rod sin(phi) = -r sin(t), twice differentiated.
     rod_acceleration = (r * s * w**2 - r * s * rod_speed**2) / down
-    assert state.angular_velocities["rod"] == pytest.approx(rod_speed, rel=1e-12)
-    assert state.angular_accelerations["rod"] == pytest.approx(rod_acceleration, rel=1e-12)
+    assert state.links["rod"].angular_velocity == pytest.approx(rod_speed, rel=1e-12)
+    assert state.links["rod"].angular_acceleration == pytest.approx(rod_acceleration, rel=1e-12)
     velocities, accelerations = both(state)
     assert velocities.vector("V_A").value == pytest.approx([-r * w * s, r * w * c], rel=1e-12)
     assert velocities.vector("V_B").value == pytest.approx([-r * w * s + r * s * rod_speed, 0.0], abs=1e-12)
@@ -170,7 +170,7 @@ def test_the_inverted_slider_cranks_sliding_and_coriolis_parts_are_those_of_its_
     reach_change = (r * d * math.cos(angle) * w**2 - reach_rate**2) / reach
     turning = (r * r - r * d * math.cos(angle)) * w / reach**2
     velocities, accelerations = both(state)
-    assert state.angular_velocities["slotted"] == pytest.approx(turning, rel=1e-12)
+    assert state.links["slotted"].angular_velocity == pytest.approx(turning, rel=1e-12)
     assert length(velocities.vector("V_A/A4").value) == pytest.approx(abs(reach_rate), rel=1e-12)
     assert length(accelerations.vector("A^c_A/A4").value) == pytest.approx(2.0 * abs(turning * reach_rate), rel=1e-12)
     assert length(accelerations.vector("A_A/A4").value) == pytest.approx(abs(reach_change), rel=1e-11)
@@ -179,7 +179,7 @@ def test_the_inverted_slider_cranks_sliding_and_coriolis_parts_are_those_of_its_
 def test_coriolis_acts_on_the_side_that_the_link_turns_the_sliding_velocity_to() -> None:
     state = at(inverted_slider_crank(0.1, 0.25, 0.03), 0.3)
     parts = coincident_parts(state, "slotted", "block", (0.0, 0.0))
-    turned = 2.0 * state.angular_velocities["slotted"] * left_of(parts.relative_velocity)
+    turned = 2.0 * state.links["slotted"].angular_velocity * left_of(parts.relative_velocity)
     assert parts.coriolis == pytest.approx(turned, rel=1e-14)
     assert length(parts.normal) <= 1e-12 * length(parts.tangential)  # a straight slot
     assert length(parts.gap) <= 1e-12 * length(parts.acceleration)
@@ -201,7 +201,7 @@ def test_a_points_acceleration_falls_into_parts_along_and_across_its_path() -> N
     state = at(four_bar(0.1, 0.3, 0.25, 0.3), 0.4, 7.0, 5.0)
     parts = path_parts(state, "rocker", (0.25, 0.0))
     assert parts.radius == pytest.approx(0.25, rel=1e-12)  # the rocker's pin goes round its bearing
-    assert length(parts.tangential) == pytest.approx(0.25 * abs(state.angular_accelerations["rocker"]), rel=1e-12)
+    assert length(parts.tangential) == pytest.approx(0.25 * abs(state.links["rocker"].angular_acceleration), rel=1e-12)
     whole = state.links["rocker"].acceleration_at((0.25, 0.0))
     assert parts.normal + parts.tangential == pytest.approx(whole, rel=1e-14)
     slider = path_parts(at(slider_crank(0.1, 0.3), 0.4), "slider", (0.0, 0.0))
@@ -259,7 +259,7 @@ def test_example_6_18_velocities_and_the_accelerations_that_follow_from_them() -
     velocities, accelerations = both(state)
     assert length(velocities.vector("V_B").value) == pytest.approx(6.9, rel=1e-12)
     assert length(velocities.vector("V_B/A").value) == pytest.approx(5.0, rel=1e-12)
-    assert state.angular_velocities["coupler"] == pytest.approx(20.0, rel=1e-12)
+    assert state.links["coupler"].angular_velocity == pytest.approx(20.0, rel=1e-12)
     # Printed 366.23 and 100.
     assert length(accelerations.vector("A^n_B").value) == pytest.approx(6.9**2 / 0.13, rel=1e-12)
     assert length(accelerations.vector("A^n_B/A").value) == pytest.approx(100.0, rel=1e-12)

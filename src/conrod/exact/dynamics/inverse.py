@@ -20,8 +20,7 @@ from typing import assert_never
 
 import numpy as np
 
-from conrod.exact.dynamics.coordinates import coordinate_jet, load_forces
-from conrod.exact.joint_equations import pose_jets
+from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
@@ -58,7 +57,7 @@ class InverseDynamics:
     """One mechanism under its weight, its constant forces and its loads."""
 
     def __init__(self, kinematics: Kinematics) -> None:
-        self._kinematics, self._loads = kinematics, kinematics.mechanism.loads
+        self._kinematics = kinematics
 
     def forces(self, state: State) -> JointForces:
         """Joint forces and drive torque in a motion; see `JointForces`.
@@ -86,32 +85,6 @@ class InverseDynamics:
             components[joint.name] = dict(zip(component_names(joint), values, strict=True))
             row += count
         return JointForces(components, mechanism.driver.sense * multipliers[:, row])
-
-    def torque_from_energy(self, state: State) -> Array:
-        """The drive's torque (T,) [N m] in the sense of the crank angle, by the balance of power over the crank's rate.
-
-        T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken:
-        virtual work at rate 1 with the accelerations as they are.
-        """
-        poses, first, second = self._kinematics.derivatives(state.angle, 2)
-        mechanism = self._kinematics.mechanism
-        rate, acceleration = state.rate, state.acceleration
-        along = pose_jets(mechanism, [poses, first, 0.5 * second])
-        constant = {force.body: force.force for force in mechanism.forces}
-        torque = np.zeros(len(poses))
-        for body in mechanism.bodies:
-            pose, push = along[body.name], constant.get(body.name, (0.0, 0.0))
-            x, y = (jet.coefficients for jet in pose.point(body.centre_of_gravity))
-            turn = pose.phi.coefficients
-            fx, fy = body.mass * mechanism.gravity[0] + push[0], body.mass * mechanism.gravity[1] + push[1]
-            # Kinetic energy inertia(theta) theta'^2 / 2 has the rate (inertia theta'' + inertia' theta'^2 / 2) theta'.
-            inertia = body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * turn[1] ** 2
-            half_slope = 2.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
-            torque += inertia * acceleration + half_slope * rate**2 - fx * x[1] - fy * y[1]
-        for load in self._loads:
-            value, slope = coordinate_jet(load.along, along).coefficients[:2]
-            torque -= load.law.force(np.asarray(value), np.asarray(slope * rate), state.time) * slope
-        return torque
 
     def motion(self, state: State) -> tuple[Array, Array, Array]:
         """Poses, rates and accelerations of all bodies, each (T, 3 n)."""

@@ -118,12 +118,5 @@ class _Work:
         return np.array([*self._size * point[:2] / point[2], 1.0])
 
 
-def same_centre(first: Array, second: Array, size: float) -> float:
-    """Sine of the angle [1] between two points of the projective plane, places in units of a size [m]; 0 for one."""
-    scale = np.array([1.0 / size, 1.0 / size, 1.0])
-    a, b = (_unit(p * scale if p[2] != 0.0 else p) for p in (first, second))
-    return float(np.linalg.norm(np.cross(a, b)))
-
-
 def _unit(vector: Array) -> Array:
     return np.asarray(vector / np.linalg.norm(vector))

@@ -88,16 +88,6 @@ class LinkageState:
     links: Mapping[str, LinkState]
     derivatives: tuple[Array, ...]
 
-    @property
-    def angular_velocities(self) -> dict[str, float]:
-        """Of each link [rad/s], counter-clockwise positive."""
-        return {name: link.angular_velocity for name, link in self.links.items()}
-
-    @property
-    def angular_accelerations(self) -> dict[str, float]:
-        """Of each link [rad/s^2]."""
-        return {name: link.angular_acceleration for name, link in self.links.items()}
-
     def seen_from(self, link: str, other: str, point: Point) -> tuple[Array, Array, Array]:
         """A point of another link as an observer on a link sees it move.
 
