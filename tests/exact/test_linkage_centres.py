@@ -23,6 +23,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.centres import InstantCentre, centre_count, instant_centres, kennedy_lines, line_miss
 from conrod.exact.linkage.construction import construct
 from conrod.exact.linkage.state import LinkageState, link_numbers, linkage_state
+from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism
 
 LINKAGES = [
