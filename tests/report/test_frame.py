@@ -155,6 +155,20 @@ def test_a_report_is_rendered_again_byte_for_byte_where_no_engine_is_installed(t
     assert contents(second) == contents(first)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", ["", "sweep", "ablate", "limits"])
+def test_the_committed_reports_are_what_their_saved_findings_give(folder: str, tmp_path: Path) -> None:
+    committed = Path(__file__).parents[2] / "reports" / folder
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run(
+        [sys.executable, "-c", BLOCKED, "report", str(committed), "--out", str(tmp_path)],
+        capture_output=True, text=True, check=False, env=environment,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    rendered = contents(tmp_path)
+    assert rendered == {name: (committed / name).read_bytes() for name in rendered}
+
+
 def test_pages_follow_the_saved_numbers_and_lost_pages_come_back(tmp_path: Path) -> None:
     write(tmp_path, study("saw-40rpm"))
     before = contents(tmp_path)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -23,7 +25,7 @@ from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telli
 from conrod.report.drawing.label_placement import Room
 from conrod.report.drawing.link_shapes import link_shape
 from conrod.report.drawing.slides import Slide, slide_of, ways
-from conrod.scenes import SCENES
+from conrod.scenes import SCENES, Saw
 from conrod.scenes.catalogue import catalogue_scene
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
@@ -170,6 +172,18 @@ def test_the_crank_angle_of_a_machine_is_theta_and_its_dimensions_are_lengths() 
     assert sum(text.startswith("\N{GREEK SMALL LETTER THETA} = ") for text in texts) == 1
     assert [text for text in texts if " -" in text and "deg" not in text] == []
     assert "offset 152.654 mm" in texts
+
+
+@dataclass(frozen=True)
+class Fretsaw(Saw):
+    """A kind of machine in closed form that no drawing knows of."""
+
+    kind: ClassVar[str] = "fretsaw"
+
+
+def test_a_new_kind_of_scene_is_drawn_without_being_registered() -> None:
+    assert telling_angle(Fretsaw()) == telling_angle(SCENES["saw-40rpm"])
+    assert mechanism_svg(Fretsaw()).rstrip().endswith("</svg>")
 
 
 def test_a_machine_with_one_pass_is_drawn_within_it_and_off_its_middle() -> None:

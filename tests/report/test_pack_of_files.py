@@ -114,6 +114,7 @@ def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> Non
     assert math.isclose(estimate(observed, scene, ("frame",)).alignment.rotation, 0.0, abs_tol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_slip_in_a_table_of_a_pass_is_named(tmp_path: Path) -> None:
     scene = catalogue_scene(PASS)
     reading = read(unpacked(PASS, scene, tmp_path) / "trajectory.csv", scene)

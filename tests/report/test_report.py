@@ -173,7 +173,7 @@ def test_parameters_are_shown_in_the_units_of_the_workshop(value: float, unit: s
 # -- figures ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
+@pytest.mark.parametrize("name", ["saw-40rpm", pytest.param("cam-follower", marks=pytest.mark.slow)])
 def test_figures_are_the_same_when_results_differ_in_their_last_bit(name: str) -> None:
     study = a_study(name)
     other = figures(a_study(name, *(last_bits_changed(r) for r in study.results)))
@@ -306,7 +306,7 @@ def test_a_disk_that_fills_up_leaves_an_existing_report_as_it_was(
 
 
 @pytest.mark.usefixtures("blank_figures")
-@pytest.mark.parametrize("count", range(1, 8))
+@pytest.mark.parametrize("count", [1, 4, 7])
 def test_an_interrupt_between_two_files_restores_the_report(
     count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -415,6 +415,7 @@ def test_saved_findings_have_all_digits_and_null_for_what_is_missing(tmp_path: P
     assert bad["errors"] is None
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_report_rendered_again_is_the_same(tmp_path: Path) -> None:
     write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
     before = contents(tmp_path)
