@@ -19,7 +19,7 @@ GAIN, ROUNDING = 2e-3, 1e-15
 
 
 @dataclass(frozen=True)
-class Sighting:
+class ObservedPaths:
     """A model's points in a view: complex paths (P, T) around the crank's axis, in the model's unit.
 
     Attributes:
@@ -35,59 +35,59 @@ class Sighting:
 
 
 @dataclass(frozen=True)
-class Laid:
+class FrameFit:
     """The document's frame laid into a view.
 
     Attributes:
-        places: displacement of each point on its link (P,), complex [m], that puts it where it should be.
-        miss: remaining distance of each point's path (P, T), complex, over the point's length.
+        displacements: movement of each point on its link (P,), complex [m], that puts it where it should be.
+        distances: remaining distance of each point's path (P, T), complex, over the point's length.
     """
 
     sense: int
     rotation: float
     zero: float
     unit: float
-    places: Array
-    miss: Array
+    displacements: Array
+    distances: Array
 
-    def at(self, values: Mapping[str, float]) -> Laid:
-        """The same with another rotation or zero; `miss` is not computed anew."""
+    def at(self, values: Mapping[str, float]) -> FrameFit:
+        """The same with another rotation or zero; `distances` is not computed anew."""
         return replace(self, rotation=values.get("rotation", self.rotation), zero=values.get("zero", self.zero))
 
     @property
     def largest(self) -> float:
         """Largest distance of a point from where it should be, over its length."""
-        return float(np.abs(self.miss).max())
+        return float(np.abs(self.distances).max())
 
     @property
     def rms(self) -> float:
         """Root mean square of the distances."""
-        return float(np.sqrt(np.mean(np.abs(self.miss) ** 2)))
+        return float(np.sqrt(np.mean(np.abs(self.distances) ** 2)))
 
 
-def miss(seen: Sighting, paths: Paths, there: Laid) -> Array:
+def distances(observed: ObservedPaths, paths: Paths, there: FrameFit) -> Array:
     """Distances (P, T), complex, of a model's points from exact paths in a frame, over their lengths."""
-    exact = paths(there.sense * (seen.coordinate - there.zero))
-    found = there.unit * np.exp(-1j * there.rotation) * seen.paths + there.places[:, None] * seen.links
-    return np.asarray((found - exact) / seen.lengths[:, None])
+    exact = paths(there.sense * (observed.coordinate - there.zero))
+    found = there.unit * np.exp(-1j * there.rotation) * observed.paths + there.displacements[:, None] * observed.links
+    return np.asarray((found - exact) / observed.lengths[:, None])
 
 
-def relaid(there: Laid, seen: Sighting, paths: Paths) -> Laid:
+def with_distances(there: FrameFit, observed: ObservedPaths, paths: Paths) -> FrameFit:
     """A frame with the distances that it leaves to these paths."""
-    return replace(there, miss=miss(seen, paths, there))
+    return replace(there, distances=distances(observed, paths, there))
 
 
-def laid(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
-    """The frame in which exact paths fit the seen ones best; what is given of it is kept."""
-    coarse = _coarse(seen, paths, sense, given)
+def fit_frame(observed: ObservedPaths, paths: Paths, sense: int, given: GivenFrame) -> FrameFit:
+    """The frame in which exact paths fit the observed ones best; what is given of it is kept."""
+    coarse = _coarse(observed, paths, sense, given)
     coarse = replace(coarse, unit=given.unit or nearest_unit(coarse.unit))
     free = free_of(given)
 
     def left(x: Array) -> Array:
-        return miss(seen, paths, coarse.at(dict(zip(free, x.tolist(), strict=True))))
+        return distances(observed, paths, coarse.at(dict(zip(free, x.tolist(), strict=True))))
 
     found = least_distances(left, np.array([getattr(coarse, name) for name in free]), np.ones(len(free)))
-    return relaid(coarse.at(dict(zip(free, found.tolist(), strict=True))), seen, paths)
+    return with_distances(coarse.at(dict(zip(free, found.tolist(), strict=True))), observed, paths)
 
 
 def free_of(given: GivenFrame) -> list[str]:
@@ -100,24 +100,24 @@ def nearest_unit(size: float) -> float:
     return min(UNITS.values(), key=lambda unit: abs(np.log(unit / size)))
 
 
-def _coarse(seen: Sighting, paths: Paths, sense: int, given: GivenFrame) -> Laid:
+def _coarse(observed: ObservedPaths, paths: Paths, sense: int, given: GivenFrame) -> FrameFit:
     """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
-    weighted, count = seen.paths / seen.lengths[:, None], len(seen.coordinate)
+    weighted, count = observed.paths / observed.lengths[:, None], len(observed.coordinate)
     if given.zero is None:
         # Between samples of a turn that start at one of them the angles are always the same ones.
-        turn = paths(seen.coordinate - seen.coordinate[0]) / seen.lengths[:, None]
+        turn = paths(observed.coordinate - observed.coordinate[0]) / observed.lengths[:, None]
         tried = [
-            (float(zero), turn[:, sense * (np.arange(count) - k) % count]) for k, zero in enumerate(seen.coordinate)
+            (float(zero), turn[:, sense * (np.arange(count) - k) % count]) for k, zero in enumerate(observed.coordinate)
         ]
     else:
-        tried = [(given.zero, paths(sense * (seen.coordinate - given.zero)) / seen.lengths[:, None])]
+        tried = [(given.zero, paths(sense * (observed.coordinate - given.zero)) / observed.lengths[:, None])]
 
-    def placed(zero: float, exact: Array) -> Laid:
+    def placed(zero: float, exact: Array) -> FrameFit:
         factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
         rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
         unit = given.unit or max(float((factor * np.exp(1j * rotation)).real), 1e-12)
         left = unit * np.exp(-1j * rotation) * weighted - exact
-        return Laid(sense, rotation, zero, unit, np.zeros(len(left), dtype=complex), left)
+        return FrameFit(sense, rotation, zero, unit, np.zeros(len(left), dtype=complex), left)
 
     return min((placed(zero, exact) for zero, exact in tried), key=lambda one: one.rms)
 

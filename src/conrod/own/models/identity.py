@@ -9,7 +9,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference, GenericReference
-from conrod.own.models.fitting import Laid, Sighting, laid, relaid
+from conrod.own.models.fitting import FrameFit, ObservedPaths, fit_frame, with_distances
 from conrod.own.models.frame import Frame, GivenFrame, View, views
 from conrod.own.models.lengths import Explanation, Search, Solution, solutions, without_trace
 from conrod.own.models.references import Paths, other_branches, paths_of, shaft_of
@@ -91,17 +91,20 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     check_plane(scan)
     points = tuple(scan.positions)
     chosen = _chosen_view(scene, scan, points, given)
-    seen = sighting(scene, scan, points, chosen.view)
-    floor = _floor(scan, seen, chosen.laid.unit)
-    search = Search(scene, points, seen, given, floor)
+    observed = observed_paths(scene, scan, points, chosen.view)
+    floor = _floor(scan, observed, chosen.fit.unit)
+    search = Search(scene, points, observed, given, floor)
     found, closest = tuple[Solution, ...](), None
-    at, moving = chosen.laid, chosen.branch or scene
+    at, moving = chosen.fit, chosen.branch or scene
     if moving is scene and at.largest > floor:
         found, closest = solutions(search, at)
         if found:
-            at, moving = found[0].laid, found[0].scene
-    at = _rounded(at, seen, paths_of(moving, points), given, floor)
-    expected = relaid(replace(at, places=0.0 * at.places), seen, paths_of(scene, points)) if found else at
+            at, moving = found[0].fit, found[0].scene
+    at = _rounded(at, observed, paths_of(moving, points), given, floor)
+    expected = at
+    if found:
+        in_place = replace(at, displacements=0.0 * at.displacements)
+        expected = with_distances(in_place, observed, paths_of(scene, points))
     anchor = (float(scan.anchor[0]), float(scan.anchor[1]), float(scan.anchor[2]))
     frame = Frame(chosen.view, at.sense, at.rotation, at.zero, at.unit, anchor, shaft_of(moving))
     order = np.argsort(frame.angle(scan.coordinate))
@@ -110,9 +113,9 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
         given=given,
         other_branch=chosen.branch is not None,
         angle=frame.angle(scan.coordinate)[order],
-        off=np.abs(expected.miss).max(axis=0)[order],
-        off_by={name: float(np.abs(row).max()) for name, row in zip(points, expected.miss, strict=True)},
-        rate_off=_rate_off(scan, frame, at, seen, moving),
+        off=np.abs(expected.distances).max(axis=0)[order],
+        off_by={name: float(np.abs(row).max()) for name, row in zip(points, expected.distances, strict=True)},
+        rate_off=_rate_off(scan, frame, at, observed, moving),
         explanations=tuple(one.explanation for one in found),
         closest=closest.explanation if closest else None,
         indistinct=without_trace(search, at, moving) if isinstance(moving, Scene) else (),
@@ -122,13 +125,13 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     return identity, moving
 
 
-def _floor(scan: Scan, seen: Sighting, unit: float) -> float:
+def _floor(scan: Scan, observed: ObservedPaths, unit: float) -> float:
     touching = scan.facts.touching
     shape = 0.0 if touching is None else OBLIQUE * touching.shape_error
-    return max(EXPLAINED, unit * shape / float(seen.lengths.min()))
+    return max(EXPLAINED, unit * shape / float(observed.lengths.min()))
 
 
-def _rounded(at: Laid, seen: Sighting, paths: Paths, given: GivenFrame, floor: float) -> Laid:
+def _rounded(at: FrameFit, observed: ObservedPaths, paths: Paths, given: GivenFrame, floor: float) -> FrameFit:
     """Rotation and crank zero as round numbers, where those leave no more than the fitted ones."""
     grid = float(COARSE_GRID if at.largest > 1e-4 else GRID)
     for name in ("rotation", "zero"):
@@ -136,9 +139,9 @@ def _rounded(at: Laid, seen: Sighting, paths: Paths, given: GivenFrame, floor: f
             at = at.at({name: getattr(given, name)})
             continue
         value = _wrapped(getattr(at, name))
-        tried = relaid(at.at({name: _wrapped(grid * float(np.rint(value / grid)))}), seen, paths)
+        tried = with_distances(at.at({name: _wrapped(grid * float(np.rint(value / grid)))}), observed, paths)
         at = tried if tried.rms <= max(AS_GOOD * at.rms, 1e-2 * floor) else at.at({name: value})
-    return relaid(at, seen, paths)
+    return with_distances(at, observed, paths)
 
 
 def _wrapped(angle: float) -> float:
@@ -147,20 +150,21 @@ def _wrapped(angle: float) -> float:
     return turn - 2.0 * np.pi if turn > np.pi + 1e-12 else turn
 
 
-def _rate_off(scan: Scan, frame: Frame, at: Laid, seen: Sighting, moving: ExactReference) -> float | None:
+def _rate_off(scan: Scan, frame: Frame, at: FrameFit, observed: ObservedPaths, moving: ExactReference) -> float | None:
     """Largest error of a point's derivative by the crank angle, over its length, against what was found."""
     if scan.slopes is None:
         return None
     exact, off = moving.motion(frame.angle(scan.coordinate), 1.0), []
     for k, (name, slope) in enumerate(scan.slopes.items()):
         # A point that is misplaced on its link is carried around by it.
-        carried = 1j * frame.view.sense * scan.spins[name] * at.places[k] * seen.links[k]
+        carried = 1j * frame.view.sense * scan.spins[name] * at.displacements[k] * observed.links[k]
         found = frame.turned(slope) + np.column_stack([carried.real, carried.imag])
-        off.append(np.linalg.norm(frame.sense * found - exact.point(name).velocity, axis=1).max() / seen.lengths[k])
+        apart = np.linalg.norm(frame.sense * found - exact.point(name).velocity, axis=1)
+        off.append(apart.max() / observed.lengths[k])
     return float(max(off))
 
 
-# -- from which side a model is seen, and on which branch it is --------------------------------------------------------
+# -- view and assembly branch ------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -168,7 +172,7 @@ class _Candidate:
     """A view of a model with the frame that fits best; `branch` where it is another assembly branch."""
 
     view: View
-    laid: Laid
+    fit: FrameFit
     branch: GenericReference | None
 
 
@@ -195,26 +199,25 @@ def check_plane(scan: Scan) -> None:
 def _chosen_view(scene: Scene, scan: Scan, points: tuple[str, ...], given: GivenFrame) -> _Candidate:
     """View and assembly branch of the model: the machine's own branch unless another one is clearly nearer."""
     turns = scene.mechanism().driver.sense
-    some = views(scan.axis, turns, given.plane)
+    observed = {view: observed_paths(scene, scan, points, view) for view in views(scan.axis, turns, given.plane)}
 
     def best(branch: GenericReference | None) -> _Candidate:
         paths = paths_of(branch or scene, points)
         tried = [
-            _Candidate(view, laid(sighting(scene, scan, points, view), paths, view.sense * turns, given), branch)
-            for view in some
+            _Candidate(view, fit_frame(one, paths, view.sense * turns, given), branch) for view, one in observed.items()
         ]
-        least = min(one.laid.rms for one in tried)
-        return next(one for one in tried if one.laid.rms <= ALIKE * least + NOTHING)
+        least = min(one.fit.rms for one in tried)
+        return next(one for one in tried if one.fit.rms <= ALIKE * least + NOTHING)
 
     own = best(None)
-    if own.laid.largest <= NEAR:
+    if own.fit.largest <= NEAR:
         return own
-    other = min(map(best, other_branches(scene)), key=lambda one: one.laid.rms, default=own)
-    return other if other.laid.rms < CLEARLY_BETTER * own.laid.rms else own
+    other = min(map(best, other_branches(scene)), key=lambda one: one.fit.rms, default=own)
+    return other if other.fit.rms < CLEARLY_BETTER * own.fit.rms else own
 
 
-def sighting(scene: Scene, scan: Scan, points: tuple[str, ...], view: View) -> Sighting:
+def observed_paths(scene: Scene, scan: Scan, points: tuple[str, ...], view: View) -> ObservedPaths:
     """A scan's points in a view."""
     paths = np.array([view.flat(scan.positions[name] - scan.anchor) for name in points])
     links = np.exp(1j * view.sense * np.array([scan.turns[name] for name in points]))
-    return Sighting(scan.coordinate, paths, np.array([scene.lengths[name] for name in points]), links)
+    return ObservedPaths(scan.coordinate, paths, np.array([scene.lengths[name] for name in points]), links)

@@ -10,7 +10,16 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.models.fitting import Laid, Sighting, free_of, indistinct, least_distances, miss, relaid, slopes
+from conrod.own.models.fitting import (
+    FrameFit,
+    ObservedPaths,
+    distances,
+    free_of,
+    indistinct,
+    least_distances,
+    slopes,
+    with_distances,
+)
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, paths_of, with_lengths
 from conrod.scenes import Scene
@@ -61,7 +70,7 @@ class Solution:
 
     explanation: Explanation
     scene: Scene
-    laid: Laid
+    fit: FrameFit
 
 
 @dataclass(frozen=True)
@@ -74,7 +83,7 @@ class Search:
 
     scene: Scene
     points: tuple[str, ...]
-    seen: Sighting
+    observed: ObservedPaths
     given: GivenFrame
     floor: float
 
@@ -97,7 +106,7 @@ class _Change:
     points: tuple[str, ...] = ()
 
 
-def solutions(search: Search, start: Laid) -> tuple[tuple[Solution, ...], Solution | None]:
+def solutions(search: Search, start: FrameFit) -> tuple[tuple[Solution, ...], Solution | None]:
     """The smallest sets of changes that leave nothing, all of one size; and the closest one there is.
 
     Args:
@@ -129,41 +138,41 @@ def _changes(search: Search) -> Iterator[list[_Change]]:
 class _Fit:
     """The unknowns of a fit in one vector: free parts of the frame, lengths, and places of points on their links."""
 
-    def __init__(self, search: Search, start: Laid, change: _Change, scene: Scene) -> None:
+    def __init__(self, search: Search, start: FrameFit, change: _Change, scene: Scene) -> None:
         self._search, self._start, self._change, self._scene = search, start, change, scene
         self._frame = free_of(search.given)
         self._rows = [search.points.index(point) for point in change.points]
         self.names = [*self._frame, *change.lengths]  # of the unknowns, but for the places
-        places = start.places[self._rows]
+        places = start.displacements[self._rows]
         frame, lengths = [getattr(start, n) for n in self._frame], [length_of(scene, n) for n in change.lengths]
         self.start = np.concatenate([frame, lengths, places.real, places.imag])
         sizes = [1.0 if name == ALL_LENGTHS else search.size for name in change.lengths]
         self.sizes = np.array([1.0] * len(self._frame) + sizes + [search.size] * (2 * len(self._rows)))
 
-    def split(self, x: Array) -> tuple[Laid, Scene]:
+    def split(self, x: Array) -> tuple[FrameFit, Scene]:
         """The frame and the machine of the unknowns."""
         frame, lengths, places = np.split(x, np.cumsum([len(self._frame), len(self._change.lengths)]))
-        moved = self._start.places.copy()
+        moved = self._start.displacements.copy()
         half = len(self._rows)
         moved[self._rows] = places[:half] + 1j * places[half:]
-        there = replace(self._start, places=moved).at(dict(zip(self._frame, frame.tolist(), strict=True)))
+        there = replace(self._start, displacements=moved).at(dict(zip(self._frame, frame.tolist(), strict=True)))
         return there, with_lengths(self._scene, self._change.lengths, lengths)
 
     def left(self, x: Array) -> Array:
         """Distances (P, T)."""
         there, scene = self.split(x)
-        return miss(self._search.seen, paths_of(scene, self._search.points), there)
+        return distances(self._search.observed, paths_of(scene, self._search.points), there)
 
 
-def _solved(search: Search, start: Laid, change: _Change) -> Solution | None:
+def _solved(search: Search, start: FrameFit, change: _Change) -> Solution | None:
     """A change with the free parts of the frame, fitted; None where that leads to no machine."""
     fit = _Fit(search, start, change, search.scene)
     try:
         there, scene = fit.split(least_distances(fit.left, fit.start, fit.sizes))
     except InvalidInput:
         return None
-    there = relaid(there, search.seen, paths_of(scene, search.points))
-    away = dict(zip(search.points, np.abs(there.places).tolist(), strict=True))
+    there = with_distances(there, search.observed, paths_of(scene, search.points))
+    away = dict(zip(search.points, np.abs(there.displacements).tolist(), strict=True))
     misplaced = tuple(Misplaced(point, away[point]) for point in change.points)
     return Solution(Explanation(_lengths(search, scene, change.lengths), misplaced, there.largest), scene, there)
 
@@ -178,7 +187,7 @@ def _lengths(search: Search, found: Scene, names: Sequence[str]) -> tuple[Length
     )
 
 
-def without_trace(search: Search, at: Laid, scene: Scene) -> tuple[tuple[str, ...], ...]:
+def without_trace(search: Search, at: FrameFit, scene: Scene) -> tuple[tuple[str, ...], ...]:
     """Groups of lengths, and free parts of the frame, that the given points cannot distinguish."""
     fit = _Fit(search, at, _Change(search.lengths), scene)
     return indistinct(slopes(fit.left, fit.start, fit.sizes), fit.names, NO_TRACE)

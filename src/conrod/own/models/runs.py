@@ -49,7 +49,7 @@ class JudgedRun:
 
 
 @dataclass(frozen=True)
-class Comparable:
+class RunReference:
     """The machine that a model's runs are compared with, and the frame in which they are seen.
 
     Attributes:
@@ -72,7 +72,7 @@ class Comparable:
         return max(self.exact.lengths.values())
 
 
-def tracks_of(run: DrivenRun, to: Comparable) -> dict[str, PointTracks]:
+def tracks_of(run: DrivenRun, to: RunReference) -> dict[str, PointTracks]:
     """A run's points in the document's frame."""
     frame = to.frame
     instants = Instants(run.times, frame.angle(run.coordinate), frame.sense * run.rate, frame.sense * run.acceleration)
@@ -86,7 +86,7 @@ def tracks_of(run: DrivenRun, to: Comparable) -> dict[str, PointTracks]:
     }
 
 
-def judged(label: str, run: DrivenRun, to: Comparable) -> JudgedRun:
+def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
     """A run with its outcome and its errors."""
     tracks = tracks_of(run, to)
     verdict = _ending(run, tracks, to)
@@ -107,14 +107,14 @@ def judged(label: str, run: DrivenRun, to: Comparable) -> JudgedRun:
     )
 
 
-def _curves(tracks: Mapping[str, PointTracks], to: Comparable) -> dict[str, dict[str, ErrorCurve]]:
+def _curves(tracks: Mapping[str, PointTracks], to: RunReference) -> dict[str, dict[str, ErrorCurve]]:
     return {
         name: {q: error_curve(getattr(errors, q).angle, getattr(errors, q).error) for q in (*QUANTITIES, "total")}
         for name, errors in track_errors(tracks, to.speed, to.exact).items()
     }
 
 
-def difference(one: DrivenRun, other: DrivenRun, to: Comparable) -> dict[str, float]:
+def difference(one: DrivenRun, other: DrivenRun, to: RunReference) -> dict[str, float]:
     """Largest difference of two runs' errors, each at the angle that it reached; normalised like errors."""
     first, second = tracks_of(one, to), tracks_of(other, to)
     largest = dict.fromkeys(QUANTITIES, 0.0)
@@ -127,7 +127,7 @@ def difference(one: DrivenRun, other: DrivenRun, to: Comparable) -> dict[str, fl
     return largest
 
 
-def _ending(run: DrivenRun, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict:
+def _ending(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict:
     """The outcome of a run, from its crank, its points and the violation of its closures; the first that applies."""
     if run.outcome is not Outcome.COMPLETED:
         return Verdict(run.outcome, run.reason)
@@ -142,7 +142,7 @@ def _ending(run: DrivenRun, tracks: Mapping[str, PointTracks], to: Comparable) -
     return next((verdict for verdict in endings if verdict is not None), Verdict(Outcome.COMPLETED))
 
 
-def _exploded(run: DrivenRun, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict | None:
+def _exploded(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
     places = np.array([t.position.values for t in tracks.values()])
     away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / to.exact.kinematics.size
     if away.max() <= OUT_OF_REACH:
@@ -151,14 +151,14 @@ def _exploded(run: DrivenRun, tracks: Mapping[str, PointTracks], to: Comparable)
     return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
 
 
-def _opened(run: DrivenRun, to: Comparable) -> Verdict | None:
+def _opened(run: DrivenRun, to: RunReference) -> Verdict | None:
     opened = to.frame.unit * float((run.gap - run.gap[0]).max())
     if opened <= OPEN_GAP * to.travel:
         return None
     return Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
 
 
-def _contact(off: Array, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict | None:
+def _contact(off: Array, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
     """Whether the follower is further from the crank's axis than the cam would have it, or nearer by a roller.
 
     Args:
@@ -174,7 +174,7 @@ def _contact(off: Array, tracks: Mapping[str, PointTracks], to: Comparable) -> V
     return None
 
 
-def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: Comparable) -> Verdict | None:
+def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
     """Whether the run is nearer to another branch where it is furthest from its own; arguments as `_contact`."""
     away = np.linalg.norm(off, axis=2)
     if away.max() <= OPEN_GAP * to.travel:

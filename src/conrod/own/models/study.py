@@ -13,7 +13,7 @@ from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
 from conrod.own.models.model_facts import ModelFacts
 from conrod.own.models.references import other_branches
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
-from conrod.own.models.runs import Comparable, JudgedRun, difference, judged
+from conrod.own.models.runs import JudgedRun, RunReference, difference, judged
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
@@ -127,7 +127,7 @@ def study(
     made = run(_drive(identity, machine, scan, revolutions, most_samples), tuple(orders))
     driven = {order.label: one for order, one in zip(orders, made, strict=True)}
     others = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-    to = Comparable(moving, machine.speed, others, identity.frame, points, scan.facts.touching is not None)
+    to = RunReference(moving, machine.speed, others, identity.frame, points, scan.facts.touching is not None)
     runs = {label: judged(label, one, to) for label, one in driven.items()}
     share = None
     if EXACT_SOLVER in runs and all(runs[label].errors is not None for label in (OWN, EXACT_SOLVER)):
