@@ -12,7 +12,7 @@ import pytest
 from conrod.cli.harden import print_hardened
 from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures
-from conrod.mjcf.harden.energy import conservative, energy_drift
+from conrod.mjcf.harden.measuring import conservative, energy_drift
 from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.mjcf.harden.runs import STATE, Pace, start_of
 from conrod.mjcf.harden.study import harden_file
