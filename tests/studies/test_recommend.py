@@ -159,6 +159,14 @@ def test_where_no_run_completes_that_is_said() -> None:
     assert "no run" in answer.why
 
 
+def test_where_nothing_can_be_timed_that_is_said() -> None:
+    runs = PretendedRuns(second_order, per_step)
+    runs.time = lambda cells: {}  # type: ignore[method-assign]  # a clock that takes too long for all
+    answer = recommended(runs, position=1e-4)
+    assert isinstance(answer, Refusal)
+    assert "could be timed" in answer.why
+
+
 def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
     cells = [RunCase("saw-500rpm", SAW, engine_named("pymunk").presets["stock"](SAW, n)) for n in (100, 1000, 10000)]
     runs = PretendedRuns(lambda cell: 1.0 / cell.settings.steps_per_revolution, per_step)

@@ -124,7 +124,7 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
 
 
 def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence, level: float) -> None:
-    """How runs ended that have no motion to compare, away from a change that the row shows; told once for both."""
+    """Ends of runs that have no motion to compare, away from a change that the row shows; told once for both."""
     ended = [other for other in one.evidence if other.change is None]
     if evidence is not ended[0]:
         return

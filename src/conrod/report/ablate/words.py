@@ -104,7 +104,7 @@ def needs_of(ingredient: IngredientResult) -> tuple[str, ...]:
 
 
 def speed_up(found: EngineAblation) -> str:
-    """How much faster the minimal model is than the full one, and by how much their motion differs."""
+    """Ratio of the full model's cost to the minimal one's, and by how much their motion differs."""
     full = found.variant(Role.FULL)
     if full is None:
         return "There is no ingredient that could be added."

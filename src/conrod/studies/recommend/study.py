@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Lacking, Pasted, capability
+from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
 from conrod.engines.presets import CUSTOM, STOCK
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
@@ -93,6 +93,10 @@ def _for_engine(
     found = yield from _candidates(rules, measured, allowed)
     waiting = {candidate.case.key: candidate for candidate in found}
     timings = dict(time([candidate.case for candidate in waiting.values()]))
+    if found and not timings:
+        clock = capability(rules[0].engine, Timed)
+        why = clock.reason if isinstance(clock, Lacking) else "nothing within the tolerances could be timed"
+        return Refusal(rules[0].engine.name, "", 0, {}, {}, (), why)
     rejected: list[Rejected] = []
     # What cannot be timed cannot be called the cheapest.
     while waiting := {key: c for key, c in waiting.items() if key in timings}:

@@ -53,7 +53,7 @@ class Variation:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How far the errors of one setting depend on what the exact motion does not depend on.
+    """Dependence of one setting's errors on what the exact motion does not depend on.
 
     Attributes:
         parameter: name of the mass that was varied. A follower that a constant force holds down is held by a multiple
