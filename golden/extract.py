@@ -177,6 +177,10 @@ def _probe(name: str, probe: Entry) -> Records:
     yield from _measured(f"{name}/torque", probe["torque"])
 
 
+# Words of the day when the data were made.
+BEFORE = {"full": "dressed", "required": "needed", "undecided": "not told"}
+
+
 def _findings(file: Path) -> Iterator[Any]:
     """Findings of each part of a report's document."""
     for part in json.loads(file.read_text(encoding="utf-8"))["parts"].values():
@@ -190,7 +194,7 @@ def _ablate(file: Path) -> Records:
             for ingredient in engine["ingredients"]:
                 yield from _ingredient(f"{whole}/{ingredient['name']}", ingredient)
             for variant in engine["variants"]:
-                name = f"{whole}/{variant['role']}/{variant['ingredient']}"
+                name = f"{whole}/{BEFORE.get(variant['role'], variant['role'])}/{variant['ingredient']}"
                 yield f"{name}/outcome", Record(variant["outcome"])
                 yield from _exactly(f"{name}/mobility", variant["mobility"])
                 for key in ("errors", "change", "torque_error", "torque_change"):
@@ -205,9 +209,11 @@ def _ingredient(name: str, ingredient: Entry) -> Records:
     yield f"{name}/verdict", Record(str(verdict.get(ingredient["verdict"], ingredient["verdict"])))
     for evidence in ingredient["evidence"]:
         place = f"{name}/{'in full' if evidence['full'] else 'in minimal'}"
-        for key in ("effect", "change", "torque_change"):
+        for key in ("change", "torque_change"):
             yield from _measured(f"{place}/{key}", evidence[key])
-        yield from _measured(f"{place}/torque_effect", evidence["torque_effect"] or "")
+        for key in ("effect", "torque_effect"):
+            effect = evidence[key] or ""
+            yield f"{place}/{key}", Record(str(BEFORE.get(effect, effect)))
 
 
 def _sweep(file: Path) -> Records:

@@ -49,7 +49,7 @@ def test_a_study_is_printed_written_and_not_made_again(
     study = findings(tmp_path / "a.json")
     # The one ingredient is all of the dressed model: with it and without it are the two models that there are.
     assert [(v.role.value, v.outcome) for v in study.engines[0].variants] == [
-        (role, "completed") for role in ("minimal", "added", "dressed", "taken")
+        (role, "completed") for role in ("minimal", "added", "full", "taken")
     ]
     assert all(v.cost is not None and v.cost.rounds == 2 for v in study.engines[0].variants)
     page = (tmp_path / "report" / "saw-500rpm.md").read_text()

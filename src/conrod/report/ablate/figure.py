@@ -18,7 +18,7 @@ from conrod.studies.ablate.verdict import COSTS, Levels
 WIDTH, ROW = 9.5, 0.24  # [inch]
 LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 2.6, 0.25, 0.85, 0.42, 0.5  # [inch]
 COST_SHARE = 0.52  # of the panels' width
-# Okabe and Ito's colours, told apart by colour-blind readers; the verdict stands beside the row in words as well.
+# Okabe and Ito's colours, distinct for colour-blind readers; the verdict stands beside the row in words as well.
 COLOURS = {
     Verdict.REQUIRED: "#0072B2",
     Verdict.FREE: "#009E73",
@@ -124,7 +124,7 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
 
 
 def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence, level: float) -> None:
-    """Ends of runs that have no motion to compare, away from a change that the row shows; told once for both."""
+    """Ends of runs that have no motion to compare, away from a change that the row shows; once for both."""
     ended = [other for other in one.evidence if other.change is None]
     if evidence is not ended[0]:
         return
@@ -187,7 +187,7 @@ def _colour(one: IngredientResult) -> str:
 def _title(one: Row) -> str:
     if isinstance(one, str):
         return one
-    # What follows a comma tells it from others, which the tables do as well.
+    # The part after a comma distinguishes it from others; the tables have it.
     short = one.title if len(one.title) <= TITLE_LENGTH else one.title.partition(",")[0]
     return short if len(short) <= TITLE_LENGTH else one.name
 

@@ -16,7 +16,7 @@ class Role(Enum):
     MINIMAL = "minimal"
     ADDED = "added"  # minimal and one ingredient more
     REDUCED = "reduced"  # minimal without one of its own parts
-    FULL = "dressed"  # minimal and all ingredients that do it no harm, of each group the last one
+    FULL = "full"  # minimal and all ingredients that do it no harm, of each group the last one
     TAKEN = "taken"  # full without one of them, or without a part of the minimal model
     HARMED = "harmed"  # full and one of those that do harm
     ALL = "all"  # minimal and all ingredients, those that do harm as well
@@ -26,10 +26,10 @@ class Effect(Enum):
     """Effect of an ingredient on a quantity."""
 
     NONE = "none"
-    REQUIRED = "needed"
+    REQUIRED = "required"
     WORSE = "worse"
     CHANGED = "changed"  # between two models neither of which has it right
-    UNDECIDED = "not told"
+    UNDECIDED = "undecided"
 
 
 class Verdict(Enum):

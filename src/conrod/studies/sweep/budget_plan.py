@@ -1,4 +1,4 @@
-"""The runs that tell iteration, step and softness apart: each varied alone from one setting."""
+"""Runs that separate iteration, step and softness: each varied alone from one setting."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ class Runs:
         changes: Mapping[str, tuple[Any, Any]] | None = None,
         prediction: Prediction | None = None,
     ) -> Part:
-        """A sum of runs with weights, and another one that says how far it is known."""
+        """A sum of runs with weights, and another one for its uncertainty."""
         missing = {role: self.measured[role].outcome for role in self.failed({**sum_of, **(unknown or {})})}
         predicted, law = prediction or (None, "")
         norms = None if missing else self._norms(sum_of, unknown)

@@ -188,17 +188,17 @@ def observed_order_of_three(d21: Array, d32: Array, r21: float, r32: float) -> A
     here they have the negative one that they have.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        wanted = np.log(np.abs(d32)) - np.log(np.abs(d21))
+        target = np.log(np.abs(d32)) - np.log(np.abs(d21))
     sign = np.where(d21 * d32 < 0.0, -1.0, 1.0)
-    low, high = np.full_like(wanted, -LARGEST_ORDER), np.full_like(wanted, 1.01 * LARGEST_ORDER)
+    low, high = np.full_like(target, -LARGEST_ORDER), np.full_like(target, 1.01 * LARGEST_ORDER)
     for _ in range(60):
         middle = 0.5 * (low + high)
         # An order of exactly zero gives 0/0, which is not below: the interval then closes on zero from above.
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = (r32**middle - sign) / (r21**middle - sign)
-            below = np.log(ratio) + middle * np.log(r21) < wanted
+            below = np.log(ratio) + middle * np.log(r21) < target
         low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return np.where(np.isnan(wanted), np.nan, 0.5 * (low + high))
+    return np.where(np.isnan(target), np.nan, 0.5 * (low + high))
 
 
 def pooled(parts: Sequence[Bands]) -> Bands:
