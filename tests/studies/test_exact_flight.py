@@ -8,6 +8,7 @@ from collections.abc import Callable
 import mpmath
 import numpy as np
 import pytest
+from short_flights import short_flight
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.cam import symmetric_cam
@@ -20,7 +21,6 @@ from conrod.studies.limits.exact_flight import (
     fall_per_radian,
     float_speed,
     separation,
-    short_flight,
 )
 
 CAM = CamFollower()

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from short_flights import short_flight
 
 from conrod.report.limits.follower import onset_table
 from conrod.report.table import Toned
@@ -16,7 +17,7 @@ from conrod.scenes import CamFollower, Saw
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Results, pursue
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.exact_flight import exact_flight, short_flight
+from conrod.studies.limits.exact_flight import exact_flight
 from conrod.studies.limits.extremes import Extremes, Flight
 from conrod.studies.limits.float_results import WITHIN, FollowerFloat, OnsetProbe
 from conrod.studies.limits.follower_float import LEAST_STEPS, SPANS, GapCase, float_search, most_float_runs, thinned

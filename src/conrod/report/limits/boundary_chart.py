@@ -119,7 +119,7 @@ def _draw_mark(axes: Axes, lane: int, stretch: Stretch, at: float, inside: bool)
 
 def _edges(scale: AxisScale, found: Sequence[Stretch], span: float) -> list[float]:
     """Where colours change: half-way between the last run of one stretch and the first of the next."""
-    ends = [_places(scale, (stretch.first, stretch.last), span) for stretch in found]
+    ends = [_places(scale, (stretch.probes[0], stretch.probes[-1]), span) for stretch in found]
     middles = [0.5 * (one[1] + other[0]) for one, other in pairwise(ends)]
     return [float(ends[0][0]), *(float(middle) for middle in middles), float(ends[-1][1])]
 

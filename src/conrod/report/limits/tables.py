@@ -199,7 +199,7 @@ def _undetected(walk: Walk) -> list[Stretch]:
     for probe in walk.probes:
         if probe.undetected:
             alike.setdefault((probe.level, probe.outcome), []).append(probe)
-    return [Stretch(level, True, tuple(probes)) for (level, _), probes in alike.items()]
+    return [Stretch(tuple(probes)) for probes in alike.values()]
 
 
 def _where(walk: Walk, stretch: Stretch) -> str:

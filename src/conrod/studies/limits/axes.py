@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from conrod.errors import unknown_choice
 from conrod.mechanism.units import check_number
 from conrod.studies.limits.axis import Axis, Scale, Spans
 from conrod.studies.limits.case import LimitCase, Setup
@@ -335,14 +334,3 @@ ROWS = (
 AXES: dict[str, Axis] = {axis.name: axis for axis in ROWS}
 # One run of it shows all shorter ones, so it is not walked as the others are.
 LENGTH_AXIS = "run-length"
-
-
-def axis_named(name: str) -> Axis:
-    """Return the axis of a name.
-
-    Raises:
-        InvalidInput: there is none; names the choices.
-    """
-    if name not in AXES:
-        raise unknown_choice("axis", name, AXES)
-    return AXES[name]

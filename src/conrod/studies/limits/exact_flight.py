@@ -203,13 +203,6 @@ def fall_per_radian(scene: CamFollower) -> float:
     return scene.preload_force / (scene.follower_mass * scene.speed**2)
 
 
-def short_flight(scene: CamFollower) -> tuple[float, float]:
-    """A, the largest downward y'' [m], and k = y''' / A [1/rad] just after the joint of flank and nose: see above."""
-    motion = scene.motion(scene.joint_angles[1], 1.0).point("roller")
-    least = -float(motion.acceleration[0, 1])
-    return least, float(motion.jerk[0, 1]) / least
-
-
 def bisect(function: Callable[[float], float], here: float, there: float, width: float = 0.0) -> float:
     """Where a function changes its sign between two arguments, to a width or to the last bit.
 

@@ -105,46 +105,35 @@ class Walk:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Neighbouring probes of one level, all of them undetected or none."""
+    """Probes of a walk that ended alike: of one level and outcome, all of them undetected or none."""
 
-    level: str
-    undetected: bool
     probes: tuple[Probe, ...]
 
     @property
-    def outcomes(self) -> tuple[str, ...]:
-        """Outcomes in the order in which they were met."""
-        return tuple(dict.fromkeys(probe.outcome for probe in self.probes))
+    def level(self) -> str:
+        """Level of them all."""
+        return self.probes[0].level
 
     @property
     def outcome(self) -> str:
-        """Outcome of the first."""
+        """Outcome of them all."""
         return self.probes[0].outcome
 
     @property
-    def first(self) -> Probe:
-        """The probe nearer to the safe end."""
-        return self.probes[0]
-
-    @property
-    def last(self) -> Probe:
-        """The probe nearer to the failing end."""
-        return self.probes[-1]
+    def undetected(self) -> bool:
+        """True where they are undetected."""
+        return self.probes[0].undetected
 
     @property
     def good(self) -> bool:
         """True within ten per cent."""
-        return self.level in GOOD
+        return self.probes[0].good
 
 
-def stretches(walk: Walk, by_outcome: bool = True) -> tuple[Stretch, ...]:
-    """Return all stretches of a walk from the safe end on; of one outcome each, or of one level whatever it was."""
-
-    def kind(probe: Probe) -> tuple[str, bool, str]:
-        return probe.level, probe.undetected, probe.outcome if by_outcome else ""
-
-    grouped = groupby(walk.probes, kind)
-    return tuple(Stretch(level, undetected, tuple(probes)) for (level, undetected, _), probes in grouped)
+def stretches(walk: Walk) -> tuple[Stretch, ...]:
+    """Return all stretches of neighbouring probes, from the safe end on."""
+    grouped = groupby(walk.probes, lambda probe: (probe.level, probe.outcome, probe.undetected))
+    return tuple(Stretch(tuple(probes)) for _, probes in grouped)
 
 
 @dataclass(frozen=True)
