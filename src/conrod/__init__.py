@@ -17,8 +17,8 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from conrod.engines.mujoco.hardening import harden as harden
     from conrod.engines.mujoco.settings import MuJoCoSettings as MuJoCoSettings
+    from conrod.engines.mujoco.settings import harden as harden
     from conrod.engines.pymunk.settings import PymunkSettings as PymunkSettings
     from conrod.engines.running import run as run
     from conrod.errors import InvalidInput as InvalidInput
@@ -41,7 +41,7 @@ __version__ = version("conrod")
 _HOMES = {
     "Comparison": "conrod.runs.comparison",
     "compare": "conrod.runs.comparison",
-    "harden": "conrod.engines.mujoco.hardening",
+    "harden": "conrod.engines.mujoco.settings",
     "MuJoCoSettings": "conrod.engines.mujoco.settings",
     "PymunkSettings": "conrod.engines.pymunk.settings",
     "InvalidInput": "conrod.errors",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conrod.engines import crank_sweep as approach
 from conrod.engines import engine_named
+from conrod.engines import numerics as approach
 from conrod.engines.pymunk import kinematic as pymunk_kinematic
 from conrod.exact.motion import Array
 from conrod.scenes.catalogue import catalogue_scene

@@ -13,8 +13,7 @@ from ablations import SCENE, Planted, field_ingredient, timing
 from cell_tasks import assigned
 
 from conrod import MuJoCoSettings, PymunkSettings, compare, run
-from conrod.engines.mujoco.hardening import HARDENING
-from conrod.engines.mujoco.settings import STIFF_SOLIMP
+from conrod.engines.mujoco.settings import HARDENING, STIFF_SOLIMP
 from conrod.runs.plain import plain
 from conrod.scenes import SCENES, Saw
 from conrod.studies.ablate.case import ChangeCase, CostCase, measure_change

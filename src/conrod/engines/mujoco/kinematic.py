@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 
 from conrod.engines.capabilities import KinematicResult
-from conrod.engines.crank_sweep import StraightAhead, approached
 from conrod.engines.engine import Machine
-from conrod.engines.fixed_point import close_gap
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.numerics import StraightAhead, approached, close_gap
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
 

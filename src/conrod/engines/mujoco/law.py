@@ -22,12 +22,12 @@ import numpy as np
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
-from conrod.engines.fixed_point import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.pass_defect import left_of_defects
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array

@@ -22,11 +22,11 @@ import numpy as np
 
 from conrod.engines.capabilities import Softness
 from conrod.engines.engine import Machine
-from conrod.engines.fixed_point import self_consistent
 from conrod.engines.massless_rod import DistanceJoint
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.pass_defect import Balance, integrated
 from conrod.engines.mujoco.settings import MuJoCoSettings, Spring
+from conrod.engines.numerics import self_consistent
 from conrod.engines.open_joints import OpenJoints
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces

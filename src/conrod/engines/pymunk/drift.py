@@ -18,8 +18,8 @@ import numpy as np
 
 from conrod.engines.capabilities import Softness
 from conrod.engines.engine import Machine
-from conrod.engines.fixed_point import self_consistent
 from conrod.engines.massless_rod import model_form
+from conrod.engines.numerics import self_consistent
 from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints
 from conrod.engines.pymunk.built import shaft_centred
 from conrod.engines.pymunk.settings import PymunkSettings

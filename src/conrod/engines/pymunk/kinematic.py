@@ -9,9 +9,8 @@ import numpy as np
 import pymunk
 
 from conrod.engines.capabilities import KinematicResult
-from conrod.engines.crank_sweep import StraightAhead, approached
 from conrod.engines.engine import Machine
-from conrod.engines.fixed_point import close_gap
+from conrod.engines.numerics import StraightAhead, approached, close_gap
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.points import body_states, observed_points

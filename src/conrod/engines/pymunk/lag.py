@@ -19,8 +19,8 @@ import math
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.fixed_point import SAMPLES
 from conrod.engines.massless_rod import BODY, model_form
+from conrod.engines.numerics import SAMPLES
 from conrod.engines.pymunk.built import shaft_centred
 from conrod.exact.jet import Jet, sine_cosine
 from conrod.exact.joint_equations import PoseJet, pose_jets

@@ -20,9 +20,9 @@ import numpy as np
 
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
-from conrod.engines.fixed_point import UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY
+from conrod.engines.numerics import UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.drift import predicted_softness
 from conrod.engines.pymunk.lag import largest_lags
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall

@@ -9,9 +9,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.hardening import harden
 from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
-from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly

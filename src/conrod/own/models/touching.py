@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.cam_polygon import convex_hull
-from conrod.engines.fixed_point import close_gap
+from conrod.engines.numerics import close_gap
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly

@@ -11,8 +11,8 @@ import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking, capability
-from conrod.engines.crank_sweep import MEETING
 from conrod.engines.engine import default_steps, judged_preset
+from conrod.engines.numerics import MEETING
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome
