@@ -1,4 +1,4 @@
-"""What `conrod show` prints, and the content of exported files."""
+"""Output of `conrod show`, and the content of exported files."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def show_scene(name: str, scene: Scene) -> None:
 
 
 def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
-    """What a linkage does in a turn, or in its driver's span."""
+    """Print the quantities of a linkage over a turn, or its driver's span."""
     out = console()
     links = ", ".join(f"{number} {name}" for name, number in turn.numbers.items())
     count = centre_count(kinematics.mechanism)
@@ -128,7 +128,7 @@ def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
 
 
 def show_instant(instant: InstantQuantities, numbering: dict[str, int]) -> None:
-    """What a linkage does at a crank angle."""
+    """Print the quantities of a linkage at a crank angle."""
     out, state = console(), instant.state
     out.print(f"\nat crank angle {degrees(state.angle)} deg, crank speed {numbers.quantity(state.speed, 6)} rad/s")
     _print_titled(out, links_table(instant, numbering))

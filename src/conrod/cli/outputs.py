@@ -20,7 +20,7 @@ F = TypeVar("F")
 
 @dataclass(frozen=True)
 class Outputs(Generic[F]):
-    """What --out and --json name.
+    """Files that --out and --json name.
 
     Attributes:
         kind: of the report.
@@ -55,7 +55,7 @@ def outputs(
     document: str | None,
     given: Mapping[str, Path] | None = None,
 ) -> Outputs[F]:
-    """What --out and --json name, checked: nothing else may be lost by them.
+    """Check what --out and --json name: nothing else may be lost by them.
 
     Args:
         parts: of the report.

@@ -23,7 +23,7 @@ USUAL_ANGLE = math.radians(60.0)
 
 @dataclass(frozen=True)
 class _Files:
-    """What is written, if anything."""
+    """Files to write, if any."""
 
     drawing: Path | None
     figures: Path | None
@@ -33,7 +33,7 @@ class _Files:
 @click.command()
 @click.argument("scene", required=False)
 @options.assignments
-@click.option("--angle", metavar="ANGLE", help="Tell velocities, accelerations, instant centres here, e.g. 60deg.")
+@click.option("--angle", metavar="ANGLE", help="Show velocities, accelerations, instant centres here, e.g. 60deg.")
 @click.option("--svg", "drawing", metavar="FILE", help="Draw the scene to an SVG file.")
 @click.option("--figures", metavar="FOLDER", help="Draw instant centres and polygons at --angle [60deg] as SVG.")
 @click.option("--json", "document", metavar="FILE", help="Write the quantities as JSON.")

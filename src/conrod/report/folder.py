@@ -32,7 +32,7 @@ def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
 
 
 def document_in(file: Path) -> Any:
-    """What a report's JSON file holds.
+    """Content of a report's JSON file.
 
     Raises:
         OSError: it cannot be read.

@@ -61,7 +61,7 @@ def exact_words(study: MotionStudy) -> str:
 
 
 def summary_words(study: MotionStudy) -> str:
-    """How many of the judged results passed."""
+    """Count of the judged results that passed."""
     judged = [r for r in study.results if r.passed is not None]
     failed = [r for r in judged if not r.passed]
     if not judged:

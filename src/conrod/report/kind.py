@@ -57,7 +57,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Part(Generic[F]):
-    """What was found of one machine or file.
+    """Findings on one machine or file.
 
     Attributes:
         name: of its page and files.
@@ -75,7 +75,7 @@ class Part(Generic[F]):
 
 @dataclass(frozen=True)
 class Index(Generic[F]):
-    """What the first page is made of.
+    """Material of the first page.
 
     Attributes:
         entries: those of `results.json` by part: title, command, conrod, summary, page, data.

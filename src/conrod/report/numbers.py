@@ -1,4 +1,4 @@
-"""How numbers are printed: two significant digits for what was measured; mm, degrees and rpm at the edges."""
+"""Numbers as they are printed: two significant digits for what was measured; mm, degrees and rpm at the edges."""
 
 from __future__ import annotations
 

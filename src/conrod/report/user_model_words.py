@@ -30,35 +30,35 @@ def run_cells(study: ModelStudy, run: JudgedRun) -> tuple[str, ...]:
 
 
 def drive(study: ModelStudy) -> list[str]:
-    """What drove the crank, and what that did."""
+    """Drive of the crank, and its share of the errors."""
     own = study.own
     if own is None:
         return ["not driven: it is too far off the machine for its runs to say anything"]
-    told = [
+    found = [
         f"crank driven by an armature of {numbers.quantity(own.armature, 3)} set in the compiled model: speed constant "
         f"to {numbers.measured(own.ripple)}, crank angle off the nominal by {numbers.measured(own.phase)} rad"
     ]
     share: Mapping[str, float] | None = study.drive_share
     if share is not None:
         sizes = ", ".join(f"{name} {numbers.measured(size)}" for name, size in share.items())
-        told.append(
+        found.append(
             f"with the solver tolerance at 0 the errors change by {sizes}: that is the drive's, not the model's"
         )
     elif EXACT_SOLVER not in study.runs and OWN in study.runs:
-        told.append("the solver tolerance is 0 as it is: the drive takes nothing from it")
+        found.append("the solver tolerance is 0 as it is: the drive takes nothing from it")
     elif EXACT_SOLVER in study.runs:
-        told.append("what the drive changes could not be told: a run did not complete")
-    told += [f"{preset}: {reason}" for preset, reason in study.refused.items()]
+        found.append("what the drive changes is not known: a run did not complete")
+    found += [f"{preset}: {reason}" for preset, reason in study.refused.items()]
     if own.warnings:
-        told.append("warnings of the engine: " + ", ".join(f"{n} {count}x" for n, count in own.warnings.items()))
+        found.append("warnings of the engine: " + ", ".join(f"{n} {count}x" for n, count in own.warnings.items()))
     left_out = [name for name in study.identity.off_by if name not in study.points]
     if left_out:
-        told.append(f"compared without {', '.join(left_out)}, which is not where it should be")
+        found.append(f"compared without {', '.join(left_out)}, which is not where it should be")
     if study.identity.explanations:
-        told.append("compared with the exact motion of the lengths that were found")
+        found.append("compared with the exact motion of the lengths that were found")
     elif not study.is_machine and not study.identity.other_branch:
-        told.append("the errors contain what the lengths do not explain")
-    return told
+        found.append("the errors contain what the lengths do not explain")
+    return found
 
 
 def own_settings(study: ModelStudy) -> str:
@@ -77,7 +77,7 @@ MM = 1e3
 TOLD_TOGETHER = 4
 # Lengths that leave more than this share of what the expected ones leave explain nothing.
 NEAREST = 0.05
-# Shares beyond this are told as factors: 99.9 % too short says little.
+# Shares beyond this are written as factors: 99.9 % too short says little.
 FEW = 0.5
 
 
@@ -93,8 +93,8 @@ def verdict(study: ModelStudy) -> str:
         return f"It is {study.scene_name}, but with its own settings it {how}."
     over = study.exceeded()
     if over:
-        told = ", ".join(f"{n} {numbers.measured(f)} > {numbers.measured(a)}" for n, (f, a) in over.items())
-        return f"It is {study.scene_name}; its own settings are out of tolerance: {told}."
+        found = ", ".join(f"{n} {numbers.measured(f)} > {numbers.measured(a)}" for n, (f, a) in over.items())
+        return f"It is {study.scene_name}; its own settings are out of tolerance: {found}."
     judged = "within tolerance" if study.tolerance else "measured, not judged"
     return f"It is {study.scene_name}; its own settings are {judged}."
 
@@ -113,7 +113,7 @@ def _why_not(study: ModelStudy) -> str:
 
 
 def frame(study: ModelStudy) -> list[str]:
-    """What was given of the frame, and what was worked out."""
+    """Parts of the frame that were given, and those that were worked out."""
     there, said = study.identity.frame, study.identity.given
     parts = {
         "plane": (f"plane {_plane(there)}", said.plane),
@@ -150,22 +150,22 @@ def degrees(angle: float) -> str:
 def wiring(study: ModelStudy) -> list[str]:
     """Joints, closures, freedom and what closes nothing."""
     has, model = study.model.wiring, study.model
-    told = [f"{_counted(has)}; {_plural(has.loops, 'loop')}; the machine has {machine_joints(study.scene)}"]
+    found = [f"{_counted(has)}; {_plural(has.loops, 'loop')}; the machine has {machine_joints(study.scene)}"]
     low, high = has.rank
     taken = f"{high}" if low == high else f"{low} to {high}, as it turns,"
     free = has.coordinates - high - (1 if model.touching else 0)
     contact = f" and the contact of {' and '.join(model.touching.geoms)} 1" if model.touching else ""
-    told.append(
+    found.append(
         f"mobility {free} along the whole turn: {has.coordinates} degrees of freedom, of which closures take {taken}"
         f"{contact}"
     )
     if has.idle:
-        told.append(f"redundant, they close nothing that the others do not: {', '.join(has.idle)}")
+        found.append(f"redundant, they close nothing that the others do not: {', '.join(has.idle)}")
     if has.inactive:
-        told.append(f"switched off: {', '.join(has.inactive)}")
+        found.append(f"switched off: {', '.join(has.inactive)}")
     if model.gap > 1e-9:
-        told.append(f"{model.open_closure} cannot close: {numbers.measured(model.gap)} remain of it, in its own unit")
-    return told
+        found.append(f"{model.open_closure} cannot close: {numbers.measured(model.gap)} remain of it, in its own unit")
+    return found
 
 
 def _counted(has: Wiring) -> str:
@@ -188,7 +188,7 @@ def machine_joints(scene: Scene) -> str:
 
 
 def other_kinds(study: ModelStudy) -> str:
-    """Where the model has joints of other kinds than the machine: which; empty where they agree."""
+    """Joints of other kinds than those of the machine; empty where they agree."""
     has, wanted = study.model.wiring, [type(joint).__name__ for joint in study.scene.mechanism().joints]
     pins = has.joints.get("hinge", 0) + has.closures.get("connect", 0)
     slides = has.joints.get("slide", 0)
@@ -206,48 +206,52 @@ def _plural(count: int, name: str) -> str:
 
 
 def paths(study: ModelStudy) -> list[str]:
-    """How the points' paths compare with the exact ones, and what explains the difference."""
+    """Comparison of the points' paths with the exact ones, and what explains the difference."""
     identity, shape = study.identity, study.model.touching
     off = ", ".join(
         f"{name} {numbers.measured(size)} of its travel ({numbers.measured(MM * size * study.scene.lengths[name])} mm)"
         for name, size in identity.off_by.items()
     )
     branch = " of the other branch" if identity.other_branch else ""
-    told = [f"largest distance from the exact path{branch}: {off}"]
+    found = [f"largest distance from the exact path{branch}: {off}"]
     if identity.rate_off is not None:
         with_found = ", with what was found," if identity.explanations else ""
-        told.append(f"error of their derivatives by the crank angle{with_found}: {numbers.measured(identity.rate_off)}")
+        found.append(
+            f"error of their derivatives by the crank angle{with_found}: {numbers.measured(identity.rate_off)}"
+        )
     if shape is not None:
         size = numbers.measured(MM * identity.frame.unit * shape.shape_error)
-        told.append(f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm")
+        found.append(f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm")
     if identity.other_branch:
-        told.append(
+        found.append(
             "it is on the other assembly branch, its lengths as expected; where it is to be seen from the other "
             "side of its plane, --plane says so"
         )
-    told += _explained(study)
+    found += _explained(study)
     for group in identity.indistinct:
-        told.append(f"these points cannot distinguish: {', '.join(group)}")
+        found.append(f"these points cannot distinguish: {', '.join(group)}")
     missing = [p.name for p in study.scene.mechanism().observed if p.name not in identity.off_by]
     if missing:
-        told.append(f"not given, so not judged: {', '.join(missing)}")
-    return told
+        found.append(f"not given, so not judged: {', '.join(missing)}")
+    return found
 
 
 def _explained(study: ModelStudy) -> list[str]:
     identity = study.identity
     if identity.explanations:
-        told = [f"{explanation(e)}; that leaves {numbers.measured(e.left)}" for e in identity.explanations]
-        if len(told) == 1:
-            return told
-        return [f"{len(told)} explanations leave nothing; the paths cannot distinguish them", *told[:TOLD_TOGETHER]]
+        found = [f"{explanation(e)}; that leaves {numbers.measured(e.left)}" for e in identity.explanations]
+        if len(found) == 1:
+            return found
+        return [f"{len(found)} explanations leave nothing; the paths cannot distinguish them", *found[:TOLD_TOGETHER]]
     if identity.closest is None:
         return [] if identity.other_branch else ["all lengths are as expected"]
-    told = [f"no lengths explain it: what comes nearest leaves {numbers.measured(identity.closest.left)} of the travel"]
+    found = [
+        f"no lengths explain it: what comes nearest leaves {numbers.measured(identity.closest.left)} of the travel"
+    ]
     if identity.closest.left < NEAREST * identity.largest:
-        told.append(f"nearest: {explanation(identity.closest)}")
+        found.append(f"nearest: {explanation(identity.closest)}")
     kinds = other_kinds(study)
-    return [*told, *([kinds] if kinds else [])]
+    return [*found, *([kinds] if kinds else [])]
 
 
 def explanation(found: Explanation) -> str:

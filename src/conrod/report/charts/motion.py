@@ -35,7 +35,7 @@ MARKER_SPACING = 40.0
 
 @dataclass(frozen=True)
 class Coordinate:
-    """What one panel shows."""
+    """Content of one panel."""
 
     point: str
     component: int  # 0 x, 1 y

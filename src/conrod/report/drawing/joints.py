@@ -64,7 +64,7 @@ def draw_links(view: View) -> None:
 
 
 def _travel(view: View, slide: Slide) -> tuple[float, float]:
-    """How far the block goes from where it is drawn, back and forth, over the turn [mm]."""
+    """Ways of the block from where it is drawn, back and forth, over the turn [mm]."""
     gone = MM * ways(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
     poses = view.in_metres
     now = MM * ways(slide, np.array([poses[slide.guide]]), np.array([poses[slide.moving]]))[0]

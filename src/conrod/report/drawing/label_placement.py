@@ -1,4 +1,4 @@
-"""Where texts of a drawing have room: which of some places lies on the fewest other texts and lines."""
+"""Placement of labels in a drawing: the place that lies on the fewest other texts and lines."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Room:
         self._lines += [np.array(piece) for piece in pairwise(line)]
 
     def best(self, places: Sequence[tuple[Array, Sequence[Array]]]) -> int:
-        """Which of some places to take: each a text's corners and the lines (2, 2) that come with it, best first."""
+        """Index of the best place; each is a text's corners and the lines (2, 2) that come with it, by preference."""
         if self._first:
             return 0
         costs = [NEXT_WISH * k + self._cost(box, lines) for k, (box, lines) in enumerate(places)]
@@ -65,7 +65,7 @@ class Room:
 
 
 def _apart(one: Array, other: Array) -> bool:
-    """Whether some line parts two convex outlines (N, 2), (M, 2), which is along a side of one of them."""
+    """True where some line parts two convex outlines (N, 2), (M, 2), which is along a side of one of them."""
     for outline in (one, other):
         sides = np.roll(outline, -1, axis=0) - outline
         for normal in np.column_stack([-sides[:, 1], sides[:, 0]]):

@@ -1,4 +1,4 @@
-"""What a link looks like: a bar through places in line, a plate around others, arms to what is only looked at."""
+"""Shapes of links: a bar through places in line, a plate around others, arms to what is only looked at."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _distinct(places: Sequence[Array]) -> list[Array]:
 
 
 def _in_line(places: Sequence[Array]) -> bool:
-    """Whether places lie in the line through the two of them that are farthest apart."""
+    """True where places lie in the line through the two of them that are farthest apart."""
     ends = _ends(places)
     way = ends[1] - ends[0]
     arms = np.array(places) - ends[0]

@@ -1,4 +1,4 @@
-"""What a drawing says beside the mechanism: names of points, the crank angle, the sense of rotation, the axes."""
+"""Marks beside the mechanism: names of points, the crank angle, the sense of rotation, the axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What slides on what, and how far: a slide has a guide and a block, whichever of its links a mechanism names first."""
+"""Slides and their travel: a slide has a guide and a block, whichever of its links a mechanism names first."""
 
 from __future__ import annotations
 

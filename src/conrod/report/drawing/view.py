@@ -1,7 +1,4 @@
-"""What the parts of a drawing of a mechanism share.
-
-Outlines of a mechanism's parts, to be drawn and to tell how far it reaches: pins, cams, pitch lines.
-"""
+"""A view of a mechanism to be drawn, and outlines of its parts: pins, cams, pitch lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The classic quantities of a linkage for machines, in SI units and radians: what `conrod show --json` writes."""
+"""The classic quantities of a linkage for machines, in SI units and radians, as `conrod show --json` writes them."""
 
 from __future__ import annotations
 

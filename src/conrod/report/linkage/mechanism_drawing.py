@@ -97,7 +97,7 @@ def _pins(sheet: Sheet, state: LinkageState, name: str) -> list[Array]:
 
 
 def middle(sheet: Sheet, state: LinkageState, name: str) -> Array:
-    """Where a link's number belongs [pt]: between its pins and what slides in it."""
+    """Place of a link's number [pt]: between its pins and what slides in it."""
     held = _pins(sheet, state, name)
     for joint in state.mechanism.joints:
         if isinstance(joint, Prismatic):

@@ -49,7 +49,7 @@ def centres_figure(state: LinkageState) -> Figure:
     for number, name in links:
         if name != GROUND:
             sheet.label(middle(sheet, state, name), number, "#555555")
-    rows = [(mathematical(centre.name), _told(sheet, centre)) for centre in centres]
+    rows = [(mathematical(centre.name), _row_text(sheet, centre)) for centre in centres]
     sheet.column(f"{len(centres)} instant centres [mm]", [*rows, ("", ""), *links])
     return sheet.finished()
 
@@ -135,7 +135,7 @@ def _points(state: LinkageState) -> list[tuple[str, Array]]:
     return found
 
 
-def _told(sheet: Sheet, centre: InstantCentre) -> str:
+def _row_text(sheet: Sheet, centre: InstantCentre) -> str:
     """Kind and place of a centre, in mm."""
     if centre.direction is not None:
         turn = math.degrees(math.atan2(centre.direction[1], centre.direction[0])) % 180.0

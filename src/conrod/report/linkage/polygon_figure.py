@@ -12,7 +12,7 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.linkage.sheet import Sheet, mathematical
 
 UNITS = {"velocity": "m/s", "acceleration": "m/s²"}
-# Okabe and Ito's colours, told apart by colour-blind readers.
+# Okabe and Ito's colours, separate to colour-blind readers.
 COLOURS: dict[Kind, str] = {
     "absolute": "#222222",
     "relative": "#0072B2",

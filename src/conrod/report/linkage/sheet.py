@@ -54,7 +54,7 @@ class Sheet:
         return np.asarray((np.asarray(place) - self._origin) * self.scale + MARGIN)
 
     def holds(self, place: Array) -> bool:
-        """Whether a place is on the drawing's side of the sheet."""
+        """True for a place on the drawing's side of the sheet."""
         x, y = self.at(place)
         edge = 0.5 * MARGIN
         return bool(edge <= x <= self.width - edge and edge <= y <= self.height - edge)
@@ -176,7 +176,7 @@ def _inside(segment: Array, low: Array, high: Array) -> Array:
 
 
 def _crossed(segment: Array, starts: Array, stops: Array) -> NDArray[np.bool_]:
-    """Whether ways from starts to stops, (C, 2) each, cross a segment; (C,)."""
+    """Crossings (C,) of a segment by ways from starts to stops, (C, 2) each."""
     way, ways = segment[1] - segment[0], stops - starts
 
     def side(along: Array, arm: Array) -> Array:

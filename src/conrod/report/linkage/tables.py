@@ -25,7 +25,7 @@ MM = 1e3
 
 
 def reach_words(reach: CrankRange) -> str:
-    """How far the crank turns."""
+    """Range of the crank in words."""
     if reach.full:
         passed = ", ".join(degrees(angle) for angle in reach.change_points)
         return f"turns fully, through change points at {passed} deg" if passed else "turns fully"
