@@ -157,11 +157,6 @@ def test_the_falling_sectors_mirror_the_rising_ones_so_that_one_survey_serves_bo
         assert np.abs(parity * down - cam.series(angles, arc)).max() < 1e-10
 
 
-def test_the_module_put_a_for_c_in_its_last_angular_acceleration() -> None:
-    verdict = next(v for v in audit("001") if v.quantity == "alpha 5")
-    assert (verdict.kind, verdict.printed, verdict.should_be) == (Kind.WRONG_STEP, "520,408", "459,184")
-
-
 def test_numbers_of_a_lost_polygon_that_other_numbers_of_it_support_are_not_called_lost() -> None:
     by_quantity = {v.quantity: v for v in audit("001") if v.place == "Example 6.15"}
     supported = ("V_X4/C", "V_X4/D", "V_D/C", "A_C", "tangential A_C")

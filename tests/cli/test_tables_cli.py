@@ -80,14 +80,6 @@ def test_confined_and_without_a_tolerance_it_is_measured_status_0(folder: Path) 
     assert "measured, not judged" in done.stdout
 
 
-def test_the_scene_takes_other_parameters(folder: Path) -> None:
-    scene = SAW.with_parameters(crank=0.08)
-    (folder / "t.csv").write_text(csv_text(exact_table(scene)))
-    assert conrod(*VALIDATE, "--tolerance", "position=1e-9", cwd=folder).returncode == 1
-    done = conrod(*VALIDATE, "--set", "crank=80mm", "--tolerance", "position=1e-9", cwd=folder)
-    assert done.returncode == 0, done.stdout
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -162,17 +161,6 @@ def test_times_too_large_for_their_digits_are_noted(tmp_path: Path) -> None:
     late = table | {"time": table["time"] + 1.7e9}
     assert any("uncertain by" in note for note in judged(late, scene, tmp_path).notes)
     assert not any("uncertain by" in note for note in judged(table, scene, tmp_path).notes)
-
-
-def test_rows_are_thinned_evenly_and_keep_their_ends(tmp_path: Path) -> None:
-    from tests.support.table_files import reading_of
-
-    observed = reading_of(exact_table(Saw(), ALL, crank=True), Saw(), tmp_path).observed
-    few = observed.thinned(100)
-    assert len(few.times) == 100
-    assert (few.times[0], few.times[-1]) == (observed.times[0], observed.times[-1])
-    assert few.points["C"]["velocity"].values.shape == (100, 2)
-    assert replace(few, times=few.times).thinned(100) == replace(few, times=few.times)
 
 
 @pytest.mark.slow

@@ -99,15 +99,6 @@ def test_a_frame_that_is_given_is_used(tmp_path: Path) -> None:
         assert not seen(tmp_path, "saw", turned, wrong, points=("C",)).is_machine(1e-3)
 
 
-def test_points_may_be_bodies_and_geoms_of_any_name(tmp_path: Path) -> None:
-    text = SAW.replace(
-        '<geom type="capsule" fromto="0 0 0 0.3 0 0"', '<geom name="bar" type="capsule" fromto="0 0 0 0.3 0 0"'
-    )
-    text = text.replace('"crank"', '"engine shaft"')
-    points = (Place("C", "body", "slider"), Place("M", "", "bar"))
-    assert seen(tmp_path, "saw", text, points=points, crank="engine shaft").is_machine(1e-12)
-
-
 def test_a_model_that_was_drawn_by_hand_is_the_saw() -> None:
     points = (Place("C", "body", "bow"), Place("M", "geom", "rod"))
     from conrod.own.models.identity import identify
@@ -121,15 +112,6 @@ def test_a_model_that_was_drawn_by_hand_is_the_saw() -> None:
 
 
 # -- lengths ----------------------------------------------------------------------------------------------------------
-
-
-def test_a_rod_that_is_a_ten_thousandth_too_long_is_named_with_its_size(tmp_path: Path) -> None:
-    text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"')
-    identity = seen(tmp_path, "saw", text, points=("C",))
-    assert not identity.is_machine(1e-6)
-    (found,) = identity.explanations
-    assert told(found.lengths) == ["rod is 0.01 % too long: 300.03 mm instead of 300 mm"]
-    assert found.left < 1e-12
 
 
 def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_path: Path) -> None:

@@ -75,14 +75,6 @@ def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Pa
     assert "out of tolerance: velocity" in words.verdict(asked)
 
 
-def test_steps_need_not_divide_a_turn(tmp_path: Path) -> None:
-    study = judged(tmp_path, "press", settled(TEXTS["press"], '<option timestep="0.00313" integrator="RK4"/>'))
-    own = study.own
-    assert own is not None
-    assert own.steps_per_revolution % 1.0 > 0.1
-    assert study.passed
-
-
 @pytest.mark.parametrize("kind", ["saw", "press"])
 def test_the_flywheel_is_just_heavy_enough(tmp_path: Path, kind: str) -> None:
     study = judged(tmp_path, kind, settled(TEXTS[kind], '<option timestep="0.002" integrator="RK4"/>'))
