@@ -50,17 +50,11 @@ class FoundPoint:
         places = data.site_xpos if self.kind == "site" else data.xpos if self.kind == "body" else data.geom_xpos
         return np.array(places[self.index])
 
-    def jacobian(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        """Derivative of its position by the joint rates (3, nv)."""
-        along = np.empty((3, model.nv))
-        mujoco.mj_jac(model, data, along, None, self.position(data), self.body)
-        return along
-
-    def spin(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        """Derivative of its link's turn by the joint rates (3, nv)."""
-        about = np.empty((3, model.nv))
-        mujoco.mj_jac(model, data, None, about, self.position(data), self.body)
-        return about
+    def jacobians(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array]:
+        """Derivatives of its position and of its link's turn by the joint rates, each (3, nv)."""
+        along, about = np.empty((3, model.nv)), np.empty((3, model.nv))
+        mujoco.mj_jac(model, data, along, about, self.position(data), self.body)
+        return along, about
 
     def velocity(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         """Its velocity (3,)."""

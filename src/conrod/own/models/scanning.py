@@ -154,14 +154,15 @@ def _sample(prepared: Prepared) -> _Sample:
     assembly, crank = prepared.assembly, prepared.crank
     data, rates = assembly.data, assembly.rates()
     mujoco.mj_comPos(assembly.model, data)
+    jacobians = [point.jacobians(assembly.model, data) for point in prepared.points]
     return _Sample(
         coordinate=assembly.coordinate(),
         state=data.qpos.copy(),
         rates=rates,
         positions=[point.position(data) for point in prepared.points],
-        slopes=[point.jacobian(assembly.model, data) @ rates for point in prepared.points],
+        slopes=[along @ rates for along, _ in jacobians],
         links=[data.xmat[point.body].reshape(3, 3).copy() for point in prepared.points],
-        spins=[point.spin(assembly.model, data) @ rates for point in prepared.points],
+        spins=[about @ rates for _, about in jacobians],
         anchor=data.xanchor[crank.joint].copy(),
         axis=data.xaxis[crank.joint].copy(),
         gap=assembly.gap(),
