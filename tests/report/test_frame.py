@@ -26,7 +26,7 @@ from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.files import write_together
 from conrod.studies.frame.resolve_arguments import select_scenes
-from conrod.studies.free_motion.results import ExactTold, MotionCurves, MotionResult, MotionStudy
+from conrod.studies.free_motion.results import ExactSummary, MotionCurves, MotionResult, MotionStudy
 
 COMMAND = Reproduction("conrod validate {scene} --motion free --out reports")
 BLOCKED = """
@@ -52,7 +52,7 @@ def study(name: str, error: float = 1e-9, curves: bool = True) -> MotionStudy:
         {"B": sizes}, sizes, sizes, cpu_seconds=3.0, curves=drawn if curves else None,
     )  # fmt: skip
     scene = SCENES.get(name, SCENES["saw-40rpm"])
-    return MotionStudy(name, scene, "free", (), ExactTold(1e-13, "", times, np.sin(times)), (result,))
+    return MotionStudy(name, scene, "free", (), ExactSummary(1e-13, "", times, np.sin(times)), (result,))
 
 
 def write(folder: Path, *studies: MotionStudy) -> None:

@@ -14,6 +14,7 @@ import pytest
 from cell_tasks import assigned
 
 from conrod import MuJoCoSettings
+from conrod.runs.plain import plain
 from conrod.studies.execution import worker_process
 from conrod.studies.execution.child import Child
 from conrod.studies.execution.dispatch import run_cases
@@ -59,7 +60,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 def as_kept(measurement: Measurement) -> Measurement:
     """As a file gives it back: tuples are lists."""
-    return Measurement.of(json.loads(json.dumps(measurement.as_dict())))
+    return Measurement(**json.loads(json.dumps(plain(measurement))))
 
 
 def run_with_faults(ledger: Ledger, cells: list[RunCase]) -> dict[str, Measurement]:

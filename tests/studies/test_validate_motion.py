@@ -22,9 +22,9 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.perform import _on_its_branch, exact_told, left_out, run_motion
+from conrod.studies.free_motion.perform import _on_its_branch, exact_summary, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
-from conrod.studies.free_motion.results import EXACT_DRIFT, ExactTold, MotionResult, MotionStudy
+from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
 SHORT = MotionPlan(FREE, 2.0)
 
@@ -58,7 +58,7 @@ def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
         select_scenes(["slider-crank-spring"], [])["slider-crank-spring"],
         FREE,
         (),
-        ExactTold(EXACT_DRIFT, "", times, times),
+        ExactSummary(EXACT_DRIFT, "", times, times),
         (),
     )
     assert held.passed
@@ -297,5 +297,5 @@ def test_only_what_acts_is_said_to_act() -> None:
         ("slider-crank-spring", "; what acts: springs.spring, "),
     ):
         scene = select_scenes([name], [])[name]
-        study = MotionStudy(name, scene, FREE, left_out(scene, SHORT), exact_told(course(name)), ())
+        study = MotionStudy(name, scene, FREE, left_out(scene, SHORT), exact_summary(course(name)), ())
         assert said in loads_words(study)

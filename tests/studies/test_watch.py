@@ -17,6 +17,7 @@ from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import PIECE
 from conrod.engines.running import whole_run
+from conrod.runs.plain import plain
 from conrod.runs.trajectory import Piece, SolverState
 from conrod.scenes import SCENES, CamFollower
 from conrod.studies.frame.measurement import Measurement
@@ -231,5 +232,5 @@ def test_what_was_watched_survives_the_ledger() -> None:
         watched(cam, coarse_cam(PymunkSettings.tuned(cam, 1000)), 1.0),
         watched(SAW, MuJoCoSettings.tuned(SAW, 50), 100.0),
     ):
-        text = json.dumps(measurement.as_dict(), allow_nan=False)
-        assert extremes(Measurement.of(json.loads(text))) == extremes(measurement)
+        text = json.dumps(plain(measurement), allow_nan=False)
+        assert extremes(Measurement(**json.loads(text))) == extremes(measurement)

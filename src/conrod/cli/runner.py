@@ -78,7 +78,7 @@ class Options(RunOptions):
 
 
 def available_cores() -> int:
-    """Cores that this process may use, as far as the system tells."""
+    """Cores that this process may use, as far as the system says."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -135,7 +135,7 @@ class Runner:
             return pursue([study], run)[0]
 
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
-        """As `run`, one cell at a time on this machine, for cases that tell how long something takes."""
+        """As `run`, one cell at a time on this machine, for cases that measure how long something takes."""
         asked = self.options
         alone = LocalProcesses(1, cell_timeout=asked.timeout, cell_memory=asked.memory)
         with alone as executor, ProgressBar(description) as bar:

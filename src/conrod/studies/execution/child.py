@@ -1,6 +1,4 @@
-"""What the system tells of a process: what it has, whether that was enough, and how it ended.
-
-A Python process of its own: where it imports from, how messages go to it and fro, and who ended it.
+"""A Python process of its own: where it imports from, how messages go to it and back, what memory it has, how it ended.
 
 Nothing is imported from the working folder there: files beside a user's model are data, whatever their names. Messages
 go in on standard input and come out on a pipe of their own: what is printed there, whenever, is no message.
@@ -40,8 +38,8 @@ def ran_out_of_memory(error: Exception) -> bool:
     limit = memory_limit()
     if limit is None or isinstance(error, InvalidInput):
         return False
-    told = any(sign in str(error) for sign in SIGNS)
-    return told or (isinstance(error, FOREIGN) and limit - address_space() < SPARE)
+    said = any(sign in str(error) for sign in SIGNS)
+    return said or (isinstance(error, FOREIGN) and limit - address_space() < SPARE)
 
 
 def memory_limit() -> int | None:
@@ -55,7 +53,7 @@ def memory_limit() -> int | None:
 
 
 def address_space() -> int:
-    """Address space of this process [bytes]; 0 where the system does not tell."""
+    """Address space of this process [bytes]; 0 where the system does not say."""
     try:
         with open("/proc/self/statm", encoding="ascii") as file:
             return int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")

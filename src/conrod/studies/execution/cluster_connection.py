@@ -1,6 +1,6 @@
-"""What runs on a worker of a cluster: a call in a process of its own there, as on this machine.
+"""The connection to a Dask scheduler, refused where it cannot carry conrod's cases, and the calls on its workers.
 
-Reaching a Dask scheduler, and refusing one that cannot carry conrod's cells.
+A call has a process of its own beside its Dask worker, as on this machine.
 """
 
 from __future__ import annotations
@@ -120,27 +120,27 @@ def _greet(address: str, patience: float) -> None:
     # In a thread of its own: a notebook's has a loop that runs already.
     with ThreadPoolExecutor(1) as aside:
         try:
-            told = aside.submit(asyncio.run, ask_in_time()).result()
+            given = aside.submit(asyncio.run, ask_in_time()).result()
         except TimeoutError:
             raise TimeoutError(f"nothing for {patience:g} s") from None
-    if told.get("type") != "Scheduler":
-        raise ValueError(f"a {told.get('type')} is there, not a scheduler")
+    if given.get("type") != "Scheduler":
+        raise ValueError(f"a {given.get('type')} is there, not a scheduler")
 
 
 def check_versions(versions: Mapping[str, Any], address: str) -> None:
     """Refuse other versions of what carries cells to and fro; engines are compared cell by cell.
 
     Args:
-        versions: of client, scheduler and workers, as Dask tells them.
+        versions: of client, scheduler and workers, as Dask gives them.
 
     Raises:
         InvalidInput: names the package, the place and both versions.
     """
     here = _carriers(versions["client"])
     places = {"scheduler": versions["scheduler"], **versions["workers"]}
-    for place, told in places.items():
+    for place, given in places.items():
         for package, wanted in here.items():
-            found = _carriers(told)[package]
+            found = _carriers(given)[package]
             if found != wanted:
                 who = place if place == "scheduler" else f"worker {place}"
                 raise InvalidInput(
@@ -148,8 +148,8 @@ def check_versions(versions: Mapping[str, Any], address: str) -> None:
                 )
 
 
-def _carriers(told: Mapping[str, Any]) -> dict[str, str]:
-    packages = told["packages"]
+def _carriers(given: Mapping[str, Any]) -> dict[str, str]:
+    packages = given["packages"]
     python = ".".join(str(packages["python"]).split(".")[:2])
     return {"python": python, "dask": str(packages["dask"]), "distributed": str(packages["distributed"])}
 

@@ -138,4 +138,4 @@ def _outcome(future: Future[Measurement]) -> Measurement:
 
 def _broken(error: BrokenExecutor) -> InvalidInput:
     """The standard library's pool loses all its calls with one process: none can be blamed, none is kept."""
-    return InvalidInput(f"the executor broke, and does not tell which case broke it ({error}); use LocalProcesses")
+    return InvalidInput(f"the executor broke, and does not say which case broke it ({error}); use LocalProcesses")

@@ -1,8 +1,6 @@
-"""A process that runs many cases of one scene computes the scene's tables once.
+"""A worker process: it answers one pickled call after another, until its owner is gone.
 
-What runs in a worker process: one call after another, as they come in, until its owner is gone.
-
-Calls and answers are pickled.
+A process that runs many cases of one scene computes the scene's tables once.
 """
 
 from __future__ import annotations

@@ -1,12 +1,8 @@
-"""Names of the quantities of a machine's forces, and the groups that a user asks for.
-
-What errors of forces are judged by.
+"""Exact forces of a scene by quantity, what errors of them are divided by, and what they are judged by.
 
 No law of an engine gives a bound on them, as one does for its motion: they are judged by what is required of an
 engine at 1000 steps a revolution. With fewer the bar is as much higher as the order of the engine's scheme makes the
 error; with more it stays.
-
-The exact forces of a scene, and what errors of forces are divided by.
 """
 
 from __future__ import annotations
@@ -67,8 +63,8 @@ def tolerance_of(
     bars, order = preset.forces.allowed, preset.forces.order
     coarser = max(1.0, STEPS / steps) ** order
     allowed = {group: bar * coarser for group, bar in bars.items() if group in groups}
-    told = ", ".join(f"{group} {bars[group]:g}" for group in allowed)
-    reason = f"required at {STEPS} steps a revolution: {told}, of the exact peak" if allowed else ""
+    required = ", ".join(f"{group} {bars[group]:g}" for group in allowed)
+    reason = f"required at {STEPS} steps a revolution: {required}, of the exact peak" if allowed else ""
     return allowed, reason + (
         f"; at {steps} times {coarser:.3g}, by order {order}" if coarser > 1.0 and allowed else ""
     )

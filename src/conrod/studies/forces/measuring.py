@@ -1,10 +1,8 @@
-"""What an engine's errors would be if a wrong mass had made them.
+"""Forces that an engine reports against the exact ones, at the angle, rate and acceleration that its crank had.
 
-An error that looks like what a wrong mass makes of the forces, by the exact sensitivities, is told as how much of it:
-the projection of all errors on its effect. That sees less than a tolerance has to allow, for what an engine does wrong
-by itself looks different.
-
-An engine's account of forces against the exact ones, at the angle, rate and acceleration that its crank had.
+An error that looks like the effect of a wrong mass on the forces, by the exact sensitivities, is reported as how much
+of it: the projection of all errors on its effect. That detects less than a tolerance has to allow, for an engine's own
+errors look different.
 """
 
 from __future__ import annotations
@@ -25,37 +23,39 @@ from conrod.studies.forces.exact import NEAR, exact_quantities
 from conrod.studies.forces.results import LOOKS_LIKE, ForceErrors, Stamps, TorqueCurve
 from conrod.studies.forces.seen import effects_on
 
-SAMPLES = 131072  # at most: with contact single values scatter, and only many of them tell
+SAMPLES = 131072  # at most: with contact single values scatter, and only many of them show it
 
 PARTS = 64  # of a run
-SURE = 3.0  # standard errors of the projection have to lie within what it tells, or within what would be told
+SURE = 3.0  # standard errors of the projection have to lie within it, or within what would be reported
 
 
 def likenesses(scene: Scene, measured: Measured, names: Sequence[str]) -> dict[str, float]:
     """By "body.property", how many times the change that is to be seen the errors look like.
 
     That is 1 % of a mass, 1 % of a length, 5 % of an inertia. What no quantity depends on is not among them,
-    nor that for which the errors scatter too much to tell: with contact, where a run has few steps.
+    nor that for which the errors scatter too much: with contact, where a run has few steps.
 
     Args:
-        names: of the quantities that are looked at; those that are not told are left out.
+        names: of the quantities that are looked at; those that are not reported are left out.
     """
-    told = [name for name in names if name in measured.told]
+    reported = [name for name in names if name in measured.reported]
     some = measured.clear()
     some = some[np.unique(np.linspace(0, len(some) - 1, SAMPLES).astype(int))]
     at = measured.state
     state = State(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
-    peaks = {name: measured.peaks[name][0] for name in told}
-    errors = np.concatenate([(measured.told[n][some] - measured.exact[n][some]) / peaks[n] for n in told])
+    peaks = {name: measured.peaks[name][0] for name in reported}
+    errors = np.concatenate([(measured.reported[n][some] - measured.exact[n][some]) / peaks[n] for n in reported])
     # At constant speed, as the machine is meant to run: what ripple of the drive would show is not counted.
-    seen = {(effect.body, effect.quality) for effect in effects_on(scene, told, measured.peaks) if not effect.unseen}
+    seen = {
+        (effect.body, effect.quality) for effect in effects_on(scene, reported, measured.peaks) if not effect.unseen
+    }
     found = {}
     for one in sensitivities(scene.kinematics, state):
-        effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in told])
+        effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in reported])
         if (one.body, one.quality) in seen and effect.any():
             times = float(errors @ effect / (effect @ effect))
             # Values after each other, and quantities, scatter together: single parts of the run are independent.
-            left = ((errors - times * effect) * effect).reshape(len(told), -1).sum(axis=0)
+            left = ((errors - times * effect) * effect).reshape(len(reported), -1).sum(axis=0)
             parts = [part.sum() for part in np.array_split(left, PARTS)]
             scatter = float(np.linalg.norm(parts) / (effect @ effect))
             if SURE * scatter < max(LOOKS_LIKE, abs(times)):
@@ -68,14 +68,14 @@ CLEAR = np.radians(1.0)  # of the crank, that lies between an arc joint of a cam
 CURVE_SAMPLES, ERROR_SPANS = 361, 180
 
 
-def told_quantities(tracks: ForceTracks) -> dict[str, Array]:
-    """What the engine tells, by quantity, (T,) each."""
-    joints = {f"{joint}.{name}": told for joint, some in tracks.joints.items() for name, told in some.items()}
+def reported_quantities(tracks: ForceTracks) -> dict[str, Array]:
+    """Forces that the engine reports, by quantity, (T,) each."""
+    joints = {f"{joint}.{name}": reported for joint, some in tracks.joints.items() for name, reported in some.items()}
     return joints if tracks.drive_torque is None else {TORQUE: tracks.drive_torque} | joints
 
 
 class Measured:
-    """One run that told something, beside the exact forces."""
+    """One run that reported something, beside the exact forces."""
 
     def __init__(
         self, scene: Scene, tracks: ForceTracks, peaks: Mapping[str, tuple[float, bool]], stamps: Stamps
@@ -84,7 +84,7 @@ class Measured:
         self.kept = ~kinematics.near_change(at.angle, NEAR)
         self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
         self.angle, self.peaks = state.angle, peaks
-        self.told = {name: values[self.kept] for name, values in told_quantities(tracks).items()}
+        self.reported = {name: values[self.kept] for name, values in reported_quantities(tracks).items()}
         self.exact = exact_quantities(kinematics, state)
         self._together = max(1, round(TOGETHER / max(stamps.spacing, 1.0)))
         self._between = _between(self.angle, scene.break_angles()) if kinematics.mechanism.cam_contacts else None
@@ -94,8 +94,8 @@ class Measured:
         return np.flatnonzero(np.ones(len(self.angle)) if self._between is None else self._between)
 
     def errors(self, names: Sequence[str]) -> dict[str, ForceErrors]:
-        """Of the quantities that are told."""
-        return {name: self._error(name) for name in names if name in self.told}
+        """Of the quantities that are reported."""
+        return {name: self._error(name) for name in names if name in self.reported}
 
     def _error(self, name: str) -> ForceErrors:
         peak, own = self.peaks[name]
@@ -104,23 +104,23 @@ class Measured:
         if self._between is not None:
             clear = _blocks(self._between, self._together).all(axis=1)
             # Single values scatter from an edge of the cam's polygon to the next, or from catch to catch.
-            means = _blocks((self.told[name] - self.exact[name]) / peak, self._together).mean(axis=1)
+            means = _blocks((self.reported[name] - self.exact[name]) / peak, self._together).mean(axis=1)
             between = _rms(means[clear]) if clear.any() else None
         return ForceErrors(float(off.max()), _rms(off), between, peak, own)
 
     def _off(self, name: str) -> Array:
-        return np.asarray(np.abs(self.told[name] - self.exact[name]) / self.peaks[name][0])
+        return np.asarray(np.abs(self.reported[name] - self.exact[name]) / self.peaks[name][0])
 
     def torque_curve(self) -> TorqueCurve | None:
-        """For a figure; None where the engine tells no torque."""
-        if TORQUE not in self.told:
+        """For a figure; None where the engine reports no torque."""
+        if TORQUE not in self.reported:
             return None
         angle, error = self.angle, self._off(TORQUE)
         turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
         keep = turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
         edges = list(pairwise(np.linspace(0, len(angle), min(ERROR_SPANS, len(angle)) + 1).astype(int)))
         return TorqueCurve(
-            angle[keep], self.told[TORQUE][keep], self.exact[TORQUE][keep],
+            angle[keep], self.reported[TORQUE][keep], self.exact[TORQUE][keep],
             np.array([angle[a:b].mean() for a, b in edges]), np.array([error[a:b].max() for a, b in edges]),
         )  # fmt: skip
 

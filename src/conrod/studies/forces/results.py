@@ -67,7 +67,7 @@ class ForceResult:
 
     Attributes:
         groups: those asked for that the machine has, by the names of their quantities.
-        unsupported: by quantity, why the engine does not tell it.
+        unsupported: by quantity, why the engine does not report it.
         order: by group and by quantity.
         tolerance, reason_of_tolerance: by group, what is allowed, and why.
         likeness: by "body.property", how many times the change that is to be seen the errors look like.
@@ -109,7 +109,7 @@ class ForceResult:
     def exceeded(self) -> dict[str, tuple[float | None, float]]:
         """Judged groups out of tolerance: what was found (None: nothing) and what is allowed.
 
-        What an engine does not tell is no error of its own.
+        What an engine does not report is no error of its own.
         """
         pairs = {g: (self.judged(g), allowed) for g, allowed in (self.tolerance or {}).items() if not self._untold(g)}
         return {group: pair for group, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}

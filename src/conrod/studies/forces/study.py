@@ -116,7 +116,7 @@ def judged_sizes(errors: Mapping[str, ForceErrors]) -> dict[str, float]:
 
 
 def _told(result: ForceResult, tracks: ForceTracks) -> dict[str, Any]:
-    """Outcome, and by quantity asked for why it is not told."""
+    """Outcome, and by quantity asked for why it is not reported."""
     untold = {}
     for names in result.groups.values():
         for name in names:
@@ -150,8 +150,8 @@ def _refine(
             points.append(finest)
             continue
         tracks = _forces(engine, scene, engine.presets[result.preset](scene, n), revolutions, start)
-        told = tracks.outcome is Outcome.COMPLETED and len(tracks.instants.times) > 0
-        stamps = stamps_of(scene, tracks, n, start) if told else None
+        complete = tracks.outcome is Outcome.COMPLETED and len(tracks.instants.times) > 0
+        stamps = stamps_of(scene, tracks, n, start) if complete else None
         errors = judged_sizes(Measured(scene, tracks, peaks, stamps).errors(names)) if stamps else {}
         points.append(ForcePoint(n, tracks.outcome.slug, errors))
     return tuple(points)

@@ -128,7 +128,7 @@ class EngineCase(Case, Generic[Found]):
         """All besides scene, engine and preset that determines the result, as plain values."""
 
     def facts(self) -> dict[str, Any]:
-        """Fields of the result that are told by the case: equal machines may have other names."""
+        """Fields of the result that the case gives: equal machines may have other names."""
         return {"scene": self.name, "parameters": self.scene.parameters}
 
     def perform(self) -> Measurement:

@@ -189,13 +189,13 @@ class Ledger:
 
 
 def _packed(measurement: Measurement) -> bytes:
-    # Its fields hold plain values: `as_dict` would copy them all, which takes longer than all the rest here. The
+    # Its fields hold plain values: `plain` would copy them all, which takes longer than all the rest here. The
     # lightest compression halves the file; a stronger one costs more than writing does.
     return zlib.compress(json.dumps(vars(measurement), separators=(",", ":")).encode(), 1)
 
 
 def _unpacked(blob: bytes) -> Measurement:
-    return Measurement.of(json.loads(zlib.decompress(blob)))
+    return Measurement(**json.loads(zlib.decompress(blob)))
 
 
 def _timing(values: list[Any]) -> Timing:

@@ -12,7 +12,7 @@ from pathlib import Path
 from conrod.errors import InvalidInput
 from conrod.studies.frame.files import real_path
 
-# 'crod' in ASCII: by it a ledger is told from any other SQLite file.
+# 'crod' in ASCII: by it a ledger is known from any other SQLite file.
 APPLICATION_ID = 0x63726F64
 # Raised when the tables change; what stands in a measurement is versioned by the key of its cell.
 SCHEMA_VERSION = 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ class Measurement:
         closure: largest gap of a joint, its rate and its acceleration.
         phase: max and final [rad].
         drive: speed and acceleration.
-        prediction: quantity -> largest error told from the joints alone, and its largest difference from the
+        prediction: quantity -> largest error predicted from the joints alone, and its largest difference from the
             measured one.
         signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
             the last turn, the first at its start.
@@ -52,12 +52,3 @@ class Measurement:
         if self.signed is None:
             raise ValueError(f"a run that ended as {self.outcome!r} has no errors")
         return np.asarray(self.signed[point][quantity], dtype=float)
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Measurement:
-        """The inverse of `as_dict`."""
-        return cls(**values)

@@ -1,19 +1,16 @@
-"""Cost of one way of stepping over another: both timed in turns in one process.
+"""Cost of some settings, or of one way of stepping, over others: both timed in turns in one process.
 
 Two timings made one after the other differ by whatever else the machine did meanwhile. In turns, each of them first as
-often as the other, what slows the machine for longer than a block slows both.
-
-What one set of settings costs over another, on the same machine: timed in turns, see `conrod.paired_timing`.
-
-Both advance through the same crank angles, whatever their steps. An input that makes one pass begins it anew each time.
+often as the other, what slows the machine for longer than a block slows both. Both advance through the same crank
+angles, whatever their steps. An input that makes one pass begins it anew each time.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -151,15 +148,6 @@ class PairedTiming:
         return PairedTiming(
             1.0 / self.ratio, 1.0 / self.high, 1.0 / self.low, self.other_seconds, self.seconds, self.rounds
         )
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values."""
-        return asdict(self)
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any] | None) -> PairedTiming | None:
-        """The inverse of `as_dict`; None of None."""
-        return None if values is None else cls(**values)
 
 
 def time_pair(

@@ -1,7 +1,4 @@
-"""A run of the ledger as one flat row of a tidy table.
-
-The ledger as a tidy table: a row a run (and machine that timed it), chosen by an expression, in three formats.
-"""
+"""The ledger as a tidy table: a row a run (and machine that timed it), chosen by an expression, in three formats."""
 
 from __future__ import annotations
 
@@ -33,7 +30,7 @@ def tidy_row(
         passed: the verdict by conrod's own tolerances, of such a result;
         position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
         closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
-        predicted_position, _velocity, _acceleration: told from the joints alone, and each with _difference;
+        predicted_position, _velocity, _acceleration: predicted from the joints alone, and each with _difference;
         seconds_per_revolution [s], reference_seconds [s], ratio, machine;
         of forces torque, reactions, contact, and of free motion angle, energy: each _max, _rms or _final.
     """
@@ -68,7 +65,7 @@ def _plain(value: Any) -> Any:
 def _measured(measurement: Measurement | None) -> dict[str, Any]:
     m = measurement if measurement is not None else Measurement(outcome="")
     closure, phase, drive, prediction = m.closure or {}, m.phase or {}, m.drive or {}, m.prediction or {}
-    told = {q: prediction.get(q, {}) for q in QUANTITIES}
+    predicted = {q: prediction.get(q, {}) for q in QUANTITIES}
     kept = m.beside or {}
     sizes: Mapping[str, Mapping[str, float]] = kept.get("sizes", {})
     largest = {f"{q}_{measure}": size for q, found in sizes.items() for measure, size in found.items()}
@@ -80,8 +77,8 @@ def _measured(measurement: Measurement | None) -> dict[str, Any]:
         **{f"closure_{q}": closure.get(q) for q in QUANTITIES},
         **{f"phase_{measure}": phase.get(measure) for measure in ("max", "final")},
         **{f"drive_{q}": drive.get(q) for q in ("speed", "acceleration")},
-        **{f"predicted_{q}": told[q].get("predicted") for q in QUANTITIES},
-        **{f"predicted_{q}_difference": told[q].get("difference") for q in QUANTITIES},
+        **{f"predicted_{q}": predicted[q].get("predicted") for q in QUANTITIES},
+        **{f"predicted_{q}_difference": predicted[q].get("difference") for q in QUANTITIES},
         **largest,
     }
 

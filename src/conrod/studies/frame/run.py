@@ -116,16 +116,16 @@ def measure(case: RunCase) -> Measurement:
 
 
 def prediction_sizes(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str, float]]:
-    """Errors told from the joints' gaps alone beside the measured ones (guard 6); the worst observed point counts."""
+    """Errors predicted from the joints' gaps alone beside the measured ones; the worst observed point counts."""
     assert trajectory.bodies is not None
     predicted = predicted_errors(scene.kinematics, trajectory.points, trajectory.bodies)
     sizes = {q: {"predicted": 0.0, "difference": 0.0} for q in QUANTITIES}
     for name, tracks in trajectory.points.items():
         for k, quantity in enumerate(QUANTITIES):
             norm = scene.lengths[name] * abs(scene.speed) ** k
-            told = getattr(predicted[name], quantity)
-            off = told - signed_error(getattr(tracks, quantity), scene, name, quantity)
-            for key, values in (("predicted", told), ("difference", off)):
+            expected = getattr(predicted[name], quantity)
+            off = expected - signed_error(getattr(tracks, quantity), scene, name, quantity)
+            for key, values in (("predicted", expected), ("difference", off)):
                 largest = float(np.linalg.norm(values, axis=1).max()) / norm
                 sizes[quantity][key] = max(sizes[quantity][key], largest)
     return sizes

@@ -1,9 +1,7 @@
-"""CPU time of a cell, with nothing recorded, and as a ratio to the engine's fixed reference loop.
+"""CPU time of a run, with nothing recorded, and as a ratio to the engine's fixed reference loop.
 
 The reference loop is timed just before each repeat, in the same process, so that a ratio carries from one machine to
 another.
-
-What a run costs, apart from what it shows.
 """
 
 from __future__ import annotations

@@ -23,7 +23,14 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Results, Study
 from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
 from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
-from conrod.studies.free_motion.results import QUANTITIES, ExactTold, MotionCurves, MotionResult, MotionStudy, StepPoint
+from conrod.studies.free_motion.results import (
+    QUANTITIES,
+    ExactSummary,
+    MotionCurves,
+    MotionResult,
+    MotionStudy,
+    StepPoint,
+)
 from conrod.studies.validation.results import sizes_of
 
 CURVE_SAMPLES, SPANS = 721, 240
@@ -150,7 +157,7 @@ class MotionCase(EngineCase[MotionResult]):
 
     def perform(self) -> Measurement:
         measurement = super().perform()
-        return replace(measurement, beside={**(measurement.beside or {}), "exact": plain(exact_told(self.course))})
+        return replace(measurement, beside={**(measurement.beside or {}), "exact": plain(exact_summary(self.course))})
 
     def ended(self, outcome: Outcome, reason: str) -> MotionResult:
         course, preset = self.course, str(self.preset)
@@ -177,11 +184,11 @@ class MotionCase(EngineCase[MotionResult]):
         }
 
 
-def exact_told(course: ExactCourse) -> ExactTold:
-    """What is told of an exact motion."""
+def exact_summary(course: ExactCourse) -> ExactSummary:
+    """The summary of an exact motion."""
     motion = course.motion
     angle = crank_angle(course.mechanism, motion.poses)
-    return ExactTold(motion.drift, motion.continuation, motion.times, angle)
+    return ExactSummary(motion.drift, motion.continuation, motion.times, angle)
 
 
 def motion_study(
@@ -210,9 +217,9 @@ def motion_study(
 def _study_of(name: str, scene: Scene, cases: Sequence[MotionCase], results: Results) -> MotionStudy:
     measurements = [results[case.key] for case in cases]
     kept = next((m.beside["exact"] for m in measurements if m.beside), None)
-    told = exact_told(cases[0].course) if kept is None else restore(ExactTold, kept)
+    exact = exact_summary(cases[0].course) if kept is None else restore(ExactSummary, kept)
     found = tuple(case.result(measurement) for case, measurement in zip(cases, measurements, strict=True))
-    return MotionStudy(name, scene, cases[0].plan.motion, left_out(scene, cases[0].plan), told, found)
+    return MotionStudy(name, scene, cases[0].plan.motion, left_out(scene, cases[0].plan), exact, found)
 
 
 def left_out(scene: Scene, plan: MotionPlan) -> tuple[str, ...]:

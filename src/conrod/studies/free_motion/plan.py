@@ -47,7 +47,7 @@ class MotionPlan:
 
     @property
     def leaving(self) -> float:
-        """The position error, of the length, whose first instant is told."""
+        """The position error, of the length, whose first instant is reported."""
         return (self.tolerance or {}).get("position", LENGTH_ERROR)
 
     def judged_by(self, preset: Preset[Any]) -> dict[str, float]:
@@ -75,7 +75,7 @@ class MotionPlan:
 
 @dataclass(frozen=True)
 class Grid:
-    """Instants at which a run is told, each so many steps after the other.
+    """Instants at which a run is recorded, each so many steps after the other.
 
     Attributes:
         step: of the engines [s].
@@ -127,7 +127,7 @@ def instants(plan: MotionPlan) -> Grid:
 def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, motion: FreeMotion) -> Grid:
     """The rule of the step: 5 ms, halved until the fastest turn of the exact motion has a hundred of them.
 
-    The fastest turn is told by the largest acceleration against the largest velocity of an observed point: 2 pi
+    The fastest turn is found from the largest acceleration against the largest velocity of an observed point: 2 pi
     velocity / acceleration, which is the period of a point that turns or oscillates.
 
     Raises:

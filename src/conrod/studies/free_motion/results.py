@@ -101,8 +101,8 @@ class MotionResult:
 
 
 @dataclass(frozen=True)
-class ExactTold:
-    """What is told of the exact motion.
+class ExactSummary:
+    """Summary of the exact motion.
 
     Attributes:
         drift: error of its own balance of energy, over the largest energy that took part.
@@ -124,7 +124,7 @@ class MotionStudy:
     scene: Scene
     motion: str
     left_out: tuple[str, ...]  # loads that drive the crank, and do not act
-    exact: ExactTold
+    exact: ExactSummary
     results: tuple[MotionResult, ...]
 
     @property

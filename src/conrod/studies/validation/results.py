@@ -1,7 +1,4 @@
-"""What a validation finds: plain, frozen, serialisable data that the report and the command line read.
-
-A result with what every one has; the rest is filled in by whoever measured it.
-"""
+"""Results of a validation: plain, frozen data that the ledger keeps, and that report and command line read."""
 
 from __future__ import annotations
 
@@ -104,7 +101,7 @@ class Result:
     tolerance: Tolerance
     passed: bool | None
     refinement: tuple[RefinementPoint, ...] = ()
-    # Largest error told from the joints' gaps alone, and its largest difference from the measured one, by quantity.
+    # By quantity, largest error predicted from the joints' gaps alone, and its largest difference from the true one.
     prediction: Mapping[str, Mapping[str, float]] | None = None
     printed: PrintedCells | None = None
     lift_error: float | None = None  # of a cam: |largest lift reached - full lift| / full lift
