@@ -276,11 +276,3 @@ def test_the_bias_is_the_cause_of_stock_pymunks_error_at_this_step_and_of_none_w
     assert model is not None
     assert not any(model[q].resolved for q in QUANTITIES)
     assert largest_part(budget) == STEP
-
-
-@pytest.mark.slow
-def test_stock_mujocos_error_is_its_models_at_any_step() -> None:
-    for steps in (400, 1000, 2000):
-        budget = run_budget(MuJoCoSettings.stock(SAW, steps), 8)
-        assert all(largest_part(budget, q) == MODEL for q in QUANTITIES)
-        assert sizes_of(budget)[MODEL] == pytest.approx(3.77e-2, rel=0.03)

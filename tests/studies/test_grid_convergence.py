@@ -273,15 +273,6 @@ def test_self_convergence_is_right_about_pymunk(preset: Callable[..., PymunkSett
 
 
 @pytest.mark.slow
-def test_refining_all_grids_self_convergence_misses_nearly_all_of_stock_mujocos_error() -> None:
-    found = run_family(family(GRIDS, MuJoCoSettings.stock(SAW, 1000)))
-    assert found.failed == ((20, "opened"),)
-    assert all((found.shares[q].share or 0.0) < 0.15 for q in QUANTITIES)
-    finest = run_family(family(GRIDS[-3:], MuJoCoSettings.stock(SAW, 1000))).shares
-    assert all((finest[q].share or 0.0) <= 0.05 for q in QUANTITIES)
-
-
-@pytest.mark.slow
 def test_softness_that_follows_the_step_hides_an_acceleration_that_does_not_converge() -> None:
     made = family_of("saw-500rpm", SAW, MuJoCoSettings.tuned(SAW, 1000), PATHS[1])
     runs = {cell.key: measure(cell) for cell in made.cells}
