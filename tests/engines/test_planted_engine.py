@@ -197,3 +197,14 @@ def test_an_engine_with_a_method_has_its_capability() -> None:
     assert not isinstance(capability(Reporting(), ReportsForces), Lacking)
     for kind in (KinematicMode, FreeMotion, HasIngredients):
         assert isinstance(capability(Reporting(), kind), Lacking)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_preset_without_a_rule_for_free_motion_is_refused_and_not_taken_for_another(
+    engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: Any = engine_named(engine)
+    monkeypatch.setitem(made.presets, "new", made.presets["stock"])
+    poses = SAW.kinematics.start[0]
+    with pytest.raises(InvalidInput, match="preset 'new' has no rule"):
+        made.free_run(SAW.kinematics.mechanism, "new", 1e-3, 2, poses, np.zeros_like(poses))

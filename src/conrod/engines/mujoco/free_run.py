@@ -19,6 +19,7 @@ from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled, laws_acting
 from conrod.engines.mujoco.recorder import STATE, WARNINGS, warnings_kept_quiet
 from conrod.engines.mujoco.settings import CONTACT_SOLIMP, PRESETS, STIFF_SOLIMP, MuJoCoSettings, harden
+from conrod.engines.presets import STOCK
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
@@ -44,8 +45,8 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoS
     if preset not in PRESETS:
         raise unknown_choice("preset", preset, PRESETS)
     # There is no turn that steps are counted by: the field has the least that it may have.
-    stock = MuJoCoSettings("stock", 2, timestep, armature=0.0, tolerance=STOCK_TOLERANCE)
-    if preset == "stock":
+    stock = MuJoCoSettings(STOCK, 2, timestep, armature=0.0, tolerance=STOCK_TOLERANCE)
+    if preset == STOCK:
         return stock
     contact = bool(mechanism.cam_contacts)
     tuned = replace(
@@ -59,6 +60,8 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoS
     )
     if preset == "tuned":
         return tuned
+    if preset != "hardened":
+        raise InvalidInput(f"{mechanism.name}: preset {preset!r} has no rule for a motion without a drive")
     if contact:
         raise InvalidInput(f"{mechanism.name}: hardening does not apply to contact; the nearest preset is 'tuned'")
     return replace(tuned, preset="hardened", solref=(FREE_STEPS * timestep, 1.0), hardening=FREE_HARDENING)

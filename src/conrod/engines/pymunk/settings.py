@@ -11,7 +11,7 @@ from conrod.engines.engine import Machine, step_length
 from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.presets import DASHED, DOTTED, STOCK, ForceBars, Preset
 from conrod.engines.rule import plain
-from conrod.errors import unknown_choice
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_count, check_number
@@ -132,8 +132,10 @@ class PymunkSettings:
         if preset not in PRESETS:
             raise unknown_choice("preset", preset, PRESETS)
         # There is no turn that steps are counted by: the field has the least that it may have.
-        stock = cls("stock", 2, timestep)
-        return stock if preset == "stock" else _tuned(stock, mechanism)
+        stock = cls(STOCK, 2, timestep)
+        if preset not in (STOCK, "tuned"):
+            raise InvalidInput(f"{mechanism.name}: preset {preset!r} has no rule for a motion without a drive")
+        return stock if preset == STOCK else _tuned(stock, mechanism)
 
 
 def _tuned(stock: PymunkSettings, mechanism: Mechanism) -> PymunkSettings:
