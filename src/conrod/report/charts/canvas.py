@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -110,3 +110,25 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
             fontsize=7.5,
             color="#777777",
         )
+
+
+def legend_above(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
+    """One legend for all panels, in a row above them."""
+    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
+
+
+def taking_turns(count: int, place: int, runs: int, most: int, end: int | None = None) -> slice:
+    """Samples of a curve of so many that get a marker: the curves take turns, so that no marker covers another."""
+    every = max(1, count // most)
+    return slice(2 + (place * every) // max(1, runs), end, every)
+
+
+def tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None, Mapping[str, Any]]]) -> None:
+    """Arrow heads at a place, in the styles of curves, for those tolerances that lie within the panel."""
+    low, high = axes.get_ylim()
+    for tolerance, style in allowed:
+        if tolerance is not None and low < tolerance < high:
+            axes.plot(
+                [at], on_log_grid(np.array([tolerance])), linestyle="none", marker="<", markersize=7,
+                color=style["color"], markerfacecolor=style["markerfacecolor"], clip_on=False, zorder=6,
+            )  # fmt: skip

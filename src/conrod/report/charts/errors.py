@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, tolerance_heads, whole_decades
 from conrod.report.charts.styles import completed, curve_style, label
 from conrod.scenes import Scene
 from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
@@ -28,15 +27,14 @@ def error_figure(study: SceneStudy) -> Figure:
         for place, run in enumerate(runs):
             angle, error = _error_curve(run, name)
             drawn.append(error)
-            every = max(1, len(angle) // MARKERS_PER_RUN)
-            start = 2 + (place * every) // max(1, len(runs))
-            axes.plot(angle, error, markevery=slice(start, len(angle) - 4, every), label=label(run), **curve_style(run))
+            marks = taking_turns(len(angle), place, len(runs), MARKERS_PER_RUN, len(angle) - 4)
+            axes.plot(angle, error, markevery=marks, label=label(run), **curve_style(run))
         whole_decades(axes, drawn)
         axes.set_ylabel(f"{name} error / {NORMS[name]}")
         if runs:
             begin, end = _ends(study.scene, max(run.revolutions for run in runs))
             axes.set_xlim(begin, end)
-            _mark_tolerances(axes, runs, name, at=end)
+            tolerance_heads(axes, end, [(getattr(run.tolerance, name), curve_style(run)) for run in runs])
             panels[-1].xaxis.set_major_locator(_ticks(abs(end - begin)))
     panels[-1].set_xlabel("crank angle [deg]")
     handles, labels = panels[0].get_legend_handles_labels()
@@ -44,7 +42,7 @@ def error_figure(study: SceneStudy) -> Figure:
     labels.append("tolerance")
     figure.align_ylabels(panels)
     figure.subplots_adjust(left=0.085, right=0.97, top=0.93, bottom=0.06, hspace=0.13)
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
+    legend_above(figure, handles, labels)
     return figure
 
 
@@ -67,23 +65,3 @@ def _error_curve(run: Result, name: str) -> tuple[Array, Array]:
     curves = [curves[name] for curves in run.curves.values()]
     error = np.max([curve.error for curve in curves], axis=0)
     return on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions), on_log_grid(error)
-
-
-def _mark_tolerances(axes: Axes, runs: list[Result], name: str, at: float) -> None:
-    """An arrow head at the right edge for each max-norm tolerance within the panel."""
-    low, high = axes.get_ylim()
-    for run in runs:
-        allowed = getattr(run.tolerance, name)
-        if allowed is not None and low < allowed < high:
-            style = curve_style(run)
-            axes.plot(
-                [at],
-                on_log_grid(np.array([allowed])),
-                linestyle="none",
-                marker="<",
-                markersize=7,
-                color=style["color"],
-                markerfacecolor=style["markerfacecolor"],
-                clip_on=False,
-                zorder=6,
-            )

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, tolerance_heads, whole_decades
 from conrod.report.charts.styles import EXACT, engine_title, preset_style
-from conrod.studies.free_motion.results import MotionResult, MotionStudy
+from conrod.studies.free_motion.results import MotionStudy
 
 MARKERS_PER_RUN = 12
 EXACT_SAMPLES = 721
@@ -30,18 +29,19 @@ def motion_figure(study: MotionStudy) -> Figure:
         # A run that goes off must not make the exact curve flat: what is out of the panel is out of it.
         above.plot(
             on_grid(curves.times, seconds), on_grid(np.degrees(curves.angle), span), label=name,
-            markevery=_marks(len(curves.times), place, len(runs)), **style,
+            markevery=taking_turns(len(curves.times), place, len(runs), MARKERS_PER_RUN), **style,
         )  # fmt: skip
         for axes, quantity in ((middle, "error"), (below, "energy")):
             values = on_log_grid(getattr(curves, quantity))
             drawn[quantity].append(values)
-            marks = _marks(len(values), place, len(runs))
+            marks = taking_turns(len(values), place, len(runs), MARKERS_PER_RUN)
             axes.plot(on_grid(curves.middles, seconds), values, markevery=marks, **style)
     room = 0.12 * span
     above.set_ylim(float(exact.min()) - room, float(exact.max()) + room)
     for axes, quantity in ((middle, "error"), (below, "energy")):
         whole_decades(axes, drawn[quantity])
-    _tolerances(middle, [result for result, _ in runs], seconds)
+    allowed = [(r.tolerance.get("position"), preset_style(r.engine, r.preset)) for r, _ in runs]
+    tolerance_heads(middle, seconds, allowed)
     above.set_ylabel("crank angle [deg]")
     middle.set_ylabel("position error / L")
     below.set_ylabel("energy error / largest energy")
@@ -50,23 +50,5 @@ def motion_figure(study: MotionStudy) -> Figure:
     figure.align_ylabels([above, middle, below])
     figure.subplots_adjust(left=0.095, right=0.97, top=0.93, bottom=0.06, hspace=0.13)
     handles, labels = above.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
+    legend_above(figure, handles, labels)
     return figure
-
-
-def _marks(count: int, place: int, runs: int) -> slice:
-    every = max(1, count // MARKERS_PER_RUN)
-    return slice(2 + (place * every) // max(1, runs), None, every)
-
-
-def _tolerances(axes: Axes, results: list[MotionResult], seconds: float) -> None:
-    """An arrow head at the right edge for each tolerance of a position within the panel."""
-    low, high = axes.get_ylim()
-    for result in results:
-        allowed = result.tolerance.get("position")
-        if allowed is not None and low < allowed < high:
-            style = preset_style(result.engine, result.preset)
-            axes.plot(
-                [seconds], on_log_grid(np.array([allowed])), linestyle="none", marker="<", markersize=7,
-                color=style["color"], markerfacecolor=style["markerfacecolor"], clip_on=False, zorder=6,
-            )  # fmt: skip

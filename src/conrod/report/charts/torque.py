@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, whole_decades
 from conrod.report.charts.styles import EXACT, engine_title, preset_style
 from conrod.studies.forces.results import ForceResult, TorqueCurve
 
@@ -38,7 +38,7 @@ def torque_figure(results: Sequence[ForceResult]) -> Figure:
     figure.align_ylabels([above, below])
     handles, labels = above.get_legend_handles_labels()
     figure.subplots_adjust(left=0.09, right=0.97, top=0.93, bottom=0.075, hspace=0.15)
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
+    legend_above(figure, handles, labels)
     return figure
 
 
@@ -60,7 +60,9 @@ def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
 
 
 def _style(run: ForceResult, place: int, runs: int, samples: int) -> dict[str, Any]:
-    every = max(1, samples // MARKERS)
-    start = 2 + (place * every) // max(1, runs)
     label = f"{engine_title(run.engine)} {run.preset}"
-    return {**preset_style(run.engine, run.preset), "label": label, "markevery": slice(start, samples - 4, every)}
+    return {
+        **preset_style(run.engine, run.preset),
+        "label": label,
+        "markevery": taking_turns(samples, place, runs, MARKERS, samples - 4),
+    }
