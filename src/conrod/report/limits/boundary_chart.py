@@ -109,7 +109,7 @@ def _draw_stretch(axes: Axes, lane: int, stretch: Stretch, start: float, end: fl
 
 
 def _draw_mark(axes: Axes, lane: int, stretch: Stretch, at: float, inside: bool) -> None:
-    """How a stretch ended: on its bar, or above one that is too narrow to hold it."""
+    """Mark the outcome of a stretch: on its bar, or above one that is too narrow to hold it."""
     if inside:
         axes.plot([at], [lane], zorder=5, **mark_style(stretch.outcome, stretch.level, INSIDE))
     else:
@@ -118,7 +118,7 @@ def _draw_mark(axes: Axes, lane: int, stretch: Stretch, at: float, inside: bool)
 
 
 def _edges(scale: AxisScale, found: Sequence[Stretch], span: float) -> list[float]:
-    """Where colours change: half-way between the last run of one stretch and the first of the next."""
+    """Places where colours change: half-way between the last run of one stretch and the first of the next."""
     ends = [_places(scale, (stretch.probes[0], stretch.probes[-1]), span) for stretch in found]
     middles = [0.5 * (one[1] + other[0]) for one, other in pairwise(ends)]
     return [float(ends[0][0]), *(float(middle) for middle in middles), float(ends[-1][1])]

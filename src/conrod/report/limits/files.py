@@ -122,7 +122,7 @@ def merged(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
 
 
 def _topic(part: Any) -> tuple[Any, ...]:
-    """What a part of a study is about, besides the scene."""
+    """Topic of a part of a study, besides the scene."""
     about = ("engine", "preset", "axis", "x_axis", "y_axis", "iterations")
     return tuple(getattr(part, name, None) for name in about)
 

@@ -184,7 +184,7 @@ def _steps_figure(study: LimitStudy) -> Figure | None:
 
 
 def _repeated(studies: Sequence[LimitStudy]) -> str:
-    """How many repeated runs were identical to the last bit, and which were not."""
+    """Number of repeated runs that were identical to the last bit, and which were not."""
     found = [one for study in studies for one in study.determinism if one.identical]
     other = [f"{f.scene} {engine_title(f.engine)} {f.preset}" for f in found if not all(f.identical.values())]
     if not found:
@@ -193,7 +193,7 @@ def _repeated(studies: Sequence[LimitStudy]) -> str:
 
 
 def _long_runs(studies: Sequence[LimitStudy]) -> str:
-    """How many long runs completed, and where the others ended."""
+    """Number of long runs that completed, and how the others ended."""
     runs = [run for study in studies for run in study.long_runs]
     if not runs:
         return ""

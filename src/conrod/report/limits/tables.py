@@ -105,7 +105,7 @@ def _shown(probe: Probe) -> str:
 
 
 def _ends(walk: Walk) -> str:
-    """How runs of a list ended that did not complete: 3 opened, 1 diverged."""
+    """Outcomes of runs of a list that did not complete: 3 opened, 1 diverged."""
     ends = Counter(probe.outcome for probe in walk.probes if probe.outcome != "completed")
     return ", ".join(f"{count} {outcome}" for outcome, count in ends.items())
 

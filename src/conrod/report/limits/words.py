@@ -125,7 +125,7 @@ def findings(walks: Iterable[Walk]) -> list[str]:
 
 
 def _reached(walks: Sequence[Walk]) -> str:
-    """How far ten per cent holds, for the furthest and the least far, in one direction of an axis."""
+    """Words on how far ten per cent holds, for the furthest and the least far, in one direction of an axis."""
     left = [walk for walk in walks if walk.boundary(CRITERION).first_bad is not None]
     throughout = [walk for walk in walks if walk not in left]
     if not left:
@@ -148,7 +148,7 @@ def _reached(walks: Sequence[Walk]) -> str:
 
 
 def _undetected(left: Sequence[Walk]) -> str:
-    """How many of those that leave ten per cent do so undetected."""
+    """Number of those that leave ten per cent do so undetected."""
     count = sum(walk.boundary(CRITERION).undetected for walk in left)
     if count == 0:
         return "none leaves it undetected"
@@ -161,7 +161,7 @@ def _equal(walks: Sequence[Walk], k: int) -> list[Walk]:
 
 
 def _reach(walk: Walk) -> float:
-    """How far ten per cent holds, along the axis' own scale."""
+    """Distance to which ten per cent holds, along the axis' own scale."""
     scale, last = AXES[walk.axis].scale, walk.boundary(CRITERION).last_good
     return 0.0 if last is None else abs(place(scale, last) - place(scale, walk.probes[0].value))
 

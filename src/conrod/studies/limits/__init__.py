@@ -1,1 +1,1 @@
-"""Where an engine stops being trustworthy, and how it fails there."""
+"""Limits: values at which an engine stops being trustworthy, and how it fails there."""

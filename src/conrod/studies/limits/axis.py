@@ -17,7 +17,7 @@ Spans = tuple[tuple[float, float], ...]  # each from a safe value to a failing o
 
 
 class Scale(Enum):
-    """How values of an axis are spaced, and so how they are halved."""
+    """Spacing of values on an axis, and so how they are halved."""
 
     LOG = "log"  # by ratios
     COUNT = "count"  # whole numbers, by ratios

@@ -204,7 +204,7 @@ def fall_per_radian(scene: CamFollower) -> float:
 
 
 def bisect(function: Callable[[float], float], here: float, there: float, width: float = 0.0) -> float:
-    """Where a function changes its sign between two arguments, to a width or to the last bit.
+    """Return where a function changes its sign between two arguments, to a width or to the last bit.
 
     Raises:
         ValueError: it has the same sign at both.

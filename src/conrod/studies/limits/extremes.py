@@ -19,7 +19,7 @@ from conrod.studies.frame.measurement import Measurement
 
 @dataclass(frozen=True)
 class SolverRecord:
-    """End of the engine's solver over the steps that were looked at.
+    """End of the engine's solver over the steps that were sampled.
 
     Attributes:
         looked_at: number of those steps.
@@ -145,7 +145,7 @@ class ExactTorque:
 
     @cached_property
     def is_nothing(self) -> bool:
-        """Whether the drive takes nothing but rounding: wheels about their own centres, and no gravity."""
+        """True where the drive takes nothing but rounding: wheels about their own centres, and no gravity."""
         mass = sum(body.mass for body in self._given.bodies)
         return self.peak <= NOTHING * mass * (self._kinematics.travel * self._speed) ** 2
 

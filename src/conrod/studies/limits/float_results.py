@@ -94,9 +94,9 @@ class FollowerFloat:
     """Follower float in one engine with one preset; speeds are over the float speed unless said otherwise.
 
     Attributes:
-        refusal: why it was not looked at; empty where it was.
+        refusal: why it was not studied; empty where it was.
         theory: the float speed [rad/s], where the force is just mass x largest downward acceleration;
-            None where it was not looked at.
+            None where it was not studied.
         steps_per_revolution: of the two runs of each probe.
         cam_vertices: of the cam's polygon in them.
         penetration: static, with the coarser steps, at the speed nearest below the onset [m].

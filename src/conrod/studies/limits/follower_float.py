@@ -143,7 +143,7 @@ class _Bench:
 
 @dataclass(frozen=True)
 class _Trial:
-    """What the runs at a speed show; the depths are of the coarser one [m]."""
+    """Findings of the runs at a speed; the depths are of the coarser one [m]."""
 
     probe: OnsetProbe
     flights: tuple[ComparedFlight, ...]

@@ -1,4 +1,4 @@
-"""What a user gets from a run: a motion to rely on, a rough one, a wrong one, or none; whether anything shows it."""
+"""Grades of runs: a motion to rely on, a rough one, a wrong one, or none; and whether anything shows it."""
 
 from __future__ import annotations
 

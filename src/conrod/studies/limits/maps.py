@@ -158,7 +158,7 @@ class LimitMap:
 
 
 def standing(level: str) -> str:
-    """What parts a map first: safe, rough, wrong, or failed in whatever way."""
+    """Return the class that divides a map first: safe, rough, wrong, or failed in whatever way."""
     return level if level in IN_ONE_PIECE else FAILED
 
 
