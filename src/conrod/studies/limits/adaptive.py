@@ -135,7 +135,7 @@ class _Codes:
         self._known[node] = self._numbers.setdefault(label, len(self._numbers))
 
     def wanted(self, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:
-        """Return the nodes that the rules ask for, in order; along all lines only where they ask for nothing along some."""
+        """Return the nodes that the rules ask for; along all lines only where they ask for nothing along some."""
         some = {*_middles(self._known, rows, columns), *_corners(self._known)}
         return sorted(some or _middles(self._known, *map(range, self._known.shape)))
 
