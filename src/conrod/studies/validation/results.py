@@ -101,7 +101,7 @@ class Result:
     tolerance: Tolerance
     passed: bool | None
     refinement: tuple[RefinementPoint, ...] = ()
-    # By quantity, largest error predicted from the joints' gaps alone, and its largest difference from the true one.
+    # By quantity: largest error predicted from the joints' gaps alone, and how far it is from the measured one at most.
     prediction: Mapping[str, Mapping[str, float]] | None = None
     printed: PrintedCells | None = None
     lift_error: float | None = None  # of a cam: |largest lift reached - full lift| / full lift
