@@ -26,11 +26,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from conrod.report.charts.canvas import drawing_style
+from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.report.limits.axis_scale import AxisScale, place
 from conrod.report.limits.boundary_chart import TICK_COLOUR, UP, boundary_chart, preset_lanes
 from conrod.report.limits.error_chart import POSITION, TORQUE, Panel, error_chart
 from conrod.report.limits.long_runs import long_run_figure
-from conrod.report.limits.marks import LEVEL_COLOURS, OUTCOME_MARKS, UNDETECTED_COLOUR
+from conrod.report.limits.marks import LEVEL_COLOURS, UNDETECTED_COLOUR
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale

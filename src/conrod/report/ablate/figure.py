@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import on_grid, on_log_grid
+from conrod.report.charts.layout import Layout, log_axis, rows_axis
 from conrod.report.numbers import ROUNDING
 from conrod.studies.ablate.findings import Effect, EngineAblation, Evidence, IngredientResult, Verdict
 from conrod.studies.ablate.verdict import COSTS, Levels
@@ -26,6 +27,7 @@ COLOURS = {
     Verdict.HARMFUL: "#D55E00",
     Verdict.UNDECIDED: "#777777",
 }
+MARK: dict[str, Any] = {"marker": "o", "markersize": 4.6, "linestyle": "none", "markeredgewidth": 1.1}
 APART = 0.17  # of a row: the two models of an ingredient above each other
 Row = IngredientResult | str  # or the heading of those below it
 TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
@@ -40,21 +42,20 @@ def ingredients_figure(found: EngineAblation) -> Figure:
     rows = _rows(found.ingredients)
     tall = ROW * len(rows)
     height = TOP + tall + BOTTOM
-    figure = Figure(figsize=(WIDTH, height))
+    layout = Layout(WIDTH, height)
     wide = WIDTH - LEFT - BETWEEN - RIGHT
-    costs = figure.add_axes((LEFT / WIDTH, BOTTOM / height, COST_SHARE * wide / WIDTH, tall / height))
-    left = LEFT + COST_SHARE * wide + BETWEEN
-    changes = figure.add_axes((left / WIDTH, BOTTOM / height, (1.0 - COST_SHARE) * wide / WIDTH, tall / height))
+    costs = layout.axes(LEFT, BOTTOM, COST_SHARE * wide, tall)
+    changes = layout.axes(LEFT + COST_SHARE * wide + BETWEEN, BOTTOM, (1.0 - COST_SHARE) * wide, tall)
     for axes in (costs, changes):
-        axes.set_ylim(len(rows) - 0.5, -0.5)
+        rows_axis(axes, [_title(one) for one in rows])
         axes.grid(visible=False, axis="y")
         for row in range(1, len(rows), 2):
             axes.axhspan(row - 0.5, row + 0.5, color="#f5f5f5", zorder=0, linewidth=0)
     _costs(costs, rows)
     _changes(changes, rows, Levels.of(found.variants).motion["position"])
     _verdicts(changes, rows)
-    figure.legend(handles=_legend(), loc="upper center", ncol=4, bbox_to_anchor=(0.5, 1.0 - 0.03 / height))
-    return figure
+    layout.legend(_legend(), 4)
+    return layout.figure
 
 
 def _rows(ingredients: Sequence[IngredientResult]) -> list[Row]:
@@ -73,7 +74,6 @@ def _seen(rows: Sequence[Row]) -> list[tuple[int, IngredientResult, Evidence]]:
 
 
 def _costs(axes: Axes, rows: Sequence[Row]) -> None:
-    axes.set_xscale("log")
     ends = [1.0]
     for row, one, evidence in _seen(rows):
         if evidence.cost is None:
@@ -86,12 +86,9 @@ def _costs(axes: Axes, rows: Sequence[Row]) -> None:
     axes.axvline(1.0, color="#333333", linewidth=0.9, zorder=2)
     axes.axvspan(1.0, COSTS, color="#e2e2e2", zorder=1, linewidth=0)
     low, high = min(ends) / 1.06, max(ends) * 1.06
-    axes.set_xlim(low, high)
     ticks = [tick for tick in (TICKS if high / low < NARROW else FEW_TICKS) if low <= tick <= high]
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.minorticks_off()
+    log_axis(axes, (low, high), ticks, [f"{tick:g}" for tick in ticks])
     axes.set_xlabel("CPU time with it over without it")
-    axes.set_yticks(range(len(rows)), [_title(one) for one in rows])
     for label, shown in zip(axes.get_yticklabels(), rows, strict=True):
         if isinstance(shown, str):
             label.set_fontstyle("italic")
@@ -100,7 +97,6 @@ def _costs(axes: Axes, rows: Sequence[Row]) -> None:
 
 
 def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
-    axes.set_xscale("log")
     largest = level
     for row, one, evidence in _seen(rows):
         if evidence.change is None:
@@ -110,15 +106,12 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
         axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(_colour(one), evidence))
         largest = max(largest, change)
     top = 10.0 ** np.ceil(np.log10(largest) + 0.3)
-    axes.set_xlim(0.5 * ROUNDING, top)
     axes.axvspan(0.5 * ROUNDING, float(on_log_grid(np.array([level]))[0]), color="#e2e2e2", zorder=1, linewidth=0)
     first, last = round(np.log10(ROUNDING)), round(float(np.log10(top)))
     every = max(2, -(-(last - first) // 5))
     decades = range(first, last + 1, every)
-    axes.set_xticks(
-        [10.0**k for k in decades], ["$\\leq 10^{-12}$" if k == first else f"$10^{{{k}}}$" for k in decades]
-    )
-    axes.minorticks_off()
+    names = ["$\\leq 10^{-12}$" if k == first else f"$10^{{{k}}}$" for k in decades]
+    log_axis(axes, (0.5 * ROUNDING, top), [10.0**k for k in decades], names)
     axes.set_xlabel("change of the position, over L")
     axes.set_yticks([])
 
@@ -131,33 +124,22 @@ def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence, level:
     left = any(other.change["position"] > level for other in one.evidence if other.change is not None)
     how = {Effect.REQUIRED: "without it", Effect.WORSE: "with it"}.get(evidence.effect, "")
     text = f"{', '.join(dict.fromkeys(other.because for other in ended))} {how}".strip()
-    axes.annotate(
-        text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}..",
-        (0.05 if left else 0.98, float(row) if len(ended) == len(one.evidence) else _lane(row, one, evidence)),
-        xycoords=("axes fraction", "data"),
-        ha="left" if left else "right",
-        va="center",
-        fontsize=7.5,
-        color=_colour(one),
-    )
+    shown = text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
+    height = float(row) if len(ended) == len(one.evidence) else _lane(row, one, evidence)
+    _note(axes, one, shown, (0.05 if left else 0.98, height), ha="left" if left else "right", fontsize=7.5)
 
 
 def _verdicts(axes: Axes, rows: Sequence[Row]) -> None:
     """The verdict in words at the right end of each row."""
+    beside: dict[str, Any] = {"xytext": (8.0, 0.0), "textcoords": "offset points", "fontsize": 8.5}
     for row, one in enumerate(rows):
-        if isinstance(one, str):
-            continue
-        axes.annotate(
-            one.verdict.value,
-            (1.0, row),
-            xycoords=("axes fraction", "data"),
-            xytext=(8.0, 0.0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8.5,
-            color=_colour(one),
-            fontweight="bold",
-        )
+        if isinstance(one, IngredientResult):
+            _note(axes, one, one.verdict.value, (1.0, row), fontweight="bold", **beside)
+
+
+def _note(axes: Axes, one: IngredientResult, text: str, at: tuple[float, float], **style: Any) -> None:
+    """A text in the colour of an ingredient, at a share of the panel's width and a row."""
+    axes.annotate(text, at, xycoords=("axes fraction", "data"), va="center", color=_colour(one), **style)
 
 
 def _lane(row: int, one: IngredientResult, evidence: Evidence) -> float:
@@ -168,16 +150,7 @@ def _lane(row: int, one: IngredientResult, evidence: Evidence) -> float:
 
 
 def _mark(colour: str, evidence: Evidence) -> dict[str, Any]:
-    filled = "white" if evidence.full else colour
-    return {
-        "color": colour,
-        "marker": "o",
-        "markersize": 4.6,
-        "markerfacecolor": filled,
-        "markeredgewidth": 1.1,
-        "linestyle": "none",
-        "zorder": 5,
-    }
+    return {**MARK, "color": colour, "markerfacecolor": "white" if evidence.full else colour, "zorder": 5}
 
 
 def _colour(one: IngredientResult) -> str:
@@ -193,14 +166,7 @@ def _title(one: Row) -> str:
 
 
 def _legend() -> list[Line2D]:
-    grey = "#555555"
-    mark: dict[str, Any] = {
-        "color": grey,
-        "marker": "o",
-        "markersize": 4.6,
-        "linestyle": "none",
-        "markeredgewidth": 1.1,
-    }
+    mark = MARK | {"color": "#555555"}
     return [
         Line2D([], [], label="alone, in the minimal model", **mark),
         Line2D([], [], label="in the full model", markerfacecolor="white", **mark),

@@ -9,11 +9,11 @@ from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, tolerance_heads, whole_decades
+from conrod.report.charts.layout import NORMS
 from conrod.report.charts.styles import completed, curve_style, label
 from conrod.scenes import Scene
 from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
 
-NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 MARKERS_PER_RUN = 12
 
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, tolerance_heads, whole_decades
-from conrod.report.charts.styles import EXACT, engine_title, preset_style
+from conrod.report.charts.styles import EXACT, preset_style, preset_title
 from conrod.studies.free_motion.results import MotionStudy
 
 MARKERS_PER_RUN = 12
@@ -25,7 +25,7 @@ def motion_figure(study: MotionStudy) -> Figure:
     drawn: dict[str, list[Array]] = {"error": [], "energy": []}
     runs = [(r, r.curves) for r in study.results if r.curves is not None]
     for place, (result, curves) in enumerate(runs):
-        style, name = preset_style(result.engine, result.preset), f"{engine_title(result.engine)} {result.preset}"
+        style, name = preset_style(result.engine, result.preset), preset_title(result.engine, result.preset)
         # A run that goes off must not make the exact curve flat: what is out of the panel is out of it.
         above.plot(
             on_grid(curves.times, seconds), on_grid(np.degrees(curves.angle), span), label=name,

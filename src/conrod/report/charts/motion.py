@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import on_grid
+from conrod.report.charts.canvas import legend_above, on_grid
+from conrod.report.charts.layout import edge_note
 from conrod.report.charts.styles import EXACT, completed, curve_style, label
 from conrod.scenes import Scene
 from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
@@ -58,7 +59,7 @@ def motion_figure(study: SceneStudy) -> Figure:
         grid[2, j].set_xlabel("crank angle [deg]")
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.subplots_adjust(left=0.09, right=0.985, top=0.925, bottom=0.07, hspace=0.18, wspace=0.32)
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3)
+    legend_above(figure, handles, labels)
     return figure
 
 
@@ -104,7 +105,9 @@ def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list
     axes.set_ylim(*on_grid(np.array(seen), 100.0 * span))
     axes.set_ylabel(f"{shown.quantity} [{unit}]")
     if leaving:
-        _name_leaving(axes, f"{numbers.measured(leaving)} {unit}")
+        size = f"{numbers.measured(leaving)} {unit}"
+        text = f"small marks: samples of runs that leave this panel, up to {size}"
+        edge_note(axes, text, (0.995, 0.03), ha="right", va="bottom")
 
 
 def _draw(axes: Axes, run: Result, degrees: Array, values: Array, span: float, phase: float) -> None:
@@ -112,20 +115,6 @@ def _draw(axes: Axes, run: Result, degrees: Array, values: Array, span: float, p
     style = curve_style(run) | {"linewidth": 0.7}
     marked = _markers(degrees, phase)
     axes.plot(on_grid(degrees, 360.0), on_grid(values, span), markevery=marked, label=label(run), **style)
-
-
-def _name_leaving(axes: Axes, size: str) -> None:
-    axes.annotate(
-        f"small marks: samples of runs that leave this panel, up to {size}",
-        (0.995, 0.03),
-        xycoords="axes fraction",
-        ha="right",
-        va="bottom",
-        fontsize=7.5,
-        color="#444444",
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5, "alpha": 0.85},
-        zorder=9,
-    )
 
 
 def _one_turn(angle: Array) -> Array:

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import on_log_grid
-from conrod.report.charts.styles import engine_title, preset_style
+from conrod.report.charts.layout import log_axis, rows_axis
+from conrod.report.charts.styles import preset_style, preset_title
 from conrod.report.numbers import ROUNDING
 
 ROW, MARGINS = 0.26, 1.25  # heights [inch]
@@ -36,15 +37,11 @@ def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
             else:
                 at, style = LARGEST, style | {"marker": "x", "markersize": 6.0}
             (mark,) = axes.plot([at], [row], **style, clip_on=False)
-            labels.setdefault(f"{engine_title(result['engine'])} {result['preset']}", mark)
+            labels.setdefault(preset_title(result["engine"], result["preset"]), mark)
             if result["outcome"] != "completed":
                 labels.setdefault("did not complete", mark)
-    axes.set_xscale("log")
-    axes.set_xlim(ROUNDING, LARGEST)
-    axes.set_xticks([10.0**k for k in range(-12, 2, 2)])
-    axes.minorticks_off()
-    axes.set_yticks(range(len(scenes)), list(scenes))
-    axes.set_ylim(len(scenes) - 0.5, -0.5)
+    log_axis(axes, (ROUNDING, LARGEST), [10.0**k for k in range(-12, 2, 2)])
+    rows_axis(axes, list(scenes))
     axes.set_xlabel("largest position error / L over the run")
     height = figure.get_figheight()
     figure.subplots_adjust(left=0.19, right=0.975, top=1.0 - 0.45 / height, bottom=0.6 / height)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.errors import NORMS
+from conrod.report.charts.layout import NORMS, steps_axis
 from conrod.report.charts.styles import curve_style, label
 from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
 
@@ -41,11 +41,7 @@ def refinement_figure(study: SceneStudy) -> Figure:
         axes.set_xscale("log")
         axes.set_ylabel(f"{name} error, max / {NORMS[name]}")
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), handlelength=4.2, labelspacing=0.9)
-    if steps:
-        panels[-1].set_xlim(steps[0] / 1.15, steps[-1] * 1.15)
-        panels[-1].set_xticks(steps, [str(n) for n in steps])
-    panels[-1].minorticks_off()
-    panels[-1].set_xlabel("steps per revolution N (step of the crank angle h = 2π / N)")
+    steps_axis(panels[-1], steps, 1.15)
     figure.align_ylabels(panels)
     figure.subplots_adjust(left=0.085, right=0.72, top=0.98, bottom=0.06, hspace=0.12)
     return figure

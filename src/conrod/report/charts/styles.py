@@ -9,10 +9,35 @@ from typing import Any
 
 from conrod.engines.registry import ENGINES, OTHER_COLOURS, line_style, look_of
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.runs.trajectory import Outcome
 from conrod.studies.validation.results import Result
 
 HUES = (*(one.look.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
 EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
+
+# Mark of an outcome, and its shade in a map of limits, as dark as its level.
+OUTCOMES = {
+    Outcome.DIVERGED.slug: ("x", "#332f45"),
+    Outcome.EXPLODED.slug: ("*", "#1f4e79"),
+    Outcome.RESET.slug: ("P", "#5a1414"),
+    Outcome.FLIPPED.slug: (">", "#7650a8"),
+    Outcome.LOCKED.slug: ("s", "#84592f"),
+    Outcome.OPENED.slug: ("v", "#a03c5e"),
+    Outcome.LOST_CONTACT.slug: ("^", "#2b7a80"),
+    Outcome.TUNNELLED.slug: ("D", "#5c6a2c"),
+    Outcome.STALLED.slug: ("d", "#96501e"),
+    Outcome.CRASHED.slug: ("X", "#000000"),
+    Outcome.TIMED_OUT.slug: ("h", "#4a4a4a"),
+    Outcome.OUT_OF_MEMORY.slug: ("p", "#646464"),
+    Outcome.UNSUPPORTED.slug: ("+", "#7a7a7a"),
+}
+OUTCOME_MARKS = {slug: mark for slug, (mark, _) in OUTCOMES.items()}
+OUTCOME_COLOURS = {slug: colour for slug, (_, colour) in OUTCOMES.items()}
+
+
+def outcome_mark(outcome: str) -> str:
+    """The marker of an outcome, whoever names it; one of its own for those that other packages add."""
+    return OUTCOME_MARKS.get(outcome, "X")
 
 
 def engine_title(engine: str) -> str:
@@ -20,9 +45,14 @@ def engine_title(engine: str) -> str:
     return look_of(engine).title
 
 
-def label(result: Result) -> str:
+def preset_title(engine: str, preset: str | None) -> str:
     """Engine and preset, as a legend has it."""
-    return f"{engine_title(result.engine)} {result.preset or ''}".strip()
+    return f"{engine_title(engine)} {preset or ''}".strip()
+
+
+def label(result: Result) -> str:
+    """Engine and preset of a result."""
+    return preset_title(result.engine, result.preset)
 
 
 def colour(engine: str) -> str:

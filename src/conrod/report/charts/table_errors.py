@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from conrod.own.error_curve import ErrorCurve
 from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.layout import NORMS
 from conrod.report.charts.styles import HUES
 
-NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 LEAST = 1e-5  # of the largest error of a panel: what is below leaves the panel
 PANEL, MARGINS = 2.7, 1.3  # heights [inch]
 # Two points, each twice, and two tolerances stand side by side.

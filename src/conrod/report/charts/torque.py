@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, whole_decades
-from conrod.report.charts.styles import EXACT, engine_title, preset_style
+from conrod.report.charts.styles import EXACT, preset_style, preset_title
 from conrod.studies.forces.results import ForceResult, TorqueCurve
 
 MARKERS = 12
@@ -60,9 +60,8 @@ def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
 
 
 def _style(run: ForceResult, place: int, runs: int, samples: int) -> dict[str, Any]:
-    label = f"{engine_title(run.engine)} {run.preset}"
     return {
         **preset_style(run.engine, run.preset),
-        "label": label,
+        "label": preset_title(run.engine, run.preset),
         "markevery": taking_turns(samples, place, runs, MARKERS, samples - 4),
     }

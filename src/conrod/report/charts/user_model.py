@@ -10,11 +10,11 @@ from matplotlib.ticker import MultipleLocator
 from conrod.exact.motion import Array
 from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
-from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
+from conrod.report.charts.canvas import on_grid, on_log_grid, taking_turns, whole_decades
+from conrod.report.charts.layout import NORMS
 from conrod.report.charts.styles import colour, preset_style
 from conrod.report.numbers import ROUNDING
 
-NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 MARKERS = 10
 
 
@@ -62,9 +62,8 @@ def _errors(axes: Axes, study: ModelStudy, runs: list[JudgedRun], quantity: str)
         curves.append(error)
         label = OWN if run is study.own else run.label
         style = preset_style("mujoco", label)
-        every = max(1, len(angle) // MARKERS)
-        start = (place * every) // len(runs)
-        axes.plot(angle, on_log_grid(error), markevery=slice(start, None, every), label=label, **style)
+        marks = taking_turns(len(angle), place, len(runs), MARKERS)
+        axes.plot(angle, on_log_grid(error), markevery=marks, label=label, **style)
     whole_decades(axes, curves)
     axes.set_ylabel(f"{quantity} / {NORMS[quantity]}")
     axes.set_xlim(0.0, np.copysign(360.0 * study.revolutions, study.scene.speed))

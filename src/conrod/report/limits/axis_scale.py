@@ -6,10 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from matplotlib.axes import Axes
 
+from conrod.exact.motion import Array
+from conrod.report.charts.canvas import on_grid
 from conrod.studies.limits.axis import Scale
-from conrod.studies.limits.results import Walk
+from conrod.studies.limits.results import Probe, Walk
 
 MOST_TICKS = 13
 ROOM = 0.02  # beside the ends, of the whole length
@@ -36,6 +39,15 @@ class AxisScale:
         places = [place(scale, probe.value) for walk in walks for probe in walk.probes]
         ways = {walk.falling for walk in walks if len(walk.probes) > 1}
         return cls(scale, min(places), max(places), ways == {True})
+
+    @property
+    def span(self) -> float:
+        """Length of the axis, in its own places."""
+        return self.high - self.low
+
+    def places(self, probes: Sequence[Probe]) -> Array:
+        """Return the places (N,) of the values of some probes, on the grid that is drawn."""
+        return on_grid(np.array([place(self.scale, probe.value) for probe in probes]), self.span)
 
     def apply(self, axes: Axes, label: str) -> None:
         """Give the horizontal axis its ends, its ticks and its label."""

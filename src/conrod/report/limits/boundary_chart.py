@@ -6,19 +6,16 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from conrod.exact.motion import Array
-from conrod.report.charts.canvas import on_grid
-from conrod.report.charts.styles import engine_title
-from conrod.report.limits.axis_scale import AxisScale, place
+from conrod.report.charts.layout import Layout, legend_rows, rows_axis
+from conrod.report.charts.styles import OUTCOME_MARKS, preset_title
+from conrod.report.limits.axis_scale import AxisScale
 from conrod.report.limits.marks import (
     LEVEL_COLOURS,
-    OUTCOME_MARKS,
     UNDETECTED_COLOUR,
     level_handles,
     mark_style,
@@ -26,7 +23,7 @@ from conrod.report.limits.marks import (
 )
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level
-from conrod.studies.limits.results import Probe, Stretch, Walk, stretches
+from conrod.studies.limits.results import Stretch, Walk, stretches
 
 WIDTH, LANE = 9.5, 0.42  # [inch]
 LEFT, RIGHT, TOP, BOTTOM = 2.1, 0.25, 0.2, 0.52  # margins [inch]
@@ -45,7 +42,7 @@ def preset_lanes(walks: Sequence[Walk]) -> Lanes:
     """Return a lane for each engine and preset; walks that go both ways from one value share it."""
     lanes: dict[str, list[Walk]] = {}
     for walk in walks:
-        lanes.setdefault(f"{engine_title(walk.engine)} {walk.preset}", []).append(walk)
+        lanes.setdefault(preset_title(walk.engine, walk.preset), []).append(walk)
     return lanes
 
 
@@ -61,28 +58,23 @@ def boundary_chart(lanes: Lanes) -> Figure:
     axis = AXES[together[0].axis]
     scale = AxisScale.of(axis.scale, together)
     handles = _legend(together)
-    height = TOP + LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS) + LANE * len(walked) + BOTTOM
-    figure = Figure(figsize=(WIDTH, height))
-    axes = figure.add_axes((LEFT / WIDTH, BOTTOM / height, (WIDTH - LEFT - RIGHT) / WIDTH, LANE * len(walked) / height))
+    layout = Layout(WIDTH, TOP + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS) + LANE * len(walked) + BOTTOM)
+    axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, LANE * len(walked))
     for lane, walks in enumerate(walked.values()):
         for walk in walks:
             _draw_walk(axes, scale, lane, walk)
     scale.apply(axes, axis.label)
-    axes.set_ylim(len(walked) - 0.5, -0.5)
-    axes.set_yticks(range(len(walked)), list(walked))
+    rows_axis(axes, list(walked))
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False, axis="y")
     axes.spines["left"].set_visible(False)
-    at = (0.5, 1.0 - 0.04 / height)
-    columns = min(len(handles), LEGEND_COLUMNS)
-    figure.legend(handles=handles, loc="upper center", ncol=columns, bbox_to_anchor=at, columnspacing=1.6)
-    return figure
+    layout.legend(handles, LEGEND_COLUMNS, 0.04, columnspacing=1.6)
+    return layout.figure
 
 
 def _draw_walk(axes: Axes, scale: AxisScale, lane: int, walk: Walk) -> None:
-    span = scale.high - scale.low
-    found = stretches(walk)
-    edges = _edges(scale, found, span)
+    span, found = scale.span, stretches(walk)
+    edges = _edges(scale, found)
     marked: dict[bool, list[float]] = {True: [], False: []}
     for stretch, (start, end) in zip(found, pairwise(edges), strict=True):
         _draw_stretch(axes, lane, stretch, start, end)
@@ -94,7 +86,7 @@ def _draw_walk(axes: Axes, scale: AxisScale, lane: int, walk: Walk) -> None:
     for edge, (one, other) in zip(edges[1:-1], pairwise(found), strict=True):
         if one.level == other.level:
             axes.vlines([edge], lane - HALF_BAR, lane + HALF_BAR, color="white", linewidth=SEAM, zorder=3)
-    places = _places(scale, walk.probes, span)
+    places = scale.places(walk.probes)
     axes.vlines(places, lane - HALF_BAR - HALF_TICK, lane - HALF_BAR, color=TICK_COLOUR, linewidth=0.6, zorder=3)
 
 
@@ -117,15 +109,11 @@ def _draw_mark(axes: Axes, lane: int, stretch: Stretch, at: float, inside: bool)
         axes.plot([at], [lane - UP], zorder=5, clip_on=False, **style)
 
 
-def _edges(scale: AxisScale, found: Sequence[Stretch], span: float) -> list[float]:
+def _edges(scale: AxisScale, found: Sequence[Stretch]) -> list[float]:
     """Places where colours change: half-way between the last run of one stretch and the first of the next."""
-    ends = [_places(scale, (stretch.probes[0], stretch.probes[-1]), span) for stretch in found]
+    ends = [scale.places((stretch.probes[0], stretch.probes[-1])) for stretch in found]
     middles = [0.5 * (one[1] + other[0]) for one, other in pairwise(ends)]
     return [float(ends[0][0]), *(float(middle) for middle in middles), float(ends[-1][1])]
-
-
-def _places(scale: AxisScale, probes: Sequence[Probe], span: float) -> Array:
-    return on_grid(np.array([place(scale.scale, probe.value) for probe in probes]), span)
 
 
 def _legend(walks: Sequence[Walk]) -> list[object]:

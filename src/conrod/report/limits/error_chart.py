@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.exact.motion import Array
 from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
-from conrod.report.charts.styles import colour, engine_title, preset_style
+from conrod.report.charts.layout import Layout, legend_rows, preset_handles
+from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
 from conrod.report.limits.axis_scale import AxisScale, place
-from conrod.report.limits.marks import OUTCOME_MARKS, UNDETECTED_COLOUR, outcome_handles
+from conrod.report.limits.marks import UNDETECTED_COLOUR, outcome_handles
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Scale
 from conrod.studies.limits.results import Probe, Walk
@@ -67,12 +67,11 @@ def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), re
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
     handles = _legend(walks, reference)
     strip = ABOVE + LANE * len(lanes) if lanes else 0.0
-    head = TOP + LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS) + strip
+    head = TOP + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS) + strip
     height = head + len(panels) * PANEL + (len(panels) - 1) * GAP + BOTTOM
-    figure = Figure(figsize=(WIDTH, height))
+    layout = Layout(WIDTH, height)
     for k, panel in enumerate(panels):
-        low = height - head - (k + 1) * PANEL - k * GAP
-        axes = figure.add_axes((LEFT / WIDTH, low / height, (WIDTH - LEFT - RIGHT) / WIDTH, PANEL / height))
+        axes = layout.axes(LEFT, height - head - (k + 1) * PANEL - k * GAP, WIDTH - LEFT - RIGHT, PANEL)
         _draw_panel(axes, scale, walks, panel, reference and panel is POSITION)
         if k == 0:
             _draw_failed(axes, scale, walks, lanes)
@@ -81,10 +80,8 @@ def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), re
             axes.tick_params(axis="x", labelbottom=False)
         else:
             axes.set_xlabel(axis.label)
-    at = (0.5, 1.0 - 0.03 / height)
-    columns = min(len(handles), LEGEND_COLUMNS)
-    figure.legend(handles=handles, loc="upper center", ncol=columns, bbox_to_anchor=at, handlelength=3.0)
-    return figure
+    layout.legend(handles, LEGEND_COLUMNS, handlelength=3.0)
+    return layout.figure
 
 
 def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
@@ -107,7 +104,7 @@ def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Pane
         undetected = [probe for probe in walk.probes if probe.undetected and panel.of(probe) is not None]
         _plot(axes, scale, undetected, panel, RING)
     if own_errors:
-        where = on_grid(np.array([place(scale.scale, value) for value, _ in own_errors]), scale.high - scale.low)
+        where = on_grid(np.array([place(scale.scale, value) for value, _ in own_errors]), scale.span)
         axes.plot(where, drawn[-1], color="black", linewidth=1.4, zorder=2)
     scale.apply(axes, "")
     axes.set_ylabel(panel.label)
@@ -116,7 +113,7 @@ def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Pane
 def _plot(axes: Axes, scale: AxisScale, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
     if probes:
         heights = on_log_grid(np.array([panel.of(probe) for probe in probes], dtype=float))
-        axes.plot(_places(scale, probes), heights, **style)
+        axes.plot(scale.places(probes), heights, **style)
 
 
 def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
@@ -128,9 +125,8 @@ def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Seq
             hue = UNDETECTED_COLOUR if probe.undetected else colour(key[0])
             style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "color": hue, "markeredgewidth": 0.9}
             style |= {"marker": OUTCOME_MARKS.get(probe.outcome, "o"), "clip_on": False}
-            axes.plot(_places(scale, [probe]), [up], transform=axes.get_xaxis_transform(), **style)
-        name = f"{engine_title(key[0])} {key[1]}"
-        axes.annotate(name, (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
+            axes.plot(scale.places([probe]), [up], transform=axes.get_xaxis_transform(), **style)
+        axes.annotate(preset_title(*key), (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
 
 
 def _unbroken(probes: Sequence[Probe], panel: Panel) -> list[list[Probe]]:
@@ -154,21 +150,13 @@ def _reference_errors(walks: Sequence[Walk]) -> list[tuple[float, float]]:
     return sorted(found.items())
 
 
-def _places(scale: AxisScale, probes: Sequence[Probe]) -> Array:
-    return on_grid(np.array([place(scale.scale, probe.value) for probe in probes]), scale.high - scale.low)
-
-
 def _legend(walks: Sequence[Walk], reference: bool) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
     bare: dict[str, Any] = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
-    handles = [
-        Line2D([], [], label=f"{engine_title(engine)} {preset}", **(preset_style(engine, preset) | bare))
-        for engine, preset in names
-    ]
+    handles = preset_handles(names, **bare)
     probes = [probe for walk in walks for probe in walk.probes]
     if reference and any(probe.reference_error is not None for probe in probes):
         handles.append(Line2D([], [], color="black", linewidth=1.4, label=REFERENCE))
     if any(probe.undetected for probe in probes):
-        ring = Line2D([], [], label="red: undetected", **RING)
-        handles.append(ring)
+        handles.append(Line2D([], [], label="red: undetected", **RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

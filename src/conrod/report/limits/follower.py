@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +16,7 @@ from matplotlib.lines import Line2D
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid, on_log_grid
+from conrod.report.charts.layout import Layout, edge_note, preset_handles
 from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
 from conrod.report.limits.words import WHO, who
 from conrod.report.table import Cell, Table, Toned, table
@@ -39,22 +39,17 @@ def float_figure(floats: Sequence[FollowerFloat]) -> Figure:
     drawn = [found for found in floats if found.curve is not None]
     engines = list(dict.fromkeys(found.engine for found in drawn))
     height = TOP + TALL + 2.0 * (BETWEEN + LOW) + BOTTOM
-    figure = Figure(figsize=(WIDTH, height))
+    layout = Layout(WIDTH, height)
     wide = (WIDTH - LEFT - RIGHT - GAP * (len(engines) - 1)) / len(engines)
-
-    def axes_at(left: float, top: float, width: float, tall: float) -> Axes:
-        return figure.add_axes((left / WIDTH, (height - top - tall) / height, width / WIDTH, tall / height))
-
-    _flight_panel(axes_at(LEFT, TOP, WIDTH - LEFT - RIGHT, TALL), drawn)
+    _flight_panel(layout.axes(LEFT, height - TOP - TALL, WIDTH - LEFT - RIGHT, TALL), drawn)
     for column, engine in enumerate(engines):
         own = [found for found in drawn if found.engine == engine]
-        left, top = LEFT + column * (wide + GAP), TOP + TALL + BETWEEN
-        _depth_panel(axes_at(left, top, wide, LOW), own)
-        _onset_panel(axes_at(left, top + LOW + BETWEEN, wide, LOW), own)
-    at = (0.5, 1.0 - 0.03 / height)
-    handles = _legend(drawn)
-    figure.legend(handles=handles, loc="upper center", ncol=len(handles), bbox_to_anchor=at, handlelength=3.0)
-    return figure
+        left = LEFT + column * (wide + GAP)
+        _depth_panel(layout.axes(left, BOTTOM + LOW + BETWEEN, wide, LOW), own)
+        _onset_panel(layout.axes(left, BOTTOM, wide, LOW), own)
+    handles = [Line2D([], [], label="exact", **EXACT), *preset_handles((f.engine, f.preset) for f in drawn)]
+    layout.legend(handles, len(handles), handlelength=3.0)
+    return layout.figure
 
 
 def _flight_panel(axes: Axes, drawn: Sequence[FollowerFloat]) -> None:
@@ -89,16 +84,8 @@ def _depth_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
         line = {"color": "#555555", "linestyle": style["linestyle"], "linewidth": 0.9}
         axes.axhline(float(on_log_grid(np.array([_curve(found).threshold]))[0]), **line)
     highest = on_log_grid(np.array([max(_curve(found).threshold for found in own)]))[0]
-    axes.annotate(
-        "10 x static penetration",
-        (0.01, 1.5 * highest),
-        xycoords=("axes fraction", "data"),
-        va="bottom",
-        fontsize=7.5,
-        color="#333333",
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8},
-        zorder=9,
-    )
+    place = (0.01, 1.5 * highest)
+    edge_note(axes, "10 x static penetration", place, xycoords=("axes fraction", "data"), va="bottom")
     axes.set_yscale("log")
     axes.set_ylim(LEAST, MOST)
     axes.minorticks_off()
@@ -154,30 +141,12 @@ def _curve(found: FollowerFloat) -> GapCurve:
     return found.curve
 
 
-def _legend(drawn: Sequence[FollowerFloat]) -> list[Line2D]:
-    exact: dict[str, Any] = EXACT
-    return [
-        Line2D([], [], label="exact", **exact),
-        *(
-            Line2D([], [], label=f"{engine_title(f.engine)} {f.preset}", **preset_style(f.engine, f.preset))
-            for f in drawn
-        ),
-    ]
-
-
 # -- tables ------------------------------------------------------------------------------------------------------------
 
 
 def onset_table(floats: Iterable[FollowerFloat]) -> Table:
     """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
-    head = (
-        *WHO,
-        "steps per revolution",
-        "penetration (mm)",
-        "onset / theory",
-        "off",
-        "visible by the exact flight from",
-    )
+    head = (*WHO, "steps per revolution", "penetration (mm)", "onset / theory", "off")
     rows = [
         (
             *who(found),
@@ -192,7 +161,7 @@ def onset_table(floats: Iterable[FollowerFloat]) -> Table:
         for found in floats
         if not found.refusal
     ]
-    return table((*head, "predicted from a flight's length", ""), rows)
+    return table((*head, "visible by the exact flight from", "predicted from a flight's length", ""), rows)
 
 
 def _onset_verdict(found: FollowerFloat) -> Cell:

@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.styles import engine_title, preset_style
+from conrod.report.charts.layout import Layout, log_axis, preset_handles
+from conrod.report.charts.styles import preset_style
 from conrod.report.limits.words import WHO, who
 from conrod.report.table import Table, table
 from conrod.studies.limits.extremes import Mark
@@ -29,22 +30,15 @@ def long_run_figure(runs: Sequence[LongRun]) -> Figure:
     """Draw loop error on the left, phase on the right, against revolutions; at least one run has marks."""
     runs = [run for run in runs if run.marks]
     height = TOP + PANEL + BOTTOM
-    figure = Figure(figsize=(WIDTH, height))
+    layout = Layout(WIDTH, height)
     wide = (WIDTH - LEFT - RIGHT - GAP) / 2.0
-    left, right = (
-        figure.add_axes((x / WIDTH, BOTTOM / height, wide / WIDTH, PANEL / height)) for x in (LEFT, LEFT + wide + GAP)
-    )
+    left, right = (layout.axes(x, BOTTOM, wide, PANEL) for x in (LEFT, LEFT + wide + GAP))
     _panel(left, runs, [(lambda mark: mark.closure, {})], "largest gap of a joint since the mark before, / L")
     clock: dict[str, Any] = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
     _panel(right, runs, [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)], "phase error (rad)")
-    handles = [
-        Line2D([], [], label=f"{engine_title(run.engine)} {run.preset}", **preset_style(run.engine, run.preset))
-        for run in runs
-    ]
-    handles.append(Line2D([], [], label=CLOCK, **clock))
-    at = (0.5, 1.0 - 0.03 / height)
-    figure.legend(handles=handles, loc="upper center", ncol=min(len(handles), 6), bbox_to_anchor=at, handlelength=3.0)
-    return figure
+    handles = [*preset_handles((run.engine, run.preset) for run in runs), Line2D([], [], label=CLOCK, **clock)]
+    layout.legend(handles, 6, handlelength=3.0)
+    return layout.figure
 
 
 def _panel(
@@ -59,10 +53,8 @@ def _panel(
             axes.plot(turns, heights, **(preset_style(run.engine, run.preset) | other))
     whole_decades(axes, drawn)
     last = max(mark.revolution for run in runs for mark in run.marks)
-    axes.set_xscale("log")
-    axes.set_xlim(10.0**-0.1, last * 10.0**0.1)
-    axes.set_xticks([10.0**k for k in range(int(np.floor(np.log10(last))) + 1)])
-    axes.minorticks_off()
+    decades = range(int(np.floor(np.log10(last))) + 1)
+    log_axis(axes, (10.0**-0.1, last * 10.0**0.1), [10.0**k for k in decades])
     axes.set_xlabel("revolutions")
     axes.set_ylabel(label)
 

@@ -19,9 +19,10 @@ from matplotlib.path import Path
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid, on_log_grid
-from conrod.report.charts.styles import engine_title
+from conrod.report.charts.layout import Layout, legend_rows
+from conrod.report.charts.styles import OUTCOME_COLOURS, preset_title
 from conrod.report.limits.axis_scale import AxisScale, place, tick_text
-from conrod.report.limits.marks import OUTCOME_COLOURS, UNDETECTED_COLOUR, draw_scale, error_colour, mark_style
+from conrod.report.limits.marks import UNDETECTED_COLOUR, draw_scale, error_colour, mark_style
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
@@ -51,31 +52,19 @@ OUTSIDE = object()  # what lies around a map
 def map_figure(found: LimitMap) -> Figure:
     """Draw the map of one preset of one engine on one scene."""
     handles, labels = _legend(found)
-    legend = LEGEND_ROW * -(-len(handles) // LEGEND_COLUMNS)
-    height = BOTTOM + PANEL_HEIGHT + TITLE + legend
-    figure = Figure(figsize=(WIDTH, height))
-    wide = WIDTH - LEFT - RIGHT
-    axes = figure.add_axes((LEFT / WIDTH, BOTTOM / height, wide / WIDTH, PANEL_HEIGHT / height))
+    layout = Layout(WIDTH, BOTTOM + PANEL_HEIGHT + TITLE + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS))
+    axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, PANEL_HEIGHT)
     _draw(axes, found)
     axes.set_title(_title(found), loc="left")
-    at = ((WIDTH - RIGHT + SCALE_GAP) / WIDTH, BOTTOM / height, SCALE_WIDTH / WIDTH, PANEL_HEIGHT / height)
-    draw_scale(figure.add_axes(at))
-    figure.legend(
-        handles,
-        labels,
-        loc="upper center",
-        ncol=LEGEND_COLUMNS,
-        bbox_to_anchor=(0.5, 1.0),
-        borderpad=0.2,
-        columnspacing=1.6,
-        handler_map={tuple: HandlerTuple(ndivide=1)},
-    )
-    return figure
+    draw_scale(layout.axes(WIDTH - RIGHT + SCALE_GAP, BOTTOM, SCALE_WIDTH, PANEL_HEIGHT))
+    style: dict[str, Any] = {"borderpad": 0.2, "columnspacing": 1.6}
+    layout.legend(handles, LEGEND_COLUMNS, 0.0, labels=labels, handler_map={tuple: HandlerTuple(ndivide=1)}, **style)
+    return layout.figure
 
 
 def _title(found: LimitMap) -> str:
     share = f"{len(found.runs)} of {found.nodes} nodes run ({numbers.percent(found.share)})"
-    return f"{found.scene}, {engine_title(found.engine)} {found.preset}: {share}"
+    return f"{found.scene}, {preset_title(found.engine, found.preset)}: {share}"
 
 
 # -- panel -------------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
+from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.report.numbers import ROUNDING
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR, Level
@@ -68,24 +69,6 @@ LEVEL_COLOURS = {
     Level.UNBOUNDED.slug: "#332f45",
 }
 DARK = (Level.BROKEN.slug, Level.UNBOUNDED.slug)
-# Mark of an outcome, and its shade in a map, as dark as its level.
-OUTCOMES = {
-    Outcome.DIVERGED.slug: ("x", "#332f45"),
-    Outcome.EXPLODED.slug: ("*", "#1f4e79"),
-    Outcome.RESET.slug: ("P", "#5a1414"),
-    Outcome.FLIPPED.slug: (">", "#7650a8"),
-    Outcome.LOCKED.slug: ("s", "#84592f"),
-    Outcome.OPENED.slug: ("v", "#a03c5e"),
-    Outcome.LOST_CONTACT.slug: ("^", "#2b7a80"),
-    Outcome.TUNNELLED.slug: ("D", "#5c6a2c"),
-    Outcome.STALLED.slug: ("d", "#96501e"),
-    Outcome.CRASHED.slug: ("X", "#000000"),
-    Outcome.TIMED_OUT.slug: ("h", "#4a4a4a"),
-    Outcome.OUT_OF_MEMORY.slug: ("p", "#646464"),
-    Outcome.UNSUPPORTED.slug: ("+", "#7a7a7a"),
-}
-OUTCOME_MARKS = {slug: mark for slug, (mark, _) in OUTCOMES.items()}
-OUTCOME_COLOURS = {slug: colour for slug, (_, colour) in OUTCOMES.items()}
 # Of runs that are wrong and undetected.
 UNDETECTED_COLOUR = "#d40000"
 

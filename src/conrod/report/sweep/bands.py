@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid
+from conrod.report.charts.layout import log_axis, rows_axis
 from conrod.report.charts.styles import colour, engine_title
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
@@ -107,14 +108,11 @@ def bands_figure(study: SweepStudy) -> Figure:
         for place, row in enumerate(rows):
             _bar(left, place, row, row.shares[quantity])
             _dots(right, place, row, row.ratios[quantity])
-        left.set_yticks(range(len(rows)), [f"{engine_title(row.engine)}, {row.path}" for row in rows])
-        left.set_ylim(len(rows) - 0.4, -0.6)
+        rows_axis(left, [f"{engine_title(row.engine)}, {row.path}" for row in rows], 0.4)
         left.set_title(quantity, loc="left")
         left.set_xlim(0.0, 100.0)
         right.axvline(1.0, color="#333333", linewidth=1.2, zorder=3)
-        right.set_xscale("log")
-        right.set_xlim(RATIOS[0] / 2.0, RATIOS[1] * 2.0)
-        right.minorticks_off()
+        log_axis(right, (RATIOS[0] / 2.0, RATIOS[1] * 2.0))
         right.tick_params(axis="y", length=0)
     grid[0, 1].annotate(
         "band too narrow  |  holds the error", (1.0, 1.06), xycoords=("data", "axes fraction"), ha="center",

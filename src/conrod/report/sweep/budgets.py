@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid
-from conrod.report.charts.errors import NORMS
-from conrod.report.charts.styles import colour, engine_title
+from conrod.report.charts.layout import NORMS, log_axis, rows_axis
+from conrod.report.charts.styles import colour, preset_title
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
@@ -32,7 +32,7 @@ SHOWN = {
 def title_of(budget: ErrorBudget) -> str:
     """Engine, preset and steps."""
     steps = budget.settings.get("steps_per_revolution")
-    return f"{engine_title(budget.engine)} {budget.preset}" + ("" if steps is None else f", {steps} steps")
+    return f"{preset_title(budget.engine, budget.preset)}" + ("" if steps is None else f", {steps} steps")
 
 
 def budget_table(budget: ErrorBudget) -> Table:
@@ -108,8 +108,7 @@ def budgets_figure(study: SweepStudy) -> Figure:
             _draw(axes, place, budget, quantity)
         _error_axis(axes, _largest(budgets, quantity))
         axes.set_xlabel(f"{quantity}, max / {NORMS[quantity]}")
-        axes.set_yticks(range(len(budgets)), [title_of(budget).replace(", ", ",\n") for budget in budgets])
-        axes.set_ylim(len(budgets) - 0.45, -0.55)
+        rows_axis(axes, [title_of(budget).replace(", ", ",\n") for budget in budgets], 0.45)
         axes.grid(visible=False, axis="y")
         for place in range(len(budgets) - 1):
             axes.axhline(place + 0.5, color="#bbbbbb", linewidth=0.6)
@@ -145,8 +144,6 @@ def _error_axis(axes: Axes, largest: float) -> None:
     """A logarithmic axis from rounding on; a shade where only rounding is."""
     lowest, top = round(np.log10(numbers.ROUNDING)), int(np.ceil(np.log10(largest) - 1e-6))
     edge = 10.0 ** (lowest - 0.6)
-    axes.set_xscale("log")
-    axes.set_xlim(edge, 10.0 ** (top + 0.4))
-    axes.set_xticks([10.0**k for k in range(lowest, top + 1, max(1, (top - lowest) // 4))])
-    axes.minorticks_off()
+    decades = range(lowest, top + 1, max(1, (top - lowest) // 4))
+    log_axis(axes, (edge, 10.0 ** (top + 0.4)), [10.0**k for k in decades])
     axes.axvspan(edge, numbers.ROUNDING, color="#eeeeee", zorder=0, linewidth=0)

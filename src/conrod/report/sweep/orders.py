@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.errors import NORMS
+from conrod.report.charts.layout import NORMS, steps_axis
 from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.sweep.selection import cheapest_within, preset_curves
 from conrod.report.table import Table, table
@@ -77,11 +77,7 @@ def orders_figure(study: SweepStudy) -> Figure:
         axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
         axes.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), handlelength=3.6, labelspacing=0.7, fontsize=7.0)
     _mark_failed(panels[0], paths)
-    panels[-1].set_xlim(steps[0] / 1.2, steps[-1] * 1.2)
-    shown = steps if len(steps) <= 10 else steps[:: -(-len(steps) // 10)]
-    panels[-1].set_xticks(shown, [str(n) for n in shown])
-    panels[-1].minorticks_off()
-    panels[-1].set_xlabel("steps per revolution N (step of the crank angle h = 2π / N)")
+    steps_axis(panels[-1], steps, 1.2)
     figure.align_ylabels(panels)
     figure.subplots_adjust(left=0.08, right=0.64, top=0.93, bottom=0.05, hspace=0.1)
     return figure

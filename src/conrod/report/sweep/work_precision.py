@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from conrod.engines.registry import look_of
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.errors import NORMS
-from conrod.report.charts.styles import colour, engine_title, preset_style
+from conrod.report.charts.layout import NORMS, Layout, log_axis, preset_handles, rows_axis
+from conrod.report.charts.styles import colour, engine_title, outcome_mark, preset_style
 from conrod.report.sweep.labels import name_curves, name_points
 from conrod.report.sweep.selection import Placed, placed_points, preset_curves, timed_engines
 from conrod.runs.trajectory import Outcome
@@ -22,17 +22,6 @@ from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
-# A marker for each way in which runs end that do not complete; any other end gets the last one.
-MARKERS = {
-    Outcome.DIVERGED.slug: "x",
-    Outcome.EXPLODED.slug: "*",
-    Outcome.OPENED.slug: "v",
-    Outcome.FLIPPED.slug: ">",
-    Outcome.LOCKED.slug: "s",
-    Outcome.RESET.slug: "P",
-    Outcome.TIMED_OUT.slug: "h",
-}
-OTHER = "X"
 APART = (0.0, 0.24, -0.24)  # failed runs of one cost, in lanes
 
 WIDTH, PANEL_HEIGHT, LANE_HEIGHT = 10.5, 4.9, 0.26  # [inch]
@@ -52,15 +41,16 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
     ends = ends_of(placed)
     strip = LANE_HEIGHT * len(ends) + (GAP if ends else 0.0)
     height = TOP + strip + len(quantities) * (PANEL_HEIGHT + GAP) + BOTTOM
-    figure = Figure(figsize=(WIDTH, height))
+    layout = Layout(WIDTH, height)
     costs = on_log_grid(np.array([p.cost for p in placed]))
     limits = (float(costs.min()) / 1.6, float(costs.max()) * 1.6)
     if ends:
-        axes = _axes(figure, height - TOP, strip - GAP, height)
+        axes = layout.axes(LEFT, height - TOP - strip + GAP, PANEL_WIDTH, strip - GAP)
         _draw_strip(axes, placed, ends)
         _cost_axis(axes, limits)
     for k, quantity in enumerate(quantities):
-        axes = _axes(figure, height - TOP - strip - k * (PANEL_HEIGHT + GAP), PANEL_HEIGHT, height)
+        top = height - TOP - strip - k * (PANEL_HEIGHT + GAP)
+        axes = layout.axes(LEFT, top - PANEL_HEIGHT, PANEL_WIDTH, PANEL_HEIGHT)
         _cost_axis(axes, limits)
         _draw_panel(axes, study, placed, quantity)
         if quantity == quantities[-1]:
@@ -68,16 +58,8 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
             _reference_axes(axes, study, limits)
         else:
             axes.tick_params(axis="x", labelbottom=False)
-    figure.legend(
-        handles=_legend(study), loc="upper center", ncol=3, bbox_to_anchor=(0.5, 1.0 - 0.05 / height),
-        handlelength=3.4, columnspacing=3.0,
-    )  # fmt: skip
-    return figure
-
-
-def _axes(figure: Figure, top: float, tall: float, height: float) -> Axes:
-    """Axes whose upper edge is so far from the figure's lower one [inch]."""
-    return figure.add_axes((LEFT / WIDTH, (top - tall) / height, PANEL_WIDTH / WIDTH, tall / height))
+    layout.legend(_legend(study), 3, 0.05, handlelength=3.4, columnspacing=3.0)
+    return layout.figure
 
 
 # -- runs that did not complete ----------------------------------------------------------------------------------------
@@ -97,11 +79,10 @@ def _draw_strip(axes: Axes, placed: Sequence[Placed], ends: Sequence[str]) -> No
         for k, one in enumerate(failed):
             axes.plot(
                 on_log_grid(np.array([one.cost])), [lane + APART[k % len(APART)]], linestyle="none",
-                marker=MARKERS.get(end, OTHER), markersize=4.0, color=colour(one.point.engine), alpha=0.7,
+                marker=outcome_mark(end), markersize=4.0, color=colour(one.point.engine), alpha=0.7,
                 markeredgewidth=0.6,
             )  # fmt: skip
-    axes.set_ylim(len(ends) - 0.4, -0.6)
-    axes.set_yticks(range(len(ends)), ends)
+    rows_axis(axes, ends, 0.4)
     axes.yaxis.tick_right()
     axes.tick_params(axis="y", length=0, labelsize=8.0)
     axes.tick_params(axis="x", length=0, labelbottom=False)
@@ -121,9 +102,7 @@ def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
 
 
 def _log_axis(axes: Axes, limits: tuple[float, float]) -> range:
-    axes.set_xscale("log")
-    axes.set_xlim(*limits)
-    axes.minorticks_off()
+    log_axis(axes, limits)
     return range(int(np.ceil(np.log10(limits[0]))), int(np.floor(np.log10(limits[1]))) + 1)
 
 
@@ -138,7 +117,6 @@ def _reference_axes(axes: Axes, study: SweepStudy, limits: tuple[float, float]) 
         other = axes.twiny()
         decades = _log_axis(other, (limits[0] / step, limits[1] / step))
         other.set_xticks([10.0**k for k in decades], [f"{10.0**k:.0f}" if 0 <= k < 4 else f"1e{k}" for k in decades])
-        other.minorticks_off()
         other.grid(visible=False)
         other.xaxis.set_ticks_position("bottom")
         other.xaxis.set_label_position("bottom")
@@ -193,10 +171,7 @@ def _front_style(engine: str) -> dict[str, Any]:
 
 
 def _legend(study: SweepStudy) -> list[Line2D]:
-    handles = [
-        Line2D([], [], label=f"{engine_title(c.engine)} {c.preset}", **preset_style(c.engine, c.preset))
-        for c in preset_curves(study)
-    ]
+    handles = preset_handles((curve.engine, curve.preset) for curve in preset_curves(study))
     for engine in timed_engines(study):
         style = _dot_style(engine) | {"alpha": 0.5, "markersize": 4.0}
         handles.append(Line2D([], [], label=f"{engine_title(engine)}, other settings", **style))
