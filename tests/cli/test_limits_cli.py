@@ -1,4 +1,4 @@
-"""`conrod limits` as a user types it, mistakes among them."""
+"""`conrod limits` as a user types it."""
 
 from __future__ import annotations
 
@@ -77,59 +77,6 @@ def test_the_report_shows_where_it_is_wrong_and_undetected(folder: Path) -> None
     assert "undetected" in page
     assert (folder / "report" / "README.md").is_file()
     assert list((folder / "report" / "figures").glob("saw-500rpm-*.svg"))
-
-
-MISTAKES = {
-    "unknown axis": (("--axis", "step"), ("unknown axis 'step'", "did you mean 'steps'?")),
-    "unknown scene": (("saw", "--axis", "steps"), ("unknown scene 'saw'",)),
-    "axis of a cam on a saw": (("saw-500rpm", "--axis", "float"), ("saw", "float")),
-    "axis of a linkage on a cam": (("cam-follower", "--axis", "mass-ratio"), ("mass-ratio", "connecting rod")),
-    "pair of a linkage on a cam": (("cam-follower", "--axis", "steps-x-nearness"), ("nearness",)),
-    "empty range": (("saw-500rpm", "--axis", "steps", "--range", "100..100"), ("--range 100..100 is empty",)),
-    "no range": (("saw-500rpm", "--axis", "steps", "--range", "100"), ("'100' is no range", "20000..2")),
-    "half a range": (("saw-500rpm", "--axis", "steps", "--range", "100.."), ("'100..' is no range", "20000..2")),
-    "range out of bounds": (("saw-500rpm", "--axis", "steps", "--range", "100..1"), ("1 is out of range",)),
-    "half a step": (("saw-500rpm", "--axis", "steps", "--range", "99.5..10"), ("99.5 is not a whole number",)),
-    "range of two axes": (("--axis", "steps", "--axis", "speed", "--range", "9..3"), ("one --axis",)),
-    "range of no axis": (("saw-500rpm", "--range", "9..3"), ("one --axis",)),
-    "range of a list": (("saw-500rpm", "--axis", "rounding", "--range", "0..1"), ("its values are a list",)),
-    "no runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "0"), ("--most-runs = 0 is out of range",)),
-    "too many runs": (("saw-500rpm", "--axis", "steps", "--most-runs", "40"), ("--most-runs", "40", "up to")),
-    "no time": (("saw-500rpm", "--axis", "steps", "--cell-timeout", "0"), ("time limit of 0 s",)),
-    "no memory": (("saw-500rpm", "--axis", "steps", "--cell-memory", "0"), ("memory limit of 0",)),
-    "memory for no run": (("saw-500rpm", "--axis", "steps", "--cell-memory", "200MB"), ("is too little", "may need")),
-    "flight of a saw": (("saw-500rpm", "--axis", "flight"), ("no cam",)),
-    "no revolutions": (("saw-500rpm", "--axis", "run-length", "--revolutions", "0"), ("--revolutions", "1")),
-    "revolutions of no long run": (("--axis", "steps", "--revolutions", "9"), ("--revolutions 9", "run-length")),
-    "two lengths": (("--axis", "run-length", "--range", "1..9", "--revolutions", "5"), ("--range 1..9", "give one")),
-    "unknown preset": (("saw-500rpm", "--axis", "steps", "--preset", "hard"), ("unknown preset 'hard'",)),
-    "preset that no engine has here": (("cam-follower", "--axis", "steps", "--preset", "hardened"), ("hardened",)),
-}
-
-
-@pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_known_in_one_line_and_nothing_is_written(mistake: str, tmp_path: Path) -> None:
-    arguments, words = MISTAKES[mistake]
-    done = conrod(*arguments, "--json", "limits.json", cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    lines = [line for line in done.stderr.splitlines() if not line.startswith("runs: ")]
-    assert len(lines) == 1, done.stderr
-    assert lines[0].startswith("conrod: ")
-    for word in words:
-        assert word in lines[0]
-    assert not (tmp_path / "limits.json").exists()
-
-
-@pytest.mark.parametrize("command", ["limits", "sweep"])
-@pytest.mark.parametrize("name", ["results.json", "README.md", "saw-500rpm.md", "figures/steps.svg"])
-def test_results_are_not_written_over_a_file_of_the_report(command: str, name: str, tmp_path: Path) -> None:
-    (tmp_path / "report" / "figures").mkdir(parents=True)
-    outputs = ("--out", "report", "--json", f"report/{name}", "--ledger", "l.sqlite")
-    done = command_line.conrod(command, "saw-500rpm", *outputs, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"conrod: cannot write report/{name}: ")
-    assert done.stderr.count("\n") == 1
 
 
 def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -226,28 +225,3 @@ def test_figures_are_drawn_at_the_angle_or_at_a_usual_one(scene: str, angle: flo
         usual, other = ((rocking / folder / name).read_text() for folder in ("usual", "other"))
         assert usual.rstrip().endswith("</svg>")
         assert usual != other
-
-
-REFUSED = {
-    "a scene is missing": (("--angle", "60deg"), "SCENE"),
-    "no angle": (("saw-40rpm", "--angle", "soon"), "60deg"),
-    "an angle without end": (("saw-40rpm", "--angle", "1e9"), "out of range"),
-    "an angle in mm": (("saw-40rpm", "--angle", "60mm"), "'mm' is not a unit of rad"),
-    "outside the pass": (("pass.toml", "--angle", "50 deg"), "one pass, from -20 to 40 deg"),
-    "no folder": (("saw-40rpm", "--figures", ""), "name of a folder"),
-    "a figure in place of another file": (
-        ("saw-40rpm", "--figures", ".", "--svg", "centres.svg"),
-        "it is the same file as --svg",
-    ),
-}
-
-
-@pytest.mark.parametrize("mistake", REFUSED)
-def test_mistakes_are_told_in_one_line_with_nothing_written(mistake: str, rocking: Path) -> None:
-    arguments, words = REFUSED[mistake]
-    before = sorted(rocking.iterdir())
-    done: subprocess.CompletedProcess[str] = conrod("show", *arguments, cwd=rocking)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert len(done.stderr.splitlines()) == 1
-    assert words in done.stderr
-    assert sorted(rocking.iterdir()) == before

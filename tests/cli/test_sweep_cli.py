@@ -114,16 +114,6 @@ def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path)
     assert "nearest: " in done.stdout
 
 
-@pytest.mark.parametrize("bad", ["0", "-1e-6", "nan", "inf"])
-def test_an_impossible_tolerance_is_refused(bad: str, tmp_path: Path) -> None:
-    told_in_one_line(conrod("recommend", "saw-500rpm", f"--position={bad}", cwd=tmp_path), "--position")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_recommendation_without_a_tolerance_is_refused(tmp_path: Path) -> None:
-    told_in_one_line(conrod("recommend", "saw-500rpm", cwd=tmp_path), "--position", "--acceleration")
-
-
 # -- results ---------------------------------------------------------------------------------------------------------
 
 
@@ -169,35 +159,7 @@ def test_an_expression_can_only_read(harm: str, folder: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == before
 
 
-def test_results_of_no_ledger_make_none(tmp_path: Path) -> None:
-    told_in_one_line(conrod("results", cwd=tmp_path), "there is no ledger", "conrod sweep")
-    assert list(tmp_path.iterdir()) == []
-
-
 # -- mistakes --------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--grid", "corse"), ("unknown grid 'corse'", "did you mean 'coarse'?")),
-        (("--engine", "mujco"), ("unknown engine 'mujco'", "did you mean 'mujoco'?")),
-        (("--jobs", "0"), ("0 jobs", "1 to")),
-        (("--cell-timeout", "-1"), ("time limit", "-1")),
-        (("--cell-memory", "lots"), ("--cell-memory", "lots")),
-        (("--cluster", "tcp://127.0.0.1:9", "--jobs", "2"), ("--jobs does not go with --cluster",)),
-        (("--set", "crnk=80mm"), ("unknown parameter 'crnk'", "did you mean 'crank'?")),
-        (("--out", "ledger.sqlite/x"), ("--out",)),
-    ],
-)  # fmt: skip
-def test_a_mistake_is_told_in_one_line_and_costs_nothing(
-    arguments: tuple[str, ...], words: tuple[str, ...], tmp_path: Path
-) -> None:
-    if "--out" in arguments:
-        (tmp_path / "ledger.sqlite").write_bytes(b"")
-        words = ("cannot write into",)
-    told_in_one_line(conrod("sweep", "saw-500rpm", *arguments, cwd=tmp_path), *words)
-    assert not list(tmp_path.glob("*/*"))
 
 
 def test_a_file_that_is_no_ledger_is_left_as_it_is(tmp_path: Path) -> None:

@@ -47,3 +47,8 @@ def conrod_process(*arguments: str, cwd: Path | None = None) -> subprocess.Compl
     return subprocess.run(
         [sys.executable, "-m", "conrod", *arguments], capture_output=True, text=True, cwd=cwd, timeout=300, check=False
     )
+
+
+def said(done: subprocess.CompletedProcess[str]) -> list[str]:
+    """What standard error has besides the progress of runs, which takes time and goes by what has been run before."""
+    return [line for line in done.stderr.splitlines() if not line.startswith("runs: ")]
