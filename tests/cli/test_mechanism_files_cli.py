@@ -1,32 +1,40 @@
-"""Mechanism files on the command line: taken where scenes are."""
+"""Mechanism files on the command line, taken where scenes are, and the slips that users make in them."""
 
 from __future__ import annotations
 
 import json
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
 
+from conrod.errors import InvalidInput
+from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from tests.support.command_line import conrod
 from tests.support.described import FOUR_BAR, SLIDER_CRANK
 
+TEXT = SLIDER_CRANK.read_text(encoding="utf-8")
 
-def edited(folder: Path, *changes: tuple[str, str]) -> str:
-    """A copy of the slider-crank with some of its text changed."""
-    text = SLIDER_CRANK.read_text(encoding="utf-8")
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
+
+def written(folder: Path, text: str, encoding: str = "utf-8") -> Path:
     path = folder / "own.toml"
-    path.write_text(text, encoding="utf-8")
-    return str(path)
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+def with_first(pattern: str, replacement: str) -> str:
+    text, count = re.subn(pattern, lambda found: replacement, TEXT, count=1)
+    assert count == 1, pattern
+    return text
 
 
 def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
     document = tmp_path / "results.json"
-    done = conrod("validate", edited(tmp_path), "--preset", "tuned", "--steps-per-rev", "200", "--json", str(document))
+    done = conrod(
+        "validate", str(written(tmp_path, TEXT)), "--preset", "tuned", "--steps-per-rev", "100", "--json", str(document)
+    )
     assert done.returncode == 0, done.stderr
     (part,) = json.loads(document.read_text(encoding="utf-8"))["parts"].values()
     results = part["findings"]["results"]
@@ -55,7 +63,7 @@ def test_a_pass_is_exported_from_its_start_to_its_end() -> None:
 
 
 def test_a_model_is_exported_whatever_its_texts(tmp_path: Path) -> None:
-    path = edited(tmp_path, ("course module", "a <b> & -- c -->"))
+    path = str(written(tmp_path, with_first("course module", "a <b> & -- c -->")))
     model = ET.fromstring(conrod("export", path, "--format", "mjcf").stdout)
     assert model.tag == "mujoco"
 
@@ -69,7 +77,7 @@ def test_a_file_goes_by_its_own_name(tmp_path: Path) -> None:
     [("saw-40rpm", "is taken by another scene"), ("a/b", "cannot be a name"), ("..", "cannot be a name")],
 )
 def test_a_name_that_reports_could_not_use_is_refused(tmp_path: Path, name: str, expected: str) -> None:
-    done = conrod("show", edited(tmp_path, ('name = "slider-crank"', f'name = "{name}"')))
+    done = conrod("show", str(written(tmp_path, with_first('name = "slider-crank"', f'name = "{name}"'))))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert expected in done.stderr
 
@@ -79,3 +87,76 @@ def test_a_file_that_cannot_be_read_is_told_in_one_line(tmp_path: Path) -> None:
         done = conrod(*command, str(tmp_path / "none.toml"))
         assert (done.returncode, done.stderr.count("\n")) == (2, 1)
         assert "none.toml: it cannot be read" in done.stderr
+
+
+# -- slips ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_byte_order_mark_before_the_text_is_read_over(tmp_path: Path) -> None:
+    scene = read_scene(written(tmp_path, "\ufeff" + TEXT))
+    assert isinstance(scene, DescribedScene)
+    assert scene.identity() == read_scene(SLIDER_CRANK).identity()
+
+
+def test_units_may_be_written_as_reports_write_them(tmp_path: Path) -> None:
+    scene = read_scene(written(tmp_path, f'gravity = [0, "-981 cm/s²"]\n{TEXT}'))
+    assert scene.parameters["gravity.y"] == pytest.approx(-9.81)
+
+
+SLIPS = {
+    "decimal comma in a text": (with_first(r'speed = "[^"]*"', 'speed = "60,5 rpm"'), "driver.speed = '60,5 rpm': dec"),
+    "decimal comma in a number": (with_first(r'speed = "[^"]*"', "speed = 6,5"), "with a point, not with a comma"),
+    "unit in capitals": (with_first(r'speed = "[^"]*"', 'speed = "60 RPM"'), "did you mean 'rpm'?"),
+    "joint called a pin": (with_first(r'kind = "revolute"', 'kind = "pin"'), "did you mean 'revolute'?"),
+    "joint called a slider": (with_first(r'kind = "prismatic"', 'kind = "slider"'), "did you mean 'prismatic'?"),
+    "joint that is none": (with_first(r'kind = "prismatic"', 'kind = "fixed"'), "are one body"),
+    "guide as a table": (with_first(r'guide = "[^"]*"', "guide = { point = 1 }"), 'as text: "body.point"'),
+    "start forgotten": (with_first(r"(?s)\[start\].*?(?=\n\[|\Z)", ""), "or the same of"),
+    "slide as the driver": (with_first(r'joint = "[^"]*"', 'joint = "slide"'), "ground is wanted; here "),
+    "date as a number": (with_first(r'speed = "[^"]*"', "speed = 2020-01-01"), "driver.speed = a date is not"),
+    "two points, no output": (f'{TEXT.replace("output =", "# output =")}\n', "no 'output', which is needed with sev"),
+    "output after a table": (
+        f'{TEXT.replace("output =", "# output =")}\noutput = "A"\n', "observed.output: as a field of the file"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "told"), SLIPS.values(), ids=SLIPS.keys())
+def test_a_slip_is_told_in_one_line(tmp_path: Path, text: str, told: str) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(InvalidInput) as refusal:
+        read_scene(path)
+    message = str(refusal.value)
+    assert message.startswith(f"{path}: ")
+    assert told in message
+    assert "\n" not in message
+
+
+def test_lengths_that_do_not_reach_are_told_at_the_start(tmp_path: Path) -> None:
+    text = re.sub(r'(B = \[)"?[\d.]+ ?m*"?', r'\1"9 m"', FOUR_BAR.read_text(encoding="utf-8"), count=1)
+    with pytest.raises(InvalidInput, match="cannot be assembled at crank angle 0 deg: lengths do not reach"):
+        read_scene(written(tmp_path, text))
+
+
+# -- show ------------------------------------------------------------------------------------------------------------
+
+
+def test_show_tells_description_and_assumptions_and_takes_no_text_for_markup(tmp_path: Path) -> None:
+    text = with_first(r"(?m)^source = .*$", 'source = "a [/b] source [red]"')
+    text = re.sub(r'(?ms)^description = (""".*?"""|[^\n]*)\n|^assumptions = \[.*?^\]\n', "", text)
+    told = 'description = "A [bold] {speed} machine [/x]."\nassumptions = ["no friction [/y]", "stiff links"]\n'
+    path = written(tmp_path, f"{told}{text}")
+    done = conrod("show", str(path))
+    assert done.returncode == 0, done.stderr
+    assert "source: a [/b] source [red]" in done.stdout
+    assert "A [bold] {speed} machine [/x]." in done.stdout
+    assert "assumed:\n  - no friction [/y]\n  - stiff links\n" in done.stdout
+    assert done.stdout.index("frame: ") < done.stdout.index("assumed:") < done.stdout.index("parameter ")
+
+
+def test_show_writes_units_in_one_way() -> None:
+    out = conrod("show", "saw-40rpm", "--angle", "60deg").stdout
+    assert "kg m²" in out
+    assert "rad/s²" in out
+    assert "^2" not in out
+    assert "moves along x" in out  # a scene in closed form has its description too
