@@ -84,11 +84,11 @@ def _print(group: str, found: Comparison, made_with: Mapping[str, str]) -> None:
             print(f"    {kind}: {name}")
     changed = [*found.changed, *found.out]
     today = store.environment()
-    differences = [f"{key} {was}, here {today.get(key)}" for key, was in made_with.items() if today.get(key) != was]
+    differences = [f"{key} {made_with.get(key)}, here {is_}" for key, is_ in today.items() if made_with.get(key) != is_]
     if changed and differences:
         print(f"    the records were made with {'; '.join(differences)}")
     elif found.changed:
-        print(f"    not identical on the machine that made them: {', '.join(found.changed[:SHOWN])}")
+        print(f"    not identical on a machine of the same kind: {', '.join(found.changed[:SHOWN])}")
 
 
 def _grouped(answers: Answers) -> dict[str, dict[str, dict[str, Record]]]:

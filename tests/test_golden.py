@@ -75,7 +75,7 @@ def test_an_angle_that_is_left_out_is_out(pendulum: Records) -> None:
 def test_the_command_says_by_its_exit_status_that_a_golden_digit_is_not_met(
     pendulum: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shutil.copy(DATA / "exact.json.xz", tmp_path)
+    shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
     monkeypatch.setattr("golden.__main__.DATA", tmp_path)
     assert main(["check", "exact/pendulum"]) == 0
     heading = "tip.vy [m/s]"
@@ -191,3 +191,10 @@ def test_new_runs_are_counted_over_all_rounds_of_a_study() -> None:
     assert extract.announced(said) == (74, 5)
     with pytest.raises(ValueError, match="nothing is said"):
         extract.announced("costs: 3 to do, 0 in the ledger\n")
+
+
+def test_a_kind_of_processor_without_records_is_held_against_those_of_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = store.read(DATA, "mjcf")
+    monkeypatch.setattr(store, "instructions", lambda: "none")
+    assert store.read(DATA, "mjcf")[1] == own[1]
+    assert store.read(DATA, "nothing") == ({}, {})
