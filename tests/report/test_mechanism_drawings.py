@@ -22,7 +22,7 @@ from conrod.mechanism.mechanism import GROUND, Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
-from conrod.report.drawing.label_placement import Room
+from conrod.report.drawing.label_placement import LabelPlacement
 from conrod.report.drawing.link_shapes import link_shape
 from conrod.report.drawing.slides import Slide, slide_of, ways
 from conrod.scenes import SCENES, Saw
@@ -160,7 +160,7 @@ def test_texts_over_each_other_are_told() -> None:
 def test_a_text_goes_where_there_is_room() -> None:
     places = [place(0.0, 0.0), place(0.0, 50.0)]
     for first, expected in ((False, 1), (True, 0)):
-        room = Room(1.0, first)
+        room = LabelPlacement(1.0, first)
         boxes = [room.box(at, "crank 100 mm", 8.0, 20.0) for at in places]
         assert room.best([(box, ()) for box in boxes]) == 0
         room.mark(places[0], 2.0)

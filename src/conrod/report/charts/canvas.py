@@ -112,9 +112,9 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
         )
 
 
-def legend_above(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """One legend for all panels, in a row above them."""
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
+def legend_above(figure: Figure, handles: Sequence[Any], labels: Sequence[str], line: float = 3.2) -> None:
+    """One legend for all panels, in a row above them, with lines of a length in the font's size."""
+    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=line)
 
 
 def taking_turns(count: int, place: int, runs: int, most: int, end: int | None = None) -> slice:

@@ -59,7 +59,7 @@ def motion_figure(study: SceneStudy) -> Figure:
         grid[2, j].set_xlabel("crank angle [deg]")
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.subplots_adjust(left=0.09, right=0.985, top=0.925, bottom=0.07, hspace=0.18, wspace=0.32)
-    legend_above(figure, handles, labels)
+    legend_above(figure, handles, labels, 3.0)
     return figure
 
 

@@ -18,7 +18,7 @@ ALONG = (0.5, 0.35, 0.65)  # where a text may stand on its line
 
 def draw_dimensions(view: View) -> None:
     """Lengths of links and offsets, and radii of cams."""
-    for dimension in dimensions(view.mechanism, view.in_metres):
+    for dimension in dimensions(view.mechanism, view.poses):
         if isinstance(dimension, Length):
             start, stop = MM * np.array(dimension.start), MM * np.array(dimension.stop)
             if np.linalg.norm(stop - start) > 1e-6 * view.extent:
@@ -34,11 +34,11 @@ def _length(view: View, dimension: Length, start: Array, stop: Array) -> None:
     places = []
     for wish in wishes:
         centre, turned = parts.length_text(wish, start, stop, view.extent)
-        box = view.room.box(centre, wish.text, parts.TEXT["fontsize"], turned)
+        box = view.labels.box(centre, wish.text, parts.TEXT["fontsize"], turned)
         places.append((box, parts.length_lines(wish, start, stop, view.extent)))
-    best = view.room.best(places)
+    best = view.labels.best(places)
     box, lines = places[best]
-    view.room.take(box)
+    view.labels.take(box)
     for line in lines:
-        view.room.draw(line)
+        view.labels.draw(line)
     parts.length_line(view.axes, wishes[best], start, stop, view.extent)

@@ -11,7 +11,7 @@ from conrod.mechanism.mechanism import GROUND, Pose
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing.dimension_marks import draw_dimensions
 from conrod.report.drawing.joints import draw_joints, draw_links
-from conrod.report.drawing.label_placement import Room
+from conrod.report.drawing.label_placement import LabelPlacement
 from conrod.report.drawing.marks import draw_crank_angle, draw_frame_axes, draw_observed, draw_paths, reserve_axes
 from conrod.report.drawing.view import MM, View, outline
 from conrod.scenes import Scene
@@ -55,17 +55,19 @@ def _view(scene: Scene, angle: float) -> View:
     mechanism = scene.mechanism()
     stacked = scene.kinematics.poses(np.array([angle]))[0].reshape(-1, 3)
     rounded = np.round(stacked * [MM, MM, 1.0], 9)
-    poses: dict[str, Pose] = {b.name: (p[0], p[1], p[2]) for b, p in zip(mechanism.bodies, rounded, strict=True)}
+    poses: dict[str, Pose] = {
+        b.name: (x / MM, y / MM, phi) for b, (x, y, phi) in zip(mechanism.bodies, rounded.tolist(), strict=True)
+    }
     poses[GROUND] = (0.0, 0.0, 0.0)
     angles = np.linspace(*scene.kinematics.span, 181)
     paths = {name: MM * point.position for name, point in scene.motion(angles, scene.speed).points.items()}
-    in_metres = {name: (x / MM, y / MM, phi) for name, (x, y, phi) in poses.items()}
-    reached = np.concatenate([*paths.values(), MM * outline(mechanism, in_metres)])
+    reached = np.concatenate([*paths.values(), MM * outline(mechanism, poses)])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
     # The angles and the sides of the dimensions of the scenes with a closed form were chosen for them.
-    room = Room(extent / POINTS, first=scene.closed_form)
-    return View(Figure().subplots(), mechanism, poses, turn, paths, 0.022 * extent, extent, room)
+    labels = LabelPlacement(extent / POINTS, first=scene.closed_form)
+    axes, size = Figure().subplots(), 0.022 * extent
+    return View(axes, mechanism, poses, turn, size, labels, extent=extent, paths=paths)
 
 
 def _framed(view: View) -> Figure:

@@ -12,7 +12,7 @@ from conrod.mechanism.rolling import Rack, Rolling
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.link_shapes import link_shape
 from conrod.report.drawing.slides import Slide, slide_of, slot_ends, ways
-from conrod.report.drawing.view import MM, View, pitch_lines, profile
+from conrod.report.drawing.view import View, pitch_lines, profile
 
 BAR = 6.0  # width of a link [pt]
 
@@ -26,16 +26,17 @@ def draw_joints(view: View) -> None:
                 place = (float(centre[0]), float(centre[1]))
                 if GROUND in (joint.a, joint.b):
                     parts.bearing(view.axes, place, view.size)
-                    view.room.mark(centre - np.array([0.0, 0.9 * view.size]), 0.9 * view.size)
+                    view.labels.mark(centre - np.array([0.0, 0.9 * view.size]), 0.9 * view.size)
                 parts.pin(view.axes, place, view.size)
-                view.room.mark(centre, 0.35 * view.size)
+                view.labels.mark(centre, 0.35 * view.size)
             case Prismatic():
                 _slide(view, joint)
             case CamContact():
                 _cam(view, joint)
             case Rolling() | Rack():
-                for line in pitch_lines(joint, view.in_metres):
-                    view.axes.plot(*(MM * line).T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
+                for line in map(view.at, pitch_lines(joint, view.poses)):
+                    view.axes.plot(*line.T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
+                    view.labels.draw_curve(line)
             case _:
                 assert_never(joint)
 
@@ -60,19 +61,18 @@ def draw_links(view: View) -> None:
         shape = link_shape(held + near, seen)
         parts.body(view.axes, shape, BAR)
         for line in (shape.edges, *shape.arms):
-            view.room.draw(line)
+            view.labels.draw(line)
 
 
 def _travel(view: View, slide: Slide) -> tuple[float, float]:
-    """Ways of the block from where it is drawn, back and forth, over the turn [mm]."""
-    gone = MM * ways(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
-    poses = view.in_metres
-    now = MM * ways(slide, np.array([poses[slide.guide]]), np.array([poses[slide.moving]]))[0]
+    """Ways of the block from where it is drawn, back and forth, over the turn."""
+    gone = view.scale * ways(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
+    now = view.scale * ways(slide, np.array([view.poses[slide.guide]]), np.array([view.poses[slide.moving]]))[0]
     return float(min(gone.min() - now, 0.0)), float(max(gone.max() - now, 0.0))
 
 
 def _slot(view: View, slide: Slide) -> Array:
-    """The ends of a slot in a moving link, as far as its block goes; (2, 2) [mm]."""
+    """The ends of a slot in a moving link, as far as its block goes; (2, 2)."""
     back, forth = _travel(view, slide)
     block, room = view.place(slide.moving, slide.point), 2.0 * view.size
     return slot_ends(block, view.poses[slide.guide][2] + slide.direction, (back - room, forth + room))
@@ -84,6 +84,7 @@ def _slide(view: View, joint: Prismatic) -> None:
     block = view.place(slide.moving, slide.point)
     if slide.guide != GROUND:
         parts.slot(view.axes, _slot(view, slide), view.size)
+        view.labels.mark(block, view.size)
         parts.slider(view.axes, block, direction, view.size)
         return
     back, forth = _travel(view, slide)
@@ -92,24 +93,34 @@ def _slide(view: View, joint: Prismatic) -> None:
         _stem(view, block, forth, direction)
         return
     room = 2.4 * view.size
-    parts.guide(view.axes, block, (back - room, forth + room), direction, view.size)
+    _rails(view, block, (back - room, forth + room), direction)
+    view.labels.mark(block, view.size)
     parts.slider(view.axes, block, direction, view.size)
 
 
+def _rails(view: View, block: Array, reach: tuple[float, float], direction: float) -> None:
+    """A slide's two rails, with the frame's hatching beside them, along a direction [rad] through a block."""
+    parts.guide(view.axes, block, reach, direction, view.size)
+    ends = slot_ends(block, direction, reach)
+    for aside in (-1.6, -1.15, 1.15, 1.6):
+        view.labels.draw(ends + aside * view.size * parts.unit(direction + 0.5 * np.pi))
+
+
 def _stem(view: View, roller: Array, forth: float, direction: float) -> None:
-    """A follower between its rails above its roller, which still goes `forth` [mm]."""
+    """A follower between its rails above its roller, which still goes `forth`."""
     along = parts.unit(direction)
     foot = roller + 5.0 * view.size * along
     view.axes.plot(*np.array([foot, roller]).T, color=parts.LINK, linewidth=4)
     top = forth + 9.0 * view.size
-    parts.guide(view.axes, roller, (top - 5.0 * view.size, top), direction, view.size)
+    _rails(view, roller, (top - 5.0 * view.size, top), direction)
     tip = roller + (top + 1.5 * view.size) * along
     view.axes.plot(*np.array([foot, tip]).T, color=parts.LINK, linewidth=4, alpha=0.75, zorder=4)
 
 
 def _cam(view: View, contact: CamContact) -> None:
     pose = view.poses[contact.a]
-    outline = MM * np.array(profile(contact, view.in_metres[contact.a]))
+    outline = view.at(profile(contact, view.poses[contact.a]))
+    view.labels.draw_curve(outline)
     view.axes.fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
     view.axes.plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
     for end, normal in zip(*contact.profile.joints(), strict=True):
@@ -119,5 +130,6 @@ def _cam(view: View, contact: CamContact) -> None:
         view.axes.plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
     roller = view.place(contact.b, contact.roller_centre)
     ring = np.linspace(0.0, 2.0 * np.pi, 181)
-    circle = roller + MM * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
+    circle = roller + view.scale * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
     view.axes.fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
+    view.labels.draw_curve(circle)

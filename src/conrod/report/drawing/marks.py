@@ -29,7 +29,7 @@ def draw_observed(view: View) -> None:
     for point in view.mechanism.observed:
         place = view.place(point.body, point.point)
         view.axes.plot(*place, marker="o", markersize=4.5, color=TRACE, zorder=12)
-        view.room.take(_named(view, place, point.name))
+        view.labels.take(_named(view, place, point.name))
         view.axes.annotate(
             point.name,
             (float(place[0]), float(place[1])),
@@ -77,23 +77,23 @@ def _sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
 
 def _note(view: View, centres: list[Array], text: str, colour: str) -> int:
     """A text at that of some places where it has room; which it is."""
-    boxes = [view.room.box(centre, text, parts.TEXT["fontsize"]) for centre in centres]
-    best = view.room.best([(box, ()) for box in boxes])
-    view.room.take(boxes[best])
+    boxes = [view.labels.box(centre, text, parts.TEXT["fontsize"]) for centre in centres]
+    best = view.labels.best([(box, ()) for box in boxes])
+    view.labels.take(boxes[best])
     parts.note(view.axes, centres[best], text, colour)
     return best
 
 
 def _named(view: View, place: Array, name: str) -> Array:
     """Corners (4, 2) of the name beside an observed point."""
-    width = view.room.box(np.zeros(2), name, NAME)[1, 0]
-    return view.room.box(place + np.array([-width - 0.4 * view.size, 1.2 * view.size]), name, NAME)
+    width = view.labels.box(np.zeros(2), name, NAME)[1, 0]
+    return view.labels.box(place + np.array([-width - 0.4 * view.size, 1.2 * view.size]), name, NAME)
 
 
 def reserve_axes(view: View) -> None:
     """Keep the places of the axes' names free."""
     for _, at, name in _axes(view):
-        view.room.take(view.room.box(at, name, parts.TEXT["fontsize"]))
+        view.labels.take(view.labels.box(at, name, parts.TEXT["fontsize"]))
 
 
 def draw_frame_axes(view: View) -> None:

@@ -4,50 +4,53 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import ArrayLike
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Revolute, to_world
 from conrod.mechanism.rolling import Mesh, Rolling
-from conrod.report.drawing.label_placement import Room
+from conrod.report.drawing.label_placement import LabelPlacement
 
 MM = 1e3
 
 
 @dataclass(frozen=True)
 class View:
-    """A mechanism at a crank angle, to be drawn; lengths in mm.
+    """A mechanism at a crank angle, to be drawn in the unit of its axes: mm, or points on paper.
 
     Attributes:
         axes: what it is drawn on.
-        poses: of the bodies and the ground, x and y in mm.
-        turn: stacked poses over a turn or a pass, (T, 3 n) [m, m, rad].
-        paths: of the observed points over a turn or a pass, (T, 2).
+        poses: of the bodies and the ground [m, m, rad].
+        turn: stacked poses over a turn or a pass, (T, 3 n) [m, m, rad]; or the one pose, (1, 3 n).
         size: of a symbol.
+        labels: texts and lines that are drawn already.
+        scale, shift: a place [m] times `scale` plus `shift` is one in the drawing.
         extent: of the mechanism.
-        room: texts and lines that are drawn already.
+        paths: of the observed points over a turn or a pass, (T, 2).
     """
 
     axes: Axes
     mechanism: Mechanism
-    poses: dict[str, Pose]
+    poses: Mapping[str, Pose]
     turn: Array
-    paths: dict[str, Array]
     size: float
-    extent: float
-    room: Room
+    labels: LabelPlacement
+    scale: float = MM
+    shift: tuple[float, float] = (0.0, 0.0)
+    extent: float = 0.0
+    paths: Mapping[str, Array] = field(default_factory=dict)
+
+    def at(self, places: ArrayLike) -> Array:
+        """Return places (..., 2) [m] in the drawing."""
+        return np.asarray(self.scale * np.asarray(places, dtype=float) + np.array(self.shift))
 
     def place(self, body: str, point: Point) -> Array:
-        """A point of a body, given in its own frame [m], in the drawing; (2,) [mm]."""
-        return np.array(to_world(self.poses[body], (MM * point[0], MM * point[1])))
-
-    @property
-    def in_metres(self) -> dict[str, Pose]:
-        """Poses of the bodies and the ground [m, m, rad]."""
-        return {name: (x / MM, y / MM, phi) for name, (x, y, phi) in self.poses.items()}
+        """Return a point of a body, given in its own frame [m], in the drawing; (2,)."""
+        return self.at(to_world(self.poses[body], point))
 
     def poses_over_turn(self, body: str) -> Array:
         """Poses of a body or the ground over a turn or a pass, (T, 3) [m, m, rad]."""

@@ -12,16 +12,18 @@ from conrod.exact.linkage.construction import Construction, construct
 from conrod.exact.linkage.points import linkage_points
 from conrod.exact.linkage.state import LinkageState, link_numbers
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND
+from conrod.mechanism.mechanism import GROUND, Prismatic, pins_of
 from conrod.report import numbers
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.view import outline
-from conrod.report.linkage.mechanism_drawing import draw_arm, draw_links, middle
+from conrod.report.drawing.joints import draw_joints, draw_links
+from conrod.report.drawing.slides import slide_of
+from conrod.report.drawing.view import View, outline
 from conrod.report.linkage.sheet import Sheet, mathematical
 
 COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}
 # How much of the mechanism's extent is shown on every side of it, for the centres that lie there.
 ROOM = 0.6
+STEM = 0.18  # of the mechanism's extent that the rails of a cam's follower reach beyond its roller
 MM = 1e3
 
 
@@ -30,7 +32,8 @@ def centres_figure(state: LinkageState) -> Figure:
     centres, drawn = instant_centres(state), construct(state)
     poses = {name: link.pose for name, link in state.links.items()}
     named = np.array([place for _, place in _points(state)]).reshape(-1, 2)
-    own = np.concatenate([outline(state.mechanism, poses), _rollers(state), named])
+    reached = np.concatenate([outline(state.mechanism, poses), _rollers(state), named])
+    own = np.concatenate([reached, _stems(state, STEM * float(np.ptp(reached, axis=0).max()))])
     low, high = own.min(axis=0), own.max(axis=0)
     room = ROOM * float((high - low).max())
     places = [np.array(c.place) for c in centres if c.place is not None]
@@ -38,20 +41,26 @@ def centres_figure(state: LinkageState) -> Figure:
     links = [(str(number), name) for name, number in link_numbers(state.mechanism).items()]
     sheet = Sheet(np.array([*own, *shown]), len(centres) + len(links) + 3)
     sheet.scale_bar("mm", MM)
-    draw_links(sheet, state)
-    for point in linkage_points(state.mechanism).points:
-        if not point.joined:
-            carrier = point.carriers[0]
-            draw_arm(sheet, state, carrier.link, state.links[carrier.link].place(carrier.point))
+    view = sheet.view(state)
+    draw_joints(view)
+    draw_links(view)
     _lines(sheet, state, drawn)
     _normals(sheet, state, drawn)
     _centres(sheet, state, centres)
     for number, name in links:
         if name != GROUND:
-            sheet.label(middle(sheet, state, name), number, "#555555")
+            sheet.label(_middle(view, name), number, "#555555")
     rows = [(mathematical(centre.name), _row_text(sheet, centre)) for centre in centres]
     sheet.column(f"{len(centres)} instant centres [mm]", [*rows, ("", ""), *links])
     return sheet.finished()
+
+
+def _middle(view: View, name: str) -> Array:
+    """Place of a link's number: between its pins and the blocks that slide on it."""
+    held = [view.place(name, point) for point in pins_of(view.mechanism, name)]
+    slides = [slide_of(view.mechanism, joint) for joint in view.mechanism.joints if isinstance(joint, Prismatic)]
+    held += [view.place(slide.moving, slide.point) for slide in slides if slide.guide == name]
+    return np.asarray(np.mean(held, axis=0) if held else view.place(name, (0.0, 0.0)))
 
 
 def _rollers(state: LinkageState) -> Array:
@@ -59,6 +68,17 @@ def _rollers(state: LinkageState) -> Array:
     corners = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
     boxes = [state.links[c.b].place(c.roller_centre) + c.roller_radius * corners for c in state.mechanism.cam_contacts]
     return np.concatenate([np.empty((0, 2)), *boxes])
+
+
+def _stems(state: LinkageState, length: float) -> Array:
+    """Places beyond the rollers on cams, as far as their followers are drawn; (N, 2) [m]."""
+    rolling = {contact.b: contact.roller_centre for contact in state.mechanism.cam_contacts}
+    found = [np.empty((0, 2))]
+    for joint in state.mechanism.joints:
+        if isinstance(joint, Prismatic) and (slide := slide_of(state.mechanism, joint)).moving in rolling:
+            turn = state.links[slide.guide].pose[2] + slide.direction
+            found.append((state.links[slide.moving].place(rolling[slide.moving]) + length * parts.unit(turn))[None])
+    return np.concatenate(found)
 
 
 def _lines(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
@@ -120,7 +140,7 @@ def _centres(sheet: Sheet, state: LinkageState, centres: tuple[InstantCentre, ..
     for point, names, group in seen:
         colour = COLOURS[group[0].kind] if group else parts.INK
         sheet.axes.plot(*np.round(point, 2), marker="o", markersize=4.0, color=colour, zorder=12)
-        sheet.keep_off(point, 3.0)
+        sheet.labels.mark(point, 3.0)
         sheet.label(point, ", ".join([*names, *(mathematical(centre.name) for centre in group)]), colour)
 
 

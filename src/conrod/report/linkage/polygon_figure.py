@@ -36,7 +36,7 @@ def polygon_figure(polygon: Polygon) -> Figure:
     corners = {end for vector in polygon.vectors for end in (vector.start, vector.stop)}
     for name, place in polygon.places.items():
         point = sheet.at(place)
-        sheet.keep_off(point, 2.0)
+        sheet.labels.mark(point, 2.0)
         if name in corners and not name.endswith("'"):
             sheet.axes.plot(*point, marker="o", markersize=4.0, color=parts.INK, zorder=12)
             here = [other for other, there in polygon.places.items() if _same(sheet, place, there) and other[-1] != "'"]
@@ -57,7 +57,7 @@ def _vector(sheet: Sheet, polygon: Polygon, vector: PolygonVector) -> None:
     stop = start + sheet.scale * vector.value
     colour = COLOURS[vector.kind]
     parts.arrow(sheet.axes, np.round(start, 2), np.round(stop, 2), colour, width=1.3)
-    sheet.keep_clear(start, stop)
+    sheet.labels.draw(np.array([start, stop]))
 
 
 def _same(sheet: Sheet, one: Array, other: Array) -> bool:

@@ -7,19 +7,18 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from conrod.exact.linkage.state import LinkageState
 from conrod.exact.motion import Array
 from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.label_placement import LabelPlacement
+from conrod.report.drawing.view import View
 
 MARGIN, COLUMN = 46.0, 224.0  # around the drawing, and for the text beside it [pt]
 LARGEST, LEAST = 400.0, 190.0  # of the drawing's sides [pt]
 FONT, LINE = 8.5, 14.0  # [pt]
 LETTER = 0.66  # widest usual letter against the font's size
-NEAR, STEP, RINGS, DIRECTIONS = 4.0, 5.0, 8, 24  # where a label may be tried around its point [pt]
-# What the place of a label costs: on another label, a point of it on a line, beyond a line, away from where it belongs,
-# on another side or at another place than the best.
-ON_LABEL, ON_LINE, BEYOND_LINE, AWAY, ASIDE = 400.0, 6.0, 40.0, 1.0, 8.0
+SYMBOL = 8.0  # of a joint [pt]
 
 
 class Sheet:
@@ -28,6 +27,7 @@ class Sheet:
     Attributes:
         figure, axes: its own; one unit of the axes is one point on paper.
         scale: points for each unit of the places.
+        labels: texts and lines that are drawn already.
     """
 
     def __init__(self, places: Array, lines: int = 0) -> None:
@@ -45,8 +45,7 @@ class Sheet:
         self.axes.set_axis_off()
         self.axes.set_xlim(0.0, whole)
         self.axes.set_ylim(0.0, self.height)
-        self._boxes: list[tuple[float, float, float, float]] = []
-        self._segments: list[Array] = []
+        self.labels = LabelPlacement(1.0)
         self._labels: list[tuple[Array, str, str, Array | None]] = []
 
     def at(self, place: Array) -> Array:
@@ -59,13 +58,12 @@ class Sheet:
         edge = 0.5 * MARGIN
         return bool(edge <= x <= self.width - edge and edge <= y <= self.height - edge)
 
-    def keep_clear(self, start: Array, stop: Array) -> None:
-        """Labels avoid a line between two points on paper."""
-        self._segments.append(np.array([start, stop]))
-
-    def keep_off(self, point: Array, radius: float) -> None:
-        """Labels avoid a mark at a point on paper [pt]."""
-        self._boxes.append((point[0] - radius, point[1] - radius, point[0] + radius, point[1] + radius))
+    def view(self, state: LinkageState) -> View:
+        """The mechanism of a state on this sheet, whose places are in m."""
+        poses = {name: link.pose for name, link in state.links.items()}
+        one = np.array([poses[body.name] for body in state.mechanism.bodies]).reshape(1, -1)
+        x, y = self.at(np.zeros(2))
+        return View(self.axes, state.mechanism, poses, one, SYMBOL, self.labels, self.scale, (float(x), float(y)))
 
     def label(self, points: Array, text: str, colour: str, towards: Array | None = None) -> None:
         """A label beside one of some points (N, 2) on paper, the first if may be; placed when the sheet is finished.
@@ -87,7 +85,8 @@ class Sheet:
         start, end = np.array([12.0, 12.0]), np.array([stop, 12.0])
         parts.arrow(self.axes, start, end, parts.INK, "|-|,widthA=0.25,widthB=0.25", 1.0)
         self.axes.text(0.5 * (12.0 + stop), 16.0, f"{length:g} {unit}", ha="center", va="bottom", fontsize=FONT)
-        self._boxes.append((8.0, 6.0, max(stop, 60.0) + 6.0, 30.0))
+        right = max(stop, 60.0) + 6.0
+        self.labels.take(np.array([(8.0, 6.0), (right, 6.0), (right, 30.0), (8.0, 30.0)]))
 
     def column(self, title: str, rows: list[tuple[str, str]]) -> None:
         """Lines of text on the right: a name and what it is."""
@@ -101,38 +100,11 @@ class Sheet:
 
     def finished(self) -> Figure:
         """The figure, with its labels."""
+        paper = np.array([self.width, self.height])
         for points, text, colour, towards in self._labels:
-            centre = self._free_place(points, text, towards)
-            self.axes.text(float(centre[0]), float(centre[1]), text, color=colour, **TEXT)
+            x, y = self.labels.beside(points, np.array(_extent(text)), paper, towards)
+            self.axes.text(float(x), float(y), text, color=colour, **TEXT)
         return self.figure
-
-    def _free_place(self, points: Array, text: str, towards: Array | None) -> Array:
-        """The centre of the cheapest of all places around a label's points."""
-        extent = np.array(_extent(text))
-        turns = np.arange(DIRECTIONS) * 2.0 * math.pi / DIRECTIONS
-        k, ring, turn = (grid.ravel() for grid in np.meshgrid(range(len(points)), range(RINGS), turns, indexing="ij"))
-        away, reach = np.column_stack([np.cos(turn), np.sin(turn)]), NEAR + STEP * ring
-        starts = points[k] + 0.5 * NEAR * away
-        centres = points[k] + away * reach[:, None] + 0.5 * away * extent
-        cost = AWAY * reach + ASIDE * k + self._cost(centres - 0.5 * extent, centres + 0.5 * extent)
-        # What parts a label from its point, which may lie on a line itself.
-        cost += BEYOND_LINE * sum(_crossed(segment, starts, centres) for segment in self._segments)
-        if towards is not None:
-            cost += ASIDE * (1.0 - away @ towards)
-        # Rounded, so that the last bit of a cost does not choose between two places.
-        best = np.round(centres[int(np.round(cost, 6).argmin())], 2)
-        self._boxes.append((*(best - 0.5 * extent), *(best + 0.5 * extent)))
-        return np.asarray(best)
-
-    def _cost(self, low: Array, high: Array) -> Array:
-        """Of boxes with corners (C, 2) on other labels, on lines and off the paper; (C,)."""
-        paper = np.array([self.width, self.height]) - 2.0
-        cost = ON_LABEL * np.any((low < 2.0) | (high > paper), axis=1)
-        for x0, y0, x1, y1 in self._boxes:
-            cost = cost + ON_LABEL * np.all((low < (x1, y1)) & (high > (x0, y0)), axis=1)
-        for segment in self._segments:
-            cost = cost + ON_LINE * _inside(segment, low, high)
-        return np.asarray(cost, dtype=float)
 
 
 # The white ground parts a label from thin lines under it.
@@ -160,27 +132,3 @@ def _extent(text: str) -> tuple[float, float]:
     """Width and height [pt] that a label needs."""
     letters = len(text.translate(str.maketrans("", "", "${}^_\\")).replace("mathrm", "").replace("text", ""))
     return LETTER * FONT * letters + 3.0, 1.25 * FONT + (3.0 if "$" in text else 0.0)
-
-
-def _inside(segment: Array, low: Array, high: Array) -> Array:
-    """Lengths (C,) [pt] of a segment inside boxes with corners (C, 2), by clipping it at their sides."""
-    way = segment[1] - segment[0]
-    enter, leave = np.zeros(len(low)), np.ones(len(low))
-    for k in range(2):
-        if abs(way[k]) < 1e-9:
-            leave = np.where((segment[0, k] < low[:, k]) | (segment[0, k] > high[:, k]), 0.0, leave)
-        else:
-            ends = (np.stack([low[:, k], high[:, k]]) - segment[0, k]) / way[k]
-            enter, leave = np.maximum(enter, ends.min(axis=0)), np.minimum(leave, ends.max(axis=0))
-    return np.asarray(np.maximum(0.0, leave - enter) * np.linalg.norm(way))
-
-
-def _crossed(segment: Array, starts: Array, stops: Array) -> NDArray[np.bool_]:
-    """Crossings (C,) of a segment by ways from starts to stops, (C, 2) each."""
-    way, ways = segment[1] - segment[0], stops - starts
-
-    def side(along: Array, arm: Array) -> Array:
-        return np.asarray(along[..., 0] * arm[..., 1] - along[..., 1] * arm[..., 0])
-
-    apart = side(way, starts - segment[0]) * side(way, stops - segment[0]) < 0.0
-    return np.asarray(apart & (side(ways, segment[0] - starts) * side(ways, segment[1] - starts) < 0.0))
