@@ -11,8 +11,8 @@ import mujoco
 import pytest
 
 from tests.support.command_line import conrod
+from tests.support.legged import LEGGED
 
-LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"
 WITH_A_MESH = (
     LEGGED.read_text()
     .replace("<worldbody>", '<asset><mesh name="shell" file="shell.obj"/></asset><worldbody>')
@@ -45,19 +45,8 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
     monkeypatch.chdir(folder)
     before = Path("legged.xml").stat()
     # A time constant of its own, so that all kinds of lines are there.
-    arguments = [
-        "--keyframe",
-        "swing",
-        "--seconds",
-        "0.03",
-        "--solref",
-        "0.03",
-        "-o",
-        "hard.mjb",
-        "--json",
-        "hard.json",
-    ]
-    done = conrod("harden", "legged.xml", *arguments)
+    options = "--keyframe swing --seconds 0.03 --solref 0.03 -o hard.mjb --json hard.json"
+    done = conrod("harden", "legged.xml", *options.split())
     assert done.returncode == 0
     out = done.stdout
     lines = out.split("in Python:\n", 1)[1].split("note:", 1)[0]
@@ -128,59 +117,3 @@ def test_a_file_that_is_no_model_is_told_though_it_is_looked_at_in_another_proce
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "rubbish.mjb: MuJoCo cannot load it" in done.stderr
-
-
-def linked(folder: Path) -> None:
-    """A link to a model, and a folder that is one to its folder."""
-    (folder / "link.mjb").symlink_to(folder / "model.mjb")
-    (folder / "there").symlink_to(folder)
-
-
-@pytest.mark.usefixtures("at_once")
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("none.xml",), "there is no such file"),
-        (("broken.xml",), "MuJoCo cannot load it"),
-        (("includes.xml",), "MuJoCo cannot load it"),
-        (("model.xml", "--keyframe", "swung"), "did you mean 'swing'?"),
-        (("model.xml", "--seconds", "nan"), "--seconds nan"),
-        (("model.xml", "--seconds", "1e9"), "out of range"),
-        (("model.xml", "--seconds", "0.001"), "out of range"),
-        (("model.xml", "--solref", "soft"), "--solref 'soft'"),
-        (("model.xml", "--solref", "-1"), "--solref '-1'"),
-        (("model.xml", "--integrator", "rk4"), "choose from RK4, keep"),
-        (("model.xml", "-o", "model.xml"), "e.g. model.mjb"),
-        (("model.mjb", "-o", "./model.mjb"), "the same file as the model"),
-        (("model.xml", "--json", "model.xml"), "e.g. model.json"),
-        (("model.mjb", "-o", "link.mjb"), "the same file as the model"),
-        (("link.mjb", "-o", "model.mjb"), "the same file as the model"),
-        (("model.mjb", "-o", "there/model.mjb"), "the same file as the model"),
-        (("includes.xml", "--json", "part.inc"), "part.inc, which the model is made of"),
-        (("model.xml", "-o", "hard.mjb", "--json", "there/hard.mjb"), "name of a model"),
-        (("model.xml", "-o", "there"), "it is a folder"),
-        (("model.xml", "-o", "none/model.mjb"), "there is no folder"),
-        (("there",), "it is a folder, not a file"),
-    ],
-    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
-)
-def test_bad_input_is_told_in_one_line_and_nothing_is_written(
-    arguments: tuple[str, ...], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    files = {
-        "broken.xml": "<mujoco><worldbody>",
-        "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
-        "part.inc": "<mujoco/>",
-        "model.xml": LEGGED.read_text(),
-        "model.mjb": "",
-    }
-    for name, text in files.items():
-        Path(name).write_text(text)
-    linked(tmp_path)
-    done = conrod("harden", *arguments)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert says in done.stderr
-    assert {path.name: path.read_text() for path in tmp_path.iterdir() if not path.is_symlink()} == files
-    assert sorted(path.name for path in tmp_path.iterdir() if path.is_symlink()) == ["link.mjb", "there"]

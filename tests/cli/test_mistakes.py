@@ -8,8 +8,15 @@ from pathlib import Path
 import pytest
 from command_line import conrod, said
 
+from conrod.scenes import SCENES
 from tests.support.described import FOUR_BAR
+from tests.support.legged import LEGGED
+from tests.support.own_model_edits import HACKSAW, TEXTS
+from tests.support.table_files import csv_text, exact_table
 
+MODEL = "validate hacksaw.xml --scene saw-40rpm"
+GIVEN = f"{MODEL} --crank a --point C=x"
+TABLE = "validate t.csv --scene saw-500rpm"
 MISTAKES = {
     # Names.
     "valdate": ("'valdate'", "validate"),
@@ -117,17 +124,105 @@ MISTAKES = {
     "limits saw-500rpm --out report --json report/figures/steps.svg": ("cannot write report/figures/steps.svg: ",),
     "ablate saw-500rpm --out report --json report/README.md": ("has a file of that name",),
     "ablate saw-500rpm --out .": ("README.md that is not of this report",),
+    # Models that are linted or hardened.
+    "lint none.xml": ("none.xml: there is no such file",),
+    "lint saw.xml --fix ./saw.xml": ("it is the same file as the model",),
+    "lint saw.xml --json same.xml": ("it is the same file as the model",),
+    "lint saw.xml --json a --fix a": ("it is the same file as --json",),
+    "lint saw.xml --crank crank": ("say with --scene",),
+    "lint saw.xml --set crank=80mm": ("--scene",),
+    "lint saw.xml --point C": ("NAME=site:SITE",),
+    "lint saw.xml --seconds -1": ("out of range",),
+    "lint saw.xml --scene saw-500rpm --point D=site:C": ("choose from C, M",),
+    "harden none.xml": ("there is no such file",),
+    "harden there": ("it is a folder, not a file",),
+    "harden broken.xml": ("MuJoCo cannot load it",),
+    "harden includes.xml": ("MuJoCo cannot load it",),
+    "harden legged.xml --keyframe swung": ("did you mean 'swing'?",),
+    "harden legged.xml --seconds nan": ("--seconds nan",),
+    "harden legged.xml --seconds 1e9": ("out of range",),
+    "harden legged.xml --seconds 0.001": ("out of range",),
+    "harden legged.xml --solref soft": ("--solref 'soft'",),
+    "harden legged.xml --solref -1": ("--solref '-1'",),
+    "harden legged.xml --integrator rk4": ("choose from RK4, keep",),
+    "harden legged.xml -o legged.xml": ("e.g. legged.mjb",),
+    "harden legged.xml --json legged.xml": ("e.g. legged.json",),
+    "harden model.mjb -o ./model.mjb": ("the same file as the model",),
+    "harden model.mjb -o link.mjb": ("the same file as the model",),
+    "harden link.mjb -o model.mjb": ("the same file as the model",),
+    "harden model.mjb -o there/model.mjb": ("the same file as the model",),
+    "harden includes.xml --json part.inc": ("part.inc, which the model is made of",),
+    "harden legged.xml -o hard.mjb --json there/hard.mjb": ("name of a model",),
+    "harden legged.xml -o there": ("it is a folder",),
+    "harden legged.xml -o none/model.mjb": ("there is no folder",),
+    # Models and tables that are validated.
+    f"{MODEL} --point C=C": ("say which joint of the model is driven: --crank JOINT",),
+    f"{MODEL} --crank motor": ("say where an observed point of the scene is: --point C=site:NAME",),
+    f"{MODEL} --crank motor --point C": ("--point 'C': give it as C=site:SITE",),
+    f"{MODEL} --crank motor --point D=x": ("unknown observed point 'D': choose from C, M",),
+    f"{MODEL} --crank motor --point C=a --point C=b": ("--point C: given twice, as 'a' and 'b'",),
+    f"{MODEL} --crank motor --point C=bow --touching a,b": ("the machine has no cam that touches anything",),
+    f"{GIVEN} --touching cam": ("--touching 'cam': give two geoms",),
+    f"{GIVEN} --length-unit furlong": ("unknown --length-unit 'furlong'",),
+    f"{GIVEN} --rotation 90mm": ("--rotation = '90mm'",),
+    f"{GIVEN} --preset tuned": ("--preset does not go with a model",),
+    f"{GIVEN} --column x=y": ("--column does not go with a model",),
+    f"{GIVEN} --json hacksaw.xml": ("it is the same file as the model",),
+    "validate saw.xml --scene saw-40rpm --crank crank --point C=C --json same.xml": ("it is the same file as",),
+    "validate saw.urdf --scene saw-40rpm --crank crank": ("a file is known by its ending, one of .xml, .m",),
+    "validate file --scene saw-40rpm --crank crank": ("a file is known by its ending, one of .xml, .m",),
+    "validate saw-40rpm --crank a": ("--crank does not go with a scene: it is for a file",),
+    "validate none.csv --scene saw-500rpm": ("there is no such file",),
+    "validate d.csv --scene saw-500rpm": ("it is a folder, not a file",),
+    "validate t.csv": ("say with --scene",),
+    f"{TABLE} t.csv": ("t.csv: a file is judged on its own, but it is named twice",),
+    f"{TABLE} saw-40rpm": ("t.csv: a file is judged on its own, without saw-40rpm",),
+    f"{TABLE} --engine mujoco": ("--engine does not go with a table",),
+    f"{TABLE} --revolutions 3": ("--revolutions does not go with a table",),
+    f"{TABLE} --crank hinge": ("--crank does not go with a table",),
+    f"{TABLE} --estimate fase": ("unknown thing to estimate 'fase'",),
+    f"{TABLE} --column C.z=px": ("unknown quantity 'C.z'",),
+    f"{TABLE} --tolerance speed=1": ("unknown quantity 'speed': choose from acceleration, phase, position",),
+    f"{TABLE} --tolerance acceleration=1": ("no acceleration column; conrod does not differentiate",),
+    f"{TABLE} --json t.csv": ("--json t.csv: it is the same file as the table",),
+    f"{TABLE} --json link.csv": ("--json link.csv: it is the same file as the table",),
+    f"{TABLE} --json hard.csv": ("--json hard.csv: it is the same file as the table",),
+    f"{TABLE} --out t.csv": ("t.csv is a file, not a folder",),
+    f"{TABLE} --out .": ("it holds a README.md that is not of this report",),
+    f"{TABLE} --out report --json report/README.md": ("the report in report has a file of that name",),
 }
+
+
+FILES = {
+    "file": "mine",
+    "README.md": "mine",
+    "pass.toml": FOUR_BAR.read_text(),
+    "hacksaw.xml": HACKSAW.read_text(),
+    "legged.xml": LEGGED.read_text(),
+    "saw.xml": TEXTS["saw"],
+    "saw.urdf": TEXTS["saw"],
+    "model.mjb": "",
+    "broken.xml": "<mujoco><worldbody>",
+    "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
+    "part.inc": "<mujoco/>",
+    "t.csv": csv_text(exact_table(SCENES["saw-500rpm"])),
+}
+LINKS = {"link": "report", "there": ".", "link.mjb": "model.mjb", "link.csv": "t.csv"}
+HARD_LINKS = {"same.xml": "saw.xml", "hard.csv": "t.csv"}
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A folder of somebody's, with an empty report in it."""
     made = tmp_path / "work"
-    (made / "report" / "figures").mkdir(parents=True)
-    (made / "link").symlink_to("report")
-    for name, text in (("file", "mine"), ("README.md", "mine"), ("pass.toml", FOUR_BAR.read_text())):
+    for name in ("report/figures", "d.csv"):
+        (made / name).mkdir(parents=True)
+    for name, text in FILES.items():
         (made / name).write_text(text)
+    for name, other in LINKS.items():
+        (made / name).symlink_to(other)
+    for name, other in HARD_LINKS.items():
+        (made / name).hardlink_to(made / other)
     return made
 
 
@@ -136,7 +231,11 @@ def contents(folder: Path) -> dict[Path, bytes | None]:
 
 
 @pytest.mark.parametrize("command", MISTAKES)
-def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(command: str, folder: Path) -> None:
+def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(
+    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A process for each look at a model or a table takes longer than what is claimed here.
+    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given, **_: task(*given))
     arguments = shlex.split(command)
     if arguments[0] in ("validate", "sweep", "limits", "ablate") and "--json" not in arguments:
         arguments += ["--json", "out.json"]

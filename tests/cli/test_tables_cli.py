@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import struct
 import zipfile
 from pathlib import Path
@@ -80,39 +79,6 @@ def test_confined_and_without_a_tolerance_it_is_measured_status_0(folder: Path) 
     assert "measured, not judged" in done.stdout
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("t.csv",), "t.csv: a file is judged on its own, but it is named twice"),
-        (("saw-40rpm",), "t.csv: a file is judged on its own, without saw-40rpm"),
-        (("--engine", "mujoco"), "--engine does not go with a table"),
-        (("--revolutions", "3"), "--revolutions does not go with a table"),
-        (("--crank", "hinge"), "--crank does not go with a table"),
-        (("--estimate", "fase"), "unknown thing to estimate 'fase'"),
-        (("--column", "C.z=px"), "unknown quantity 'C.z'"),
-        (("--tolerance", "speed=1"), "unknown quantity 'speed': choose from acceleration, phase, position"),
-        (("--tolerance", "acceleration=1"), "no acceleration column; conrod does not differentiate"),
-        (("--json", "t.csv"), "--json t.csv: it is the same file as the table"),
-        (("--json", "link.csv"), "--json link.csv: it is the same file as the table"),
-        (("--json", "hard.csv"), "--json hard.csv: it is the same file as the table"),
-        (("--out", "t.csv"), "t.csv is a file, not a folder"),
-        (("--out", "mine"), "it holds a README.md that is not of this report"),
-        (("--out", ".", "--json", "README.md"), "the report in . has a file of that name"),
-    ],
-)
-def test_bad_usage_is_status_2_and_loses_nothing(arguments: tuple[str, ...], message: str, folder: Path) -> None:
-    (folder / "link.csv").symlink_to("t.csv")
-    os.link(folder / "t.csv", folder / "hard.csv")
-    (folder / "mine").mkdir()
-    (folder / "mine/README.md").write_text("my notes\n")
-    kept = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    done = conrod(*VALIDATE, *arguments, cwd=folder)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == kept
-
-
 def test_a_table_of_two_rows_is_measured_and_what_it_lacks_is_told(folder: Path) -> None:
     # So little is fitted by any frame and any clock: no cause is named, and none is missed.
     (folder / "t.csv").write_text("time,C_x,C_vx_m_s\n0,0.1,0\n0.1,0.1,0\n")
@@ -120,16 +86,6 @@ def test_a_table_of_two_rows_is_measured_and_what_it_lacks_is_told(folder: Path)
     assert done.returncode == 0, done.stderr
     assert "columns not used: C_vx_m_s" in done.stdout
     assert "likely cause" not in done.stdout
-
-
-def test_a_missing_file_a_folder_and_a_missing_scene_are_bad_usage(folder: Path) -> None:
-    (folder / "d.csv").mkdir()
-    for name, message in (("no.csv", "there is no such file"), ("d.csv", "it is a folder, not a file")):
-        done = conrod("validate", name, "--scene", "saw-500rpm", cwd=folder)
-        assert (done.returncode, message in done.stderr) == (2, True)
-    done = conrod("validate", "t.csv", cwd=folder)
-    assert done.returncode == 2
-    assert "say with --scene" in done.stderr
 
 
 def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(folder: Path) -> None:

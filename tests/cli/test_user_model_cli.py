@@ -80,52 +80,6 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--point", "C=C"], "say which joint of the model is driven: --crank JOINT"),
-        (["--crank", "motor"], "say where an observed point of the scene is: --point C=site:NAME"),
-        (["--crank", "motor", "--point", "C"], "--point 'C': give it as C=site:SITE"),
-        (["--crank", "motor", "--point", "D=x"], "unknown observed point 'D': choose from C, M"),
-        (["--crank", "motor", "--point", "C=a", "--point", "C=b"], "--point C: given twice, as 'a' and 'b'"),
-        (["--crank", "a", "--point", "C=x", "--length-unit", "furlong"], "unknown --length-unit 'furlong'"),
-        (["--crank", "a", "--point", "C=x", "--rotation", "90mm"], "--rotation = '90mm'"),
-        (["--crank", "a", "--point", "C=x", "--touching", "cam"], "--touching 'cam': give two geoms"),
-        (["--crank", "motor", "--point", "C=bow", "--touching", "a,b"], "the machine has no cam that touches anything"),
-        (["--crank", "a", "--point", "C=x", "--preset", "tuned"], "--preset does not go with a model"),
-        (["--crank", "a", "--point", "C=x", "--json", str(HACKSAW)], "it is the same file as the model"),
-        (["--crank", "a", "--point", "C=x", "--column", "x=y"], "--column does not go with a model"),
-    ],
-)
-def test_options_that_make_no_sense_are_refused_before_anything_is_done(arguments: list[str], words: str) -> None:
-    before = digest(HACKSAW)
-    status, told = validate(HACKSAW, "--scene", "saw-40rpm", *arguments)
-    assert status == 2
-    assert words in told
-    assert "\n" not in told
-    assert digest(HACKSAW) == before
-
-
-def test_another_name_of_the_models_file_is_not_written_to(tmp_path: Path) -> None:
-    file, other = tmp_path / "saw.xml", tmp_path / "other.json"
-    file.write_text(SAW)
-    other.hardlink_to(file)
-    asked = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C")
-    assert validate(file, *asked, "--json", other) == (2, f"--json {other}: it is the same file as the model")
-    assert other.read_text() == SAW
-
-
-@pytest.mark.parametrize("name", ["saw.urdf", "saw"])
-def test_a_file_is_known_by_its_ending(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).write_text(SAW)
-    status, told = validate(tmp_path / name, "--scene", "saw-40rpm", "--crank", "crank")
-    assert (status, told.partition(": ")[2][:46]) == (2, "a file is known by its ending, one of .xml, .m")
-
-
-def test_the_options_of_a_model_do_not_go_with_a_scene() -> None:
-    assert validate("saw-40rpm", "--crank", "a") == (2, "--crank does not go with a scene: it is for a file")
-
-
-@pytest.mark.parametrize(
     ("asked", "words"),
     [
         ({"crank": "moter"}, "unknown joint 'moter': choose from bed slide, motor, wrist; did you mean 'motor'?"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -21,16 +20,11 @@ from tests.support.planted_models import (
     floating_rod,
     renamed,
     replaced,
+    ticking,
 )
 
 SHORT = Request(seconds=0.03)  # a quarter of a turn of the saw's crank
 Look = Callable[..., Report]
-
-
-def ticking() -> Callable[[], int]:
-    """A clock by which every block takes 10 ms."""
-    counter = itertools.count(step=10_000_000)
-    return lambda: next(counter)
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,37 +71,42 @@ def test_the_same_table_without_the_slip_is_read(tmp_path: Path) -> None:
     assert len(read(written(tmp_path, table(*GOOD)), SAW).observed.times) == 3
 
 
+NO_ARCHIVES = (b"no such thing", b"PK\x03\x04", b"")
+
+
 @pytest.mark.parametrize(
-    ("content", "message"),
+    ("name", "content", "message"),
     [
-        (b"\x00\x01\x02" * 100, "it holds zero bytes"),
-        (b"PK\x03\x04 and so on", "a zip archive or an Excel workbook; save the sheet as CSV"),
-        (b"time,C.x\n0,1\n" + b"1" * 1_100_000, "row 3 is longer than 1000000 characters"),
-        (b"time,C.x\n" + b"0,1\n" * 20_000 + b"\xff\xfe\xfd,1\n", "it is no text in utf-8"),
-        (b"time,C.x\n" + b"0,1\n" * 20_000 + b"\x00,1\n", "row 20002 holds zero bytes"),
+        ("t.csv", b"\x00\x01\x02" * 100, "it holds zero bytes"),
+        ("t.csv", b"PK\x03\x04 and so on", "a zip archive or an Excel workbook; save the sheet as CSV"),
+        ("t.csv", b"time,C.x\n0,1\n" + b"1" * 1_100_000, "row 3 is longer than 1000000 characters"),
+        ("t.csv", b"time,C.x\n" + b"0,1\n" * 20_000 + b"\xff\xfe\xfd,1\n", "it is no text in utf-8"),
+        ("t.csv", b"time,C.x\n" + b"0,1\n" * 20_000 + b"\x00,1\n", "row 20002 holds zero bytes"),
+        *((f"t.{kind}", bad, "it is no|it is empty") for kind in ("npz", "parquet") for bad in NO_ARCHIVES),
     ],
 )
-def test_binary_files_called_csv_are_refused(content: bytes, message: str, tmp_path: Path) -> None:
-    path = tmp_path / "t.csv"
-    path.write_bytes(content)
+def test_files_that_are_not_what_they_are_called_are_refused(
+    name: str, content: bytes, message: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_bytes(content)
     with pytest.raises(InvalidInput, match=message):
-        read(path, SAW)
+        read(tmp_path / name, SAW)
 
 
-@pytest.mark.parametrize("kind", ["npz", "parquet"])
-@pytest.mark.parametrize("content", [b"no such thing", b"PK\x03\x04", b""])
-def test_archives_that_are_none_are_refused(kind: str, content: bytes, tmp_path: Path) -> None:
-    path = tmp_path / f"t.{kind}"
-    path.write_bytes(content)
-    with pytest.raises(InvalidInput, match=r"it is no|it is empty"):
-        read(path, SAW)
-
-
-def test_python_objects_in_an_archive_are_not_loaded(tmp_path: Path) -> None:
-    path = tmp_path / "t.npz"
-    np.savez(path, time=np.array([0, {}], dtype=object))
-    with pytest.raises(InvalidInput, match="Python objects, which are not loaded"):
-        read(path, SAW)
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ({"time": np.array([0, {}], dtype=object)}, "Python objects, which are not loaded"),
+        ({"time": np.arange(3.0), "C.x": np.arange(4.0)}, "different lengths: time 3, C.x 4"),
+    ],
+    ids=["objects", "lengths"],
+)
+def test_columns_of_an_archive_that_make_no_table_are_refused(
+    columns: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    np.savez(tmp_path / "t.npz", **columns)
+    with pytest.raises(InvalidInput, match=message):
+        read(tmp_path / "t.npz", SAW)
 
 
 def test_a_parquet_column_of_text_is_named(tmp_path: Path) -> None:
@@ -113,13 +119,6 @@ def test_a_parquet_column_of_text_is_named(tmp_path: Path) -> None:
         read(path, SAW)
     pyarrow.parquet.write_table(pyarrow.table({"time": [0.0, 1.0], "C.x": [1.0, None]}), path)
     with pytest.raises(InvalidInput, match=r"row 2: C.x = nan is not finite"):
-        read(path, SAW)
-
-
-def test_columns_of_different_lengths_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "t.npz"
-    np.savez(path, **{"time": np.arange(3.0), "C.x": np.arange(4.0)})  # type: ignore[arg-type]
-    with pytest.raises(InvalidInput, match=r"different lengths: time 3, C.x 4"):
         read(path, SAW)
 
 

@@ -11,7 +11,7 @@ import pytest
 from conrod import InvalidInput
 from conrod.own.tables.headings import factor, readings
 from conrod.own.tables.quantity import meant_by, targets
-from conrod.own.tables.samples import Observed
+from conrod.report.pack.export import as_csv, exact_columns
 from conrod.scenes import SCENES, CamFollower, Saw
 from tests.support.table_files import csv_text, exact_table, read, write_all_formats, written
 
@@ -121,13 +121,9 @@ def test_a_students_spreadsheet_is_read(tmp_path: Path) -> None:
 )
 def test_separator_decimal_mark_and_encoding_are_told(separator: str, decimal: str, tmp_path: Path) -> None:
     for encoding in ("utf-8", "utf-8-sig", "utf-16"):
-        told = read(written(tmp_path, csv_text(EXACT, separator, decimal), encoding=encoding), SAW)
-        check_exact(told.observed)
-
-
-def check_exact(found: Observed) -> None:
-    assert np.array_equal(found.times, EXACT["time"])
-    assert np.array_equal(found.points["M"]["position"].values[:, 1], EXACT["M.y"])
+        found = read(written(tmp_path, csv_text(EXACT, separator, decimal), encoding=encoding), SAW).observed
+        assert np.array_equal(found.times, EXACT["time"])
+        assert np.array_equal(found.points["M"]["position"].values[:, 1], EXACT["M.y"])
 
 
 def test_latin_letters_of_windows_are_read(tmp_path: Path) -> None:
@@ -172,8 +168,6 @@ def test_parquet_says_in_one_line_what_it_needs(tmp_path: Path, monkeypatch: pyt
 
 @pytest.mark.parametrize("name", SCENES)
 def test_conrods_own_export_is_read_whole(name: str, tmp_path: Path) -> None:
-    from conrod.report.pack.export import as_csv, exact_columns
-
     scene = SCENES[name]
     found = read(written(tmp_path, as_csv(exact_columns(scene, 36, 1))), scene)
     assert set(found.observed.points) == set(scene.lengths)

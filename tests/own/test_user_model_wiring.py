@@ -16,17 +16,22 @@ from own_model_edits import (
     other_branch_of_the_saw,
     question,
     replaced,
+    scanned,
     seen,
     without,
 )
 
 from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
+from conrod.own.models.model_facts import ModelFacts
 from conrod.own.models.request import Place
-from conrod.own.models.scanning import scan
 from conrod.report.user_model_words import verdict
 
 SAW = TEXTS["saw"]
+
+
+def facts(folder: Path, text: str) -> ModelFacts:
+    return scanned(folder, text, question("saw"))[1].facts
 
 
 # -- wiring and branch ------------------------------------------------------------------------------------------------
@@ -54,27 +59,30 @@ def test_a_mirror_image_is_the_machine_where_it_is_to_be_seen_from_behind(tmp_pa
     assert (identity.frame.view.behind, identity.frame.sense) == (True, -1)
 
 
-def test_a_missing_closure_is_another_mobility(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"mobility is 3 .* machine is 1: .* slide, crank-pin can still move"):
-        seen(tmp_path, "saw", without(SAW, PIECES["equality"]))
-    loose = replaced(SAW, "</worldbody>", '<body><joint name="flap" axis="0 1 0"/><geom size="1"/></body></worldbody>')
-    with pytest.raises(InvalidInput, match=r"mobility is 2 .* flap can still move"):
-        seen(tmp_path, "saw", loose)
+FLAP = '<body><joint name="flap" axis="0 1 0"/><geom size="1"/></body>'
+WELD = '<weld body1="crank" body2="world"/>'
 
 
-def test_a_model_that_its_closures_hold_is_told(tmp_path: Path) -> None:
-    text = replaced(SAW, "</equality>", '<weld body1="crank" body2="world"/></equality>')
-    with pytest.raises(InvalidInput, match=r"mobility is 0 .* its closures hold the crank"):
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (without(SAW, PIECES["equality"]), r"mobility is 3 .* machine is 1: .* slide, crank-pin can still move"),
+        (replaced(SAW, "</worldbody>", f"{FLAP}</worldbody>"), r"mobility is 2 .* flap can still move"),
+        (replaced(SAW, "</equality>", f"{WELD}</equality>"), r"mobility is 0 .* its closures hold the crank"),
+        (replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.12 0 0"'), "goes no further than"),
+    ],
+    ids=["open", "a-flap-too", "welded", "short-rod"],
+)
+def test_a_model_of_another_mobility_or_that_cannot_turn_is_told(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(InvalidInput, match=told):
         seen(tmp_path, "saw", text)
 
 
 def test_a_redundant_closure_is_named_and_harms_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "model.xml"
-    path.write_text(replaced(SAW, "</equality>", f"{CONNECT}</equality>"))
-    wiring = scan(path, question("saw")).facts.wiring
+    twice = replaced(SAW, "</equality>", f"{CONNECT}</equality>")
+    wiring = facts(tmp_path, twice).wiring
     assert (wiring.idle, wiring.loops) == (("again",), 1)
-    path.write_text(SAW)
-    assert scan(path, question("saw")).facts.wiring.idle == ()
+    assert facts(tmp_path, SAW).wiring.idle == ()
 
 
 def test_a_joint_of_another_kind_is_not_explained_by_lengths(tmp_path: Path) -> None:
@@ -91,11 +99,6 @@ def test_a_joint_of_another_kind_is_not_explained_by_lengths(tmp_path: Path) -> 
     assert not study.runs
 
 
-def test_a_crank_that_cannot_turn_fully_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="goes no further than"):
-        seen(tmp_path, "saw", replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.12 0 0"'))
-
-
 def test_limits_that_keep_a_model_from_its_turn_are_told(tmp_path: Path) -> None:
     slide = '<joint name="slide" type="slide"'
     limited = judged(tmp_path, "saw", replaced(SAW, slide, f'{slide} range="-0.1 0.3"'))
@@ -106,17 +109,13 @@ def test_limits_that_keep_a_model_from_its_turn_are_told(tmp_path: Path) -> None
         in verdict(limited)
     )
     # Negative control: limits that the turn stays within are no matter.
-    path = tmp_path / "model.xml"
-    path.write_text(replaced(SAW, slide, f'{slide} range="-0.3 0.3"'))
-    assert scan(path, question("saw")).facts.stops == ()
+    assert facts(tmp_path, replaced(SAW, slide, f'{slide} range="-0.3 0.3"')).stops == ()
 
 
 def test_a_crank_with_limits_needs_room_for_a_turn(tmp_path: Path) -> None:
     crank = '<joint name="crank" type="hinge"'
-    path = tmp_path / "model.xml"
     for limits, told in (("-0.5 0.5", ("crank is held to -0.5 to 0.5 rad, needs a full turn",)), ("-4 4", ())):
-        path.write_text(replaced(SAW, crank, f'{crank} range="{limits}"'))
-        assert scan(path, question("saw")).facts.stops == told
+        assert facts(tmp_path, replaced(SAW, crank, f'{crank} range="{limits}"')).stops == told
 
 
 # -- plane -----------------------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from conrod.engines import engine_named
 from conrod.own.models.driving import drive_model
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import Identity, identify
-from conrod.own.models.request import Place, Question
+from conrod.own.models.request import Drive, DrivenRun, Order, Place, Question, Scan
 from conrod.own.models.scanning import scan
 from conrod.own.models.study import ModelStudy, study
 from conrod.scenes import SCENES, Scene
@@ -110,34 +110,51 @@ def question(kind: str, **asked: object) -> Question:
     return Question(crank, places, mechanism.mobility, len(mechanism.cam_contacts), **asked)  # type: ignore[arg-type]
 
 
-def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **asked: object) -> Identity:
-    """What a model's paths say, in this process."""
+_SCANS: dict[tuple[str, str], Scan] = {}
+_RUNS: dict[tuple[str, ...], tuple[DrivenRun, ...]] = {}
+
+
+def scanned(folder: Path, text: str, put: Question) -> tuple[Path, Scan]:
+    """The model as a file, and what its paths are: followed once for all tests that ask the same of it."""
     path = folder / "model.xml"
     path.write_text(text, encoding="utf-8")
-    return identify(SCENES[FILES[kind]], scan(path, question(kind, **asked)), given or GivenFrame())[0]
+    key = (text, repr(put))
+    if key not in _SCANS:
+        _SCANS[key] = scan(path, put)
+    return path, _SCANS[key]
+
+
+def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **asked: object) -> Identity:
+    """What a model's paths say, in this process."""
+    _, found = scanned(folder, text, question(kind, **asked))
+    return identify(SCENES[FILES[kind]], found, given or GivenFrame())[0]
 
 
 def judged(
     folder: Path, kind: str, text: str, turns: float = 1.0, scene: Scene | None = None, **asked: object
 ) -> ModelStudy:
-    """All of the judgement, in this process."""
-    path = folder / "model.xml"
-    path.write_text(text, encoding="utf-8")
+    """All of the judgement, in this process; `spoil` changes what is run before it is judged."""
     spoil = asked.pop("spoil", lambda run: run)
     assert callable(spoil)
     tolerance = asked.pop("tolerance", None)
     assert tolerance is None or isinstance(tolerance, dict)
     put = question(kind, **asked)
-    scanned = scan(path, put)
-    machine = scene or SCENES[FILES[kind]]
+    path, found = scanned(folder, text, put)
+
+    def driven(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
+        key = (text, *map(repr, (put, drive, orders)))
+        if key not in _RUNS:
+            _RUNS[key] = tuple(drive_model(path, put, found, drive, orders))
+        return tuple(spoil(run) for run in _RUNS[key])
+
     return study(
         path.name,
-        (FILES[kind], machine),
+        (FILES[kind], scene or SCENES[FILES[kind]]),
         put,
-        scanned,
+        found,
         GivenFrame(),
         engine_named("mujoco"),
-        lambda drive, orders: tuple(spoil(run) for run in drive_model(path, put, scanned, drive, orders)),
+        driven,
         turns,
         100_000,
         tolerance,
