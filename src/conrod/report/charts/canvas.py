@@ -117,12 +117,6 @@ def legend_above(figure: Figure, handles: Sequence[Any], labels: Sequence[str], 
     figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=line)
 
 
-def taking_turns(count: int, place: int, runs: int, most: int, end: int | None = None) -> slice:
-    """Samples of a curve of so many that get a marker: the curves take turns, so that no marker covers another."""
-    every = max(1, count // most)
-    return slice(2 + (place * every) // max(1, runs), end, every)
-
-
 def tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None, Mapping[str, Any]]]) -> None:
     """Arrow heads at a place, in the styles of curves, for those tolerances that lie within the panel."""
     low, high = axes.get_ylim()

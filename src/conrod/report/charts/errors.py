@@ -5,16 +5,13 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
-from conrod.exact.motion import Array
-from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, tolerance_heads, whole_decades
+from conrod.report.charts.canvas import on_grid, on_log_grid, tolerance_heads
 from conrod.report.charts.layout import NORMS
+from conrod.report.charts.panels import Curve, angle_ticks, error_panel, finish_panels
 from conrod.report.charts.styles import completed, curve_style, label
 from conrod.scenes import Scene
 from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
-
-MARKERS_PER_RUN = 12
 
 
 def error_figure(study: SceneStudy) -> Figure:
@@ -23,27 +20,15 @@ def error_figure(study: SceneStudy) -> Figure:
     figure = Figure(figsize=(10.5, 9.0))
     panels = figure.subplots(3, 1, sharex=True)
     for axes, name in zip(panels, QUANTITIES, strict=True):
-        drawn = []
-        for place, run in enumerate(runs):
-            angle, error = _error_curve(run, name)
-            drawn.append(error)
-            marks = taking_turns(len(angle), place, len(runs), MARKERS_PER_RUN, len(angle) - 4)
-            axes.plot(angle, error, markevery=marks, label=label(run), **curve_style(run))
-        whole_decades(axes, drawn)
-        axes.set_ylabel(f"{name} error / {NORMS[name]}")
+        error_panel(axes, f"{name} error / {NORMS[name]}", [_error_curve(run, name) for run in runs], tail=4)
         if runs:
             begin, end = _ends(study.scene, max(run.revolutions for run in runs))
             axes.set_xlim(begin, end)
             tolerance_heads(axes, end, [(getattr(run.tolerance, name), curve_style(run)) for run in runs])
-            panels[-1].xaxis.set_major_locator(_ticks(abs(end - begin)))
+            panels[-1].xaxis.set_major_locator(angle_ticks(abs(end - begin)))
     panels[-1].set_xlabel("crank angle [deg]")
-    handles, labels = panels[0].get_legend_handles_labels()
-    handles.append(Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6))
-    labels.append("tolerance")
-    figure.align_ylabels(panels)
-    figure.subplots_adjust(left=0.085, right=0.97, top=0.93, bottom=0.06, hspace=0.13)
-    legend_above(figure, handles, labels)
-    return figure
+    head = Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6, label="tolerance")
+    return finish_panels(figure, panels, [head], left=0.085)
 
 
 def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
@@ -54,14 +39,10 @@ def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
     return (low, high) if scene.speed > 0.0 else (high, low)
 
 
-def _ticks(degrees: float) -> Locator:
-    """Quarters of a turn; of less than two of them whatever divides it well."""
-    return MultipleLocator(90.0) if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10])
-
-
-def _error_curve(run: Result, name: str) -> tuple[Array, Array]:
+def _error_curve(run: Result, name: str) -> Curve:
     """Crank angle [deg] and the largest error there over all observed points, on the grid that is drawn."""
     assert run.curves is not None
     curves = [curves[name] for curves in run.curves.values()]
     error = np.max([curve.error for curve in curves], axis=0)
-    return on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions), on_log_grid(error)
+    angle = on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions)
+    return angle, on_log_grid(error), curve_style(run) | {"label": label(run)}

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, MultipleLocator
+from matplotlib.ticker import MultipleLocator
 
-from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, taking_turns, whole_decades
+from conrod.report.charts.canvas import on_grid, on_log_grid
+from conrod.report.charts.panels import angle_ticks, draw_curves, error_panel, finish_panels
 from conrod.report.charts.styles import EXACT, preset_style, preset_title
 from conrod.studies.forces.results import ForceResult, TorqueCurve
 
-MARKERS = 12
 LEAST = 1e-12
 
 
@@ -24,22 +24,16 @@ def torque_figure(results: Sequence[ForceResult]) -> Figure:
     figure = Figure(figsize=(10.5, 7.4))
     above, below = figure.subplots(2, 1)
     _torques(above, runs)
-    drawn = []
     whole = max(abs(float(np.degrees(np.ptp(curve.error_angle)))) for _, curve in runs)
-    for place, (run, curve) in enumerate(runs):
-        error = on_log_grid(np.maximum(curve.error, LEAST))
-        drawn.append(error)
-        below.plot(on_grid(np.degrees(curve.error_angle), whole), error, **_style(run, place, len(runs), len(error)))
-    whole_decades(below, drawn)
-    below.set_ylabel("error of the torque / exact peak")
+    errors = [
+        (on_grid(np.degrees(curve.error_angle), whole), on_log_grid(np.maximum(curve.error, LEAST)), _style(run))
+        for run, curve in runs
+    ]
+    error_panel(below, "error of the torque / exact peak", errors, tail=4)
     below.set_xlabel("crank angle [deg]; above the last turn, below the whole run")
     if whole >= 180.0:
         below.xaxis.set_major_locator(MultipleLocator(90.0))
-    figure.align_ylabels([above, below])
-    handles, labels = above.get_legend_handles_labels()
-    figure.subplots_adjust(left=0.09, right=0.97, top=0.93, bottom=0.075, hspace=0.15)
-    legend_above(figure, handles, labels)
-    return figure
+    return finish_panels(figure, [above, below], left=0.09, bottom=0.075, hspace=0.15)
 
 
 def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
@@ -50,18 +44,12 @@ def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
     low, high = float(first.exact.min()), float(first.exact.max())
     room = 0.15 * max(high - low, 1e-3 * size)
     axes.plot(on_grid(np.degrees(first.angle), span), on_grid(first.exact, size), label="exact", **EXACT)
-    for place, (run, curve) in enumerate(runs):
-        angle, torque = np.degrees(curve.angle), curve.told
-        style = _style(run, place, len(runs), len(angle))
-        axes.plot(on_grid(angle, span), on_grid(torque, size), **style)
+    torques = [(on_grid(np.degrees(c.angle), span), on_grid(c.told, size), _style(run)) for run, c in runs]
+    draw_curves(axes, torques, tail=4)
     axes.set_ylim(low - room, high + room)
-    axes.xaxis.set_major_locator(MultipleLocator(45.0) if span >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10]))
+    axes.xaxis.set_major_locator(angle_ticks(span, 45.0))
     axes.set_ylabel("drive torque [N m]")
 
 
-def _style(run: ForceResult, place: int, runs: int, samples: int) -> dict[str, Any]:
-    return {
-        **preset_style(run.engine, run.preset),
-        "label": preset_title(run.engine, run.preset),
-        "markevery": taking_turns(samples, place, runs, MARKERS, samples - 4),
-    }
+def _style(run: ForceResult) -> dict[str, Any]:
+    return preset_style(run.engine, run.preset) | {"label": preset_title(run.engine, run.preset)}

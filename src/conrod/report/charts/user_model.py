@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from conrod.exact.motion import Array
 from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
-from conrod.report.charts.canvas import on_grid, on_log_grid, taking_turns, whole_decades
+from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
 from conrod.report.charts.layout import NORMS
+from conrod.report.charts.panels import Curve, error_panel
 from conrod.report.charts.styles import colour, preset_style
 from conrod.report.numbers import ROUNDING
 
@@ -56,25 +56,19 @@ def _paths(axes: Axes, study: ModelStudy) -> None:
 
 
 def _errors(axes: Axes, study: ModelStudy, runs: list[JudgedRun], quantity: str) -> None:
-    curves = []
-    for place, run in enumerate(runs):
-        angle, error = _curve(run, quantity)
-        curves.append(error)
-        label = OWN if run is study.own else run.label
-        style = preset_style("mujoco", label)
-        marks = taking_turns(len(angle), place, len(runs), MARKERS)
-        axes.plot(angle, on_log_grid(error), markevery=marks, label=label, **style)
-    whole_decades(axes, curves)
-    axes.set_ylabel(f"{quantity} / {NORMS[quantity]}")
+    curves = [_curve(run, quantity, OWN if run is study.own else run.label) for run in runs]
+    error_panel(axes, f"{quantity} / {NORMS[quantity]}", curves, MARKERS)
     axes.set_xlim(0.0, np.copysign(360.0 * study.revolutions, study.scene.speed))
     axes.xaxis.set_major_locator(MultipleLocator(90.0 * max(1, round(study.revolutions / 2.0))))
 
 
-def _curve(run: JudgedRun, quantity: str) -> tuple[Array, Array]:
+def _curve(run: JudgedRun, quantity: str, label: str) -> Curve:
     """Crank angle [deg] and the largest error over all points, the largest in each span."""
     assert run.errors is not None
     curves = [errors[quantity] for errors in run.errors.values()]
     peaks = np.max([one.largest for one in curves], axis=0)
     angles = np.degrees(curves[0].at)
     turns = float(np.ptp(angles)) or 360.0
-    return on_grid(angles - 360.0 * np.round(angles[0] / 360.0), turns), np.maximum(peaks, ROUNDING / 10.0)
+    errors = on_log_grid(np.maximum(peaks, ROUNDING / 10.0))
+    style = preset_style("mujoco", label) | {"label": label}
+    return on_grid(angles - 360.0 * np.round(angles[0] / 360.0), turns), errors, style

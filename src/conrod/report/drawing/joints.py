@@ -84,7 +84,7 @@ def _slide(view: View, joint: Prismatic) -> None:
     block = view.place(slide.moving, slide.point)
     if slide.guide != GROUND:
         parts.slot(view.axes, _slot(view, slide), view.size)
-        view.labels.mark(block, view.size)
+        view.labels.mark(block, 1.5 * view.size)
         parts.slider(view.axes, block, direction, view.size)
         return
     back, forth = _travel(view, slide)
@@ -94,7 +94,7 @@ def _slide(view: View, joint: Prismatic) -> None:
         return
     room = 2.4 * view.size
     _rails(view, block, (back - room, forth + room), direction)
-    view.labels.mark(block, view.size)
+    view.labels.mark(block, 1.5 * view.size)
     parts.slider(view.axes, block, direction, view.size)
 
 
