@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from audits.documents import module as module_names
+from audits.documents import module_claims
 from audits.formulas import (
     cam_checks,
     listing_names,
@@ -51,8 +53,7 @@ def test_a_planted_factor_in_a_right_formula_is_caught(document: str) -> None:
 @pytest.mark.parametrize("document", ARGUMENTS)
 def test_a_mended_formula_holds_and_a_wrong_mend_is_not_believed(document: str) -> None:
     formulas, arguments = ARGUMENTS[document]
-    mended = [f for f in formulas if f.mended is not None]
-    for formula in mended:
+    for formula in (f for f in formulas if f.mended is not None):
         assert discrepancy(formula.mended, formula.truth, arguments) <= SAME
         verdict = verdict_on(replace(formula, mended=formula.function), arguments)
         assert verdict.kind is Kind.NOT_REPRODUCIBLE
@@ -87,9 +88,6 @@ class Matlab:
     def __truediv__(self, other: object) -> Matlab:
         a, b = self.values, self._of(other)
         return Matlab(np.linalg.lstsq(b[:, None], a, rcond=None)[0][0] if a.ndim and b.ndim else a / b)
-
-    def __xor__(self, other: object) -> Matlab:
-        raise AssertionError("written as power() below")
 
     def __matmul__(self, other: object) -> Matlab:
         return Matlab(self.values * self._of(other))
@@ -165,8 +163,6 @@ def test_the_listing_is_right_with_elementwise_operators_and_radians_alone() -> 
 
 
 def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
-    from audits.documents import module as module_names
-
     right = replace(module_names.UNITS[1], unit="m/s^2")
     assert module_names._unit(right).kind is Kind.AGREES
     length = module_names.LENGTHS[1]
@@ -177,8 +173,6 @@ def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
 
 
 def test_senses_and_directions_that_the_module_tells_are_those_of_its_machines() -> None:
-    from audits.documents import module_claims
-
     found = {v.quantity: v for v in module_claims.verdicts()}
     assert [found[q].kind for q in ("sense of omega 3", "sense of omega 5", "omega 3 and omega 4")] == [Kind.AGREES] * 3
     assert found["direction of CY4"].kind is Kind.MISPRINT

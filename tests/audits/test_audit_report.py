@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from audits.__main__ import report
-from audits.cam_survey import surveys
 from audits.judged import DOCUMENTS, PAGES, audited
 from conrod.own.printed.judging import Audited
 from conrod.report.printed_values import corrections, rank
@@ -80,13 +79,6 @@ def test_corrections_come_first_and_each_says_what_should_stand_there(
         assert all(group[0].should_be for group in corrections(found.verdicts))
     assert "only probable" in files["arc-cam.md"]
     assert "partly circular" in files["course-module.md"]
-
-
-def test_every_cam_stands_in_every_table_of_the_series(files: dict[str, str]) -> None:
-    for found in surveys():
-        # Four quantities, the joint B, the pressure angle; one more where a cam is the worst one.
-        head = f"| {found.base:g} | {found.flank:g}{' (least)' if found.is_least else ''} |"
-        assert files["arc-cam.md"].count(head) >= 6
 
 
 def test_nothing_in_the_report_is_a_trace_of_rounding(files: dict[str, str]) -> None:

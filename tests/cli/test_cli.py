@@ -183,18 +183,6 @@ def test_a_link_stays_a_link_and_the_file_behind_it_is_written(there: bool, tmp_
     assert files_in(tmp_path) == ["data", "data/real.csv", "link.csv"]
 
 
-@pytest.mark.parametrize("beside", [None, "{}", '{"schema": 1, "results": []}', "not json"])
-def test_a_folder_with_files_of_somebody_else_is_not_made_a_report(beside: str | None, tmp_path: Path) -> None:
-    name = "saw-40rpm.md"
-    (tmp_path / name).write_text("mine")
-    if beside is not None:
-        (tmp_path / "results.json").write_text(beside)
-    before = files_in(tmp_path)
-    refused(conrod(*QUICK, "--out", ".", cwd=tmp_path), "that is not")
-    assert (tmp_path / name).read_text() == "mine"
-    assert files_in(tmp_path) == before
-
-
 @pytest.mark.parametrize("name", ["README.md", "figures", "figures/saw-40rpm-error.svg"])
 def test_a_report_with_a_link_in_it_is_refused(name: str, tmp_path: Path) -> None:
     if "/" in name:

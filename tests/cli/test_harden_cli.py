@@ -100,17 +100,6 @@ def test_what_should_not_be_hardened_is_not_written(text: str, why: str, tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["model.xml"]
 
 
-@pytest.mark.usefixtures("at_once")
-def test_a_hardened_model_is_not_hardened_again(tmp_path: Path) -> None:
-    model = mujoco.MjModel.from_xml_path(str(LEGGED))
-    model.body_invweight0[:] *= 1e-8
-    model.dof_invweight0[:] *= 1e-8
-    mujoco.mj_saveModel(model, str(tmp_path / "hard.mjb"), None)
-    done = conrod("harden", str(tmp_path / "hard.mjb"))
-    assert done.returncode == 1
-    assert "hardened already" in done.stdout
-
-
 def test_a_file_that_is_no_model_is_told_though_it_is_looked_at_in_another_process(tmp_path: Path) -> None:
     (tmp_path / "rubbish.mjb").write_text("rubbish" * 1000)
     done = conrod("harden", "rubbish.mjb", cwd=tmp_path)

@@ -71,14 +71,6 @@ def test_the_same_command_runs_nothing_again_and_finds_the_same(folder: Path) ->
     assert study_in(folder, "again.json") == first
 
 
-def test_the_report_shows_where_it_is_wrong_and_undetected(folder: Path) -> None:
-    page = (folder / "report" / "saw-500rpm.md").read_text()
-    assert "opened" in page
-    assert "undetected" in page
-    assert (folder / "report" / "README.md").is_file()
-    assert list((folder / "report" / "figures").glob("saw-500rpm-*.svg"))
-
-
 def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> None:
     engines = select_engines(None)
     plans = [plan_limits(name, scene, engines, None, Request()) for name, scene in select_scenes((), ()).items()]

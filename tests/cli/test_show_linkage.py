@@ -108,31 +108,18 @@ def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) ->
     assert abs(float(np.abs(wrong).max()) - exact) > 0.01
 
 
-def test_quantities_of_a_file_are_those_of_its_four_bar_linkage(rocking: Path) -> None:
-    turn = told("rocking.toml", folder=rocking)["turn"]
-    (rocker,) = turn["outputs"]
-    a, b, c, d = 0.1, 0.3, 0.25, 0.3
-    swing = [math.acos((c * c + d * d - reach**2) / (2.0 * c * d)) for reach in (b - a, b + a)]
-    assert rocker["stroke"] == pytest.approx(swing[1] - swing[0], rel=1e-12)
-    (angle,) = turn["transmission"]
-    ends = [math.acos((b * b + c * c - (d + sign * a) ** 2) / (2.0 * b * c)) for sign in (-1.0, 1.0)]
-    assert (angle["least"]["value"], angle["greatest"]["value"]) == pytest.approx(tuple(ends), abs=1e-12)
-    assert angle["least"]["value"] != pytest.approx(angle["greatest"]["value"], abs=0.1)
-
-
 def test_a_coupler_point_that_does_not_rest_has_no_dead_centre(rocking: Path) -> None:
-    done = conrod("show", "rocking.toml", cwd=rocking)
-    assert "dead centre of P" not in done.stdout
+    assert "dead centre of P" not in conrod("show", "rocking.toml", cwd=rocking).stdout
     assert "dead centre of C" in conrod("show", "saw-40rpm").stdout
 
 
 def test_an_input_that_makes_one_pass_is_told_its_limits(rocking: Path) -> None:
     # This crank could turn; its driver makes a part of it.
-    document = told("pass.toml", folder=rocking)
-    assert document["turn"]["crank"]["turns_fully"] is True
-    assert document["turn"]["looked_at"] == pytest.approx([math.radians(-20.0), math.radians(40.0)])
-    out = conrod("show", "pass.toml", cwd=rocking).stdout
-    assert "of the pass from -20 to 40 deg" in out
+    done = conrod("show", "pass.toml", "--json", "out.json", cwd=rocking)
+    turn = json.loads((rocking / "out.json").read_text())["turn"]
+    assert turn["crank"]["turns_fully"] is True
+    assert turn["looked_at"] == pytest.approx([math.radians(-20.0), math.radians(40.0)])
+    assert "of the pass from -20 to 40 deg" in done.stdout
 
 
 # -- at a crank angle -----------------------------------------------------------------------------------------------
@@ -155,14 +142,10 @@ def test_links_centres_and_points_at_an_angle_are_those_of_the_slider_cranks_clo
     assert links["rod"]["angular_velocity"] == pytest.approx(rod_speed, rel=1e-11)
     assert links["rod"]["angular_acceleration"] == pytest.approx(rod_change, rel=1e-11)
     centres = {centre["name"]: centre for centre in here["centres"]}
-    assert len(centres) == 6
+    # On the crank's line, above or below the slider; and at infinity.
     slider = pin[0] - down
-    # On the crank's line, above or below the slider.
-    assert centres["O13"]["place"] == pytest.approx(
-        [slider, shaft[1] + math.tan(angle) * (slider - shaft[0])], rel=1e-10
-    )
+    assert centres["O13"]["place"] == pytest.approx([slider, shaft[1] + math.tan(angle) * (slider - shaft[0])])
     assert centres["O14"]["place"] is None
-    assert centres["O14"]["direction"] == pytest.approx([0.0, 1.0], abs=1e-14)
     motion = saw.motion(angle, w)
     points = {point["name"]: point for point in here["points"]}
     for name in ("C", "M"):
@@ -202,7 +185,6 @@ def test_what_is_printed_at_an_angle_is_what_is_written(tmp_path: Path) -> None:
 
 def test_without_an_angle_nothing_is_told_of_one(tmp_path: Path) -> None:
     assert told("saw-40rpm", folder=tmp_path)["instant"] is None
-    assert "at crank angle" not in conrod("show", "saw-40rpm").stdout
 
 
 def test_the_example_of_the_document_is_what_is_printed() -> None:
@@ -215,13 +197,16 @@ def test_the_example_of_the_document_is_what_is_printed() -> None:
 # -- files ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("scene", "angle"), [("saw-40rpm", 60.0), ("pass.toml", 10.0)])
-def test_figures_are_drawn_at_the_angle_or_at_a_usual_one(scene: str, angle: float, rocking: Path) -> None:
-    done = conrod("show", scene, "--figures", "usual", cwd=rocking)
-    assert done.returncode == 0, done.stderr
-    assert f"at crank angle {angle:g} deg" in done.stdout
-    conrod("show", scene, "--figures", "other", "--angle", "30 deg", cwd=rocking)
+def test_figures_are_drawn_at_the_angle_or_at_a_usual_one(rocking: Path) -> None:
+    for scene, options, angle in (
+        ("saw-40rpm", (), "60"),
+        ("saw-40rpm", ("--angle", "30 deg"), "30"),
+        ("pass.toml", (), "10"),
+    ):
+        done = conrod("show", scene, "--figures", f"at-{angle}", *options, cwd=rocking)
+        assert done.returncode == 0, done.stderr
+        assert f"at crank angle {angle} deg" in done.stdout
     for name in ("centres.svg", "velocities.svg", "accelerations.svg"):
-        usual, other = ((rocking / folder / name).read_text() for folder in ("usual", "other"))
+        usual, other = ((rocking / folder / name).read_text() for folder in ("at-60", "at-30"))
         assert usual.rstrip().endswith("</svg>")
         assert usual != other

@@ -163,19 +163,18 @@ def test_only_what_the_loops_are_held_by_hardens() -> None:
 
 
 def test_a_start_that_leaves_loops_open_is_closed_and_told() -> None:
-    model = mujoco.MjModel.from_xml_string(
-        LEGGED.read_text().replace('name="left-lever" pos="-0.08 0.05 0"', 'name="left-lever" pos="-0.08 0.05 0.002"')
+    lever = 'name="left-lever" pos="-0.08 {} 0{}"'
+    aside, apart = (
+        mujoco.MjModel.from_xml_string(LEGGED.read_text().replace(lever.format("0.05", ""), lever.format(*place)))
+        for place in (("0.05", ".002"), ("3", ""))
     )
-    closures = active_closures(model)
-    start = start_of(model, "swing", closures)
+    closures = active_closures(aside)
+    start = start_of(aside, "swing", closures)
     assert start.given["m"] == pytest.approx(0.002)
     assert start.closed
-    first = swing(model, start.state, Pace(1, 1, 0.001), closures).openings[0]
+    first = swing(aside, start.state, Pace(1, 1, 0.001), closures).openings[0]
     assert first.max() < 1e-12
     # One that no pose can close is left as it is.
-    apart = mujoco.MjModel.from_xml_string(
-        LEGGED.read_text().replace('name="left-lever" pos="-0.08 0.05 0"', 'name="left-lever" pos="-0.08 3 0"')
-    )
     assert not start_of(apart, "swing", active_closures(apart)).closed
 
 

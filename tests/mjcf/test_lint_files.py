@@ -10,7 +10,7 @@ from pathlib import Path
 
 import mujoco
 import pytest
-from own_model_edits import scaled
+from own_model_edits import HACKSAW, scaled
 
 from conrod.cli.lint import _outputs
 from conrod.errors import InvalidInput
@@ -172,11 +172,6 @@ def test_comments_and_all_digits_survive_a_fix(tmp_path: Path) -> None:
         assert words in report.fixed.text
 
 
-def test_a_binary_model_is_not_taken_apart(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="a binary model cannot be taken apart; give the MJCF"):
-        lint(tmp_path / "model.mjb", SHORT)
-
-
 def test_another_model_is_told_by_one_digit() -> None:
     one = mujoco.MjModel.from_xml_string(SAW)
     assert differing(one, mujoco.MjModel.from_xml_string(SAW)) == ""
@@ -189,11 +184,9 @@ def test_another_model_is_told_by_one_digit() -> None:
 
 def test_a_scene_drives_the_crank_and_named_points_are_observed(tmp_path: Path) -> None:
     # Neither a flywheel nor speeds: on its own the machine would stand, or fall.
-    text = replaced('armature="1e+13" ', "")(SAW).replace('qvel="-1.6466419709575786 52.35987755982988 ', 'qvel="0 0 ')
-    path = tmp_path / "model.xml"
-    path.write_text(text.replace("-34.06385566030124", "0"))
-    request = Request(seconds=0.03, speed=52.35987755982988, points=(Place("C", "site", "C"),))
-    report = lint(path, request, ticking())
+    text = replaced('armature="1e+13" ', "")(SAW)
+    text = replaced('qvel="-1.6466419709575786 52.35987755982988 -34.06385566030124"', 'qvel="0 0 0"')(text)
+    report = at(tmp_path, text, Request(seconds=0.03, speed=52.35987755982988, points=(Place("C", "site", "C"),)))
     assert "driven run" in report.run
     assert report.findings == ()
 
@@ -202,9 +195,7 @@ def test_a_driven_model_must_have_one_crank_on_the_frame(tmp_path: Path) -> None
     text = SAW.replace('type="slide" axis="1 0 0"', 'type="hinge" axis="0 0 1"')
     with pytest.raises(InvalidInput, match="2 hinges are on the frame: name the crank with --crank"):
         at(tmp_path, text, Request(speed=1.0, seconds=0.01))
-    with pytest.raises(
-        InvalidInput, match="--crank slide: it is a slide joint, a crank is a hinge; its hinges: crank, crank-pin"
-    ):
+    with pytest.raises(InvalidInput, match="--crank slide: it is a slide joint, a crank is a hinge; its hinges: cr"):
         at(tmp_path, SAW, Request(speed=1.0, crank="slide", seconds=0.01))
 
 
@@ -230,16 +221,15 @@ def test_a_brake_on_the_crank_does_not_stop_a_driven_run(tmp_path: Path) -> None
 
 
 def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(tmp_path: Path) -> None:
-    hacksaw = Path(__file__).parents[1] / "support" / "own_models" / "hacksaw.xml"
     request = Request(seconds=0.12, speed=52.35987755982988, crank="motor", ignored=("silent-reset",))
-    (finding,) = lint(hacksaw, request, ticking()).findings
+    (finding,) = lint(HACKSAW, request, ticking()).findings
     evidence = dict(finding.evidence)
     assert finding.rule == "soft-closure"
     assert evidence["opening when stiff [m]"] > 0.1 * evidence["opening [m]"]
     assert evidence["opening then when stiff [m]"] <= 0.1 * evidence["opening then [m]"]
     # Negative control: what opens by the step and not by its softness is none.
     text = replaced('site2="crankpin"/>', 'site2="crankpin" solref="0.004 1" solimp="0.9999 0.9999 0.001 0.5 2"/>')
-    assert at(tmp_path, text(hacksaw.read_text()), request).findings == ()
+    assert at(tmp_path, text(HACKSAW.read_text()), request).findings == ()
 
 
 # -- what a user gets wrong ------------------------------------------------------------------------------------------
@@ -258,29 +248,28 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize("broken", BROKEN)
-def test_a_file_that_cannot_be_used_is_told_in_one_line(broken: str, tmp_path: Path) -> None:
-    text, words = BROKEN[broken]
-    with pytest.raises(InvalidInput) as told:
-        at(tmp_path, text)
-    assert words in str(told.value)
-    assert len(str(told.value).splitlines()) == 1
+NAMES = {
+    "a keyframe": (Request(keyframe="begin"), "unknown keyframe 'begin': choose from qpos0, start"),
+    "a site": (Request(points=(Place("C", "site", "CC"),)), "unknown site 'CC'"),
+    "a body": (Request(points=(Place("C", "body", "slidr"),)), "did you mean 'slider'"),
+    "a joint": (Request(speed=1.0, crank="crnk"), "did you mean 'crank'"),
+    "a rule": (Request(ignored=("soft",)), "did you mean 'soft-closure'"),
+    "no number of steps": (Request(seconds=1e6), "at most 1000000"),
+}
 
 
 @pytest.mark.parametrize(
-    ("request_", "words"),
+    ("text", "request_", "words"),
     [
-        (Request(keyframe="begin"), "unknown keyframe 'begin': choose from qpos0, start"),
-        (Request(points=(Place("C", "site", "CC"),)), "unknown site 'CC'"),
-        (Request(points=(Place("C", "body", "slidr"),)), "did you mean 'slider'"),
-        (Request(speed=1.0, crank="crnk"), "did you mean 'crank'"),
-        (Request(ignored=("soft",)), "did you mean 'soft-closure'"),
-        (Request(seconds=1e6), "at most 1000000"),
+        *(pytest.param(text, SHORT, words, id=name) for name, (text, words) in BROKEN.items()),
+        *(pytest.param(SAW, request_, words, id=name) for name, (request_, words) in NAMES.items()),
     ],
 )
-def test_a_name_that_is_not_there_is_told_with_the_nearest(request_: Request, words: str, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=words):
-        at(tmp_path, SAW, request_)
+def test_what_cannot_be_used_is_told_in_one_line(text: str, request_: Request, words: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput) as told:
+        at(tmp_path, text, request_)
+    assert words in str(told.value)
+    assert len(str(told.value).splitlines()) == 1
 
 
 def test_a_model_that_runs_at_no_step_is_a_finding(tmp_path: Path) -> None:
