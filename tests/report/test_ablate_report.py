@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,16 +22,11 @@ from ablations import (
 
 from conrod.cli.ablate import print_ablations
 from conrod.report.ablate import words
-from conrod.report.ablate.figure import ingredients_figure
 from conrod.report.ablate.report import KIND, merged
-from conrod.report.charts.canvas import drawing_style
-from conrod.report.figure import Figure
 from conrod.report.reproduction import Reproduction
-from conrod.report.saved import plain, restore
 from conrod.report.writer import report_batch
 from conrod.studies.ablate.case import COUNTED
-from conrod.studies.ablate.findings import MEANINGS, AblationStudy, Effect, Gruebler, Role, Verdict
-from conrod.studies.frame.files import write_together
+from conrod.studies.ablate.findings import MEANINGS, Effect, Gruebler, Role, Verdict
 
 COMMAND = Reproduction("conrod ablate {scene} --out reports/ablate")
 
@@ -116,22 +108,6 @@ def test_what_makes_a_right_motion_better_is_reported_though_it_is_not_required(
     assert words.finer_text(found, replace(costly, verdict=Verdict.REQUIRED)) == ""
 
 
-def test_every_model_is_listed_with_its_errors_and_how_it_ended(pages: dict[str, str]) -> None:
-    page = pages[f"{SCENE}.md"]
-    for name in ("minimal", "full", "full - sensors", "full + noslip", "all ingredients"):
-        assert row(page, f"{name} | `completed`")[3] in ("4.0e-11", "1.0e-6")
-    assert row(page, "minimal - closure")[1] == "`opened`: a gap of 0.4 m"
-    assert row(page, "minimal - closure")[3] == "n/a"
-
-
-def test_the_index_has_a_column_for_every_machine(pages: dict[str, str]) -> None:
-    index = pages["README.md"]
-    assert "### MuJoCo" in index
-    assert "### pymunk" in index
-    assert row(index, "`noslip`")[2:] == ["harmful", "wear"]
-    assert f"`{COMMAND.of(SCENE)}`" in index
-
-
 def test_torque_and_time_saved_in_words() -> None:
     seen = alone(MINIMAL_ERROR, 0.0, 1.0)
     gravity = ingredient("gravity", (replace(seen, torque_effect=Effect.REQUIRED),), needed_by=("wear",))
@@ -158,19 +134,6 @@ def test_the_console_has_a_line_for_every_ingredient(capsys: pytest.CaptureFixtu
         assert text in printed
 
 
-def test_a_figure_names_every_ingredient_and_every_verdict() -> None:
-    with drawing_style():
-        costs, changes = ingredients_figure(engine_study()).axes
-    shown = [label.get_text() for label in costs.get_yticklabels()]
-    assert shown == ["added", "looks", "sensors", "noslip", "part of the minimal model", "closure"]
-    texts = [text.get_text() for text in changes.texts]
-    assert [text for text in texts if "without" not in text] == ["free", "costly", "harmful", "required"]
-    assert "opened without it" in texts
-    low, high = costs.get_xlim()
-    assert low < 1.0
-    assert high > 1.3
-
-
 # -- folders ---------------------------------------------------------------------------------------------------------
 
 
@@ -180,44 +143,3 @@ def test_one_engine_after_the_other_adds_up_to_both() -> None:
     # Nothing is kept of another machine.
     longer = ablation_study(parameters={"crank": 0.1, "rod": 0.5})
     assert merged(both, longer) == longer
-
-
-def test_other_scenes_of_the_folder_stay_in_its_index_and_old_figures_go(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Figure, "svg", lambda self: "<svg/>")
-    both = ablation_study(engine_study(), engine_study("pymunk"))
-    write_together([report_batch(KIND, {SCENE: both}, tmp_path, COMMAND)])
-    batch = report_batch(KIND, {"saw-40rpm": ablation_study(name="saw-40rpm")}, tmp_path, COMMAND)
-    assert f"{SCENE}.md" not in batch.files
-    assert row(str(batch.files["README.md"]), "`noslip`")[2:] == ["harmful", "harmful", "wear"]
-    assert set(json.loads(str(batch.files["results.json"]))["parts"]) == {SCENE, "saw-40rpm"}
-    one = report_batch(KIND, {SCENE: ablation_study()}, tmp_path, COMMAND)
-    assert one.obsolete == (f"figures/{SCENE}-pymunk.svg",)
-
-
-WITHOUT_ENGINES = """
-import sys
-sys.modules["mujoco"] = sys.modules["pymunk"] = None  # importing either fails
-from pathlib import Path
-from conrod.report.writer import rendered_again
-folder = Path(sys.argv[1])
-(batch,) = rendered_again(folder)
-assert len(batch.files) == 5, list(batch.files)
-for name, text in batch.files.items():
-    assert (folder / name).read_text(encoding="utf-8") == text, name
-"""
-
-
-def test_a_report_is_rendered_again_from_its_results_without_any_engine(tmp_path: Path) -> None:
-    write_together([report_batch(KIND, {SCENE: ablation_study()}, tmp_path, COMMAND)])
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_ENGINES, str(tmp_path)], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-
-
-def test_findings_are_read_back_as_they_were_written() -> None:
-    study = ablation_study()
-    assert restore(AblationStudy, json.loads(json.dumps(plain(study)))) == study
-    assert study.engines[0].variant(Role.TAKEN, "nothing") is None

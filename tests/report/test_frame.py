@@ -9,15 +9,20 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from ablations import ablation_study
 from command_line import conrod
+from handmade import handmade_sweep
+from limit_studies import limit_study
 
 from conrod.errors import InvalidInput
 from conrod.report.figure import Figure
 from conrod.report.folder import ReportFolder
 from conrod.report.free_motion import KIND
+from conrod.report.kind import kind_named
 from conrod.report.markdown import table_text, unwrapped
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import plain, restore
@@ -87,6 +92,29 @@ def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
         restore(MotionStudy, {"name": "x"})
     with pytest.raises(TypeError, match="cannot be saved"):
         plain(lambda: None)
+
+
+FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_study}
+
+
+@pytest.mark.parametrize("kind", FINDINGS)
+def test_every_kind_of_findings_comes_back_renders_the_same_and_stays_beside_others(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Figure, "svg", lambda self: "<svg/>")
+    found: Any = FINDINGS[kind]()
+    assert restore(type(found), json.loads(json.dumps(plain(found)))) == found
+    batch = report_batch(kind_named(kind), {found.name: found}, tmp_path, COMMAND)
+    write_together([batch])
+    (again,) = rendered_again(tmp_path)
+    assert again.files == batch.files
+    beside = report_batch(kind_named(kind), {"another": replace(found, name="another")}, tmp_path, COMMAND)
+    assert f"{found.name}.md" not in beside.files
+    assert set(json.loads(str(beside.files["results.json"]))["parts"]) == {found.name, "another"}
+    assert f"{found.name}.md" in str(beside.files["README.md"])
+    (other,) = set(FINDINGS) - {kind, "limits" if kind != "limits" else "sweep"}
+    with pytest.raises(InvalidInput, match="another kind"):
+        ReportFolder(tmp_path, kind_named(other))
 
 
 # -- the folder ------------------------------------------------------------------------------------------------------

@@ -10,19 +10,15 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from limit_studies import follower, limit_study, of_axis, renamed
+from limit_studies import follower, limit_study, of_axis
 from limit_walks import SCENE, detected
 
-from conrod.errors import InvalidInput
 from conrod.report import figure
-from conrod.report.folder import ReportFolder
 from conrod.report.limits.files import merged, report_batches, rounded
-from conrod.report.limits.report import KIND
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import restore
 from conrod.report.writer import rendered_again
 from conrod.studies.frame.files import Batch, write_together
-from conrod.studies.limits.grade import Level
 from conrod.studies.limits.results import LimitStudy
 
 COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
@@ -85,21 +81,6 @@ def test_undetected_runs_come_before_anything_else(study: LimitStudy, tmp_path: 
     assert "So are" not in calm
 
 
-def test_words_are_explained_once(batch: Batch) -> None:
-    for level in Level:
-        assert str(batch.files["README.md"]).count(f"- *{level.slug}*: {level.meaning}") == 1
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_parts_that_were_not_asked_for_are_left_out(study: LimitStudy, tmp_path: Path) -> None:
-    whole = str(rendered(study, tmp_path).files[f"{SCENE}.md"])
-    alone = str(rendered(of_axis(study, "steps"), tmp_path).files[f"{SCENE}.md"])
-    for section in ("Long runs", "Determinism", "Two axes at once", "Axes that were not walked, and why"):
-        assert f"<summary>{section}" in whole
-        assert f"<summary>{section}" not in alone
-    assert "### Steps per revolution" in alone
-
-
 def small(study: LimitStudy) -> LimitStudy:
     """Few figures, and a part of every kind that has none."""
     return replace(of_axis(study, "mass-ratio"), determinism=study.determinism, needs=study.needs)
@@ -139,15 +120,6 @@ def test_a_flight_keeps_the_digits_of_its_landing(study: LimitStudy, tmp_path: P
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_scenes_of_an_earlier_report_stay(study: LimitStudy, tmp_path: Path) -> None:
-    write_together([rendered(study, tmp_path)])
-    batch = rendered(renamed(study, "saw-40rpm"), tmp_path)
-    assert f"[{SCENE}]({SCENE}.md)" in str(batch.files["README.md"])
-    assert f"{SCENE}.md" not in batch.files
-    assert set(json.loads(str(batch.files["results.json"]))["parts"]) == {SCENE, "saw-40rpm"}
-
-
-@pytest.mark.usefixtures("undrawn")
 def test_one_axis_alone_replaces_that_axis_alone(study: LimitStudy, tmp_path: Path) -> None:
     write_together([rendered(study, tmp_path)])
     again = of_axis(study, "mass-ratio")
@@ -176,19 +148,3 @@ def test_nothing_is_kept_of_another_machine_or_another_engine(study: LimitStudy)
     one = merged(study, replace(steps, walks=mujoco, engines={"mujoco": "4.0.0"}))
     assert one.walks == study.walks
     assert dict(one.engines) == dict(study.engines)
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_figure_that_is_no_longer_shown_goes(study: LimitStudy, tmp_path: Path) -> None:
-    write_together([rendered(study, tmp_path)])
-    assert rendered(study, tmp_path).obsolete == ()
-    gone = rendered(replace(of_axis(study, "steps"), parameters={**study.parameters, "rod": 9.0}), tmp_path).obsolete
-    assert f"figures/{SCENE}-nearness.svg" in gone
-    assert f"figures/{SCENE}-steps.svg" not in gone
-
-
-def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
-    ReportFolder(tmp_path, KIND).check([SCENE])
-    (tmp_path / "results.json").write_text('{"schema": 1, "sweeps": {}}')
-    with pytest.raises(InvalidInput, match=r"it holds a results\.json"):
-        ReportFolder(tmp_path, KIND)

@@ -7,9 +7,7 @@ from limit_walks import (
     SCENE,
     Part,
     detected,
-    listed,
     mass_walks,
-    pose_walks,
     probe,
     regularisation_walks,
     steps_walks,
@@ -19,10 +17,7 @@ from limit_walks import (
 from conrod.report.limits.tables import (
     boundaries_table,
     determinism_table,
-    refusals,
-    solver_notes,
     steps_table,
-    torque_notes,
     undetected_table,
 )
 from conrod.report.limits.words import findings, undetected_words
@@ -73,11 +68,6 @@ def test_an_undetected_stretch_has_its_place_its_kind_and_its_error() -> None:
     assert row[3] == "0.70"
 
 
-def test_scattered_values_of_a_list_are_one_row() -> None:
-    (row,) = undetected_table(pose_walks()).rows
-    assert row[2] == "MuJoCo stock: 3 of 72: 0, 125, 250"
-
-
 # -- tables ------------------------------------------------------------------------------------------------------------
 
 
@@ -105,33 +95,6 @@ def test_the_solver_that_stopped_early_is_in_the_table() -> None:
     rows = boundaries_table(regularisation_walks()).rows
     assert any("stopped after 0 iterations: 1e-10 .. 1e-15 (7 of 15 runs)" in str(row[-1]) for row in rows)
     assert "its solver" not in boundaries_table(steps_walks()).headings
-
-
-def test_residuals_of_many_sizes_are_reported_together() -> None:
-    left = [f"took all its iterations, residual above {power}" for power in ("0.01", "1e-6", "1e-6")]
-    notes = [*left, "stopped after 0 iterations", ""]
-    runs = [probe(float(k), "safe", "completed", False, 1e-3, solver=note) for k, note in enumerate(notes)]
-    assert solver_notes(runs) == (
-        "took all its iterations: 0 .. 2 (3 of 5 runs), residual above 1e-6 to 0.01; "
-        "stopped after 0 iterations: 3 (1 of 5 runs)"
-    )
-
-
-def test_few_values_of_a_list_have_a_column_each() -> None:
-    runs = [
-        probe(0.0, "safe", "completed", False, 1e-3, text="double precision"),
-        probe(1.0, "wrong", "completed", True, 0.2, text="single precision"),
-    ]
-    table = boundaries_table([listed("rounding", "mujoco", "stock", runs)])
-    assert table.rows == (("MuJoCo", "stock", "0.0010", "0.20 (undetected)"),)
-    assert "72" in boundaries_table(pose_walks()).rows[0]
-
-
-def test_refusals_are_given_once_with_those_they_are_for() -> None:
-    assert refusals(regularisation_walks()) == [
-        "Not walked with pymunk `stock` and `tuned`: pymunk does not regularise."
-    ]
-    assert any("least, by 5.6e-10, at 5.623e-07" in note for note in torque_notes(regularisation_walks()))
 
 
 def test_determinism_shows_what_was_different() -> None:

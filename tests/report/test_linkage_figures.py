@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
@@ -18,7 +17,6 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.centres import instant_centres
 from conrod.exact.linkage.polygon import acceleration_polygon, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, linkage_state
-from conrod.report import figure as report_figure
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.linkage.mechanism_figure import centres_figure
 from conrod.report.linkage.polygon_figure import polygon_figure
@@ -118,15 +116,3 @@ def test_every_centre_is_listed_and_those_on_the_sheet_are_marked(state: Linkage
     for centre in instant_centres(state):
         assert mathematical(centre.name) in written
     assert f"{len(instant_centres(state))} instant centres [mm]" in written
-
-
-def test_figures_are_the_same_each_time() -> None:
-    state = STATES["slider-crank"]()
-    polygon = acceleration_polygon(state)
-
-    def drawn(figure: Callable[[], Figure]) -> str:
-        return report_figure.Figure("x", "x", figure).svg()
-
-    assert drawn(lambda: centres_figure(state)) == drawn(lambda: centres_figure(state))
-    assert drawn(lambda: polygon_figure(polygon)) == drawn(lambda: polygon_figure(polygon))
-    assert drawn(lambda: polygon_figure(polygon)) != drawn(lambda: polygon_figure(velocity_polygon(state)))

@@ -371,16 +371,6 @@ def index_of(folder: Path) -> str:
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_a_report_of_one_scene_keeps_the_others_in_the_index(tmp_path: Path) -> None:
-    write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
-    before = contents(tmp_path)
-    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
-    now = contents(tmp_path)
-    assert {name for name in now if now[name] != before.get(name)} == {"README.md", "results.json"}
-    assert "(cam-follower.md)" in index_of(tmp_path)
-
-
-@pytest.mark.usefixtures("blank_figures")
 def test_the_index_names_a_command_only_if_that_makes_all_of_it(tmp_path: Path) -> None:
     write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
     assert "`conrod validate saw-40rpm cam-follower --out reports`" in index_of(tmp_path)

@@ -16,19 +16,16 @@ from handmade import FAST, SENSITIVITY, STEPS, convergence, errors_of, handmade_
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.figure import Figure as ReportFigure
-from conrod.report.folder import ReportFolder
-from conrod.report.kind import kind_named
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import plain, restore
 from conrod.report.sweep.bands import rows_of, shares_table
 from conrod.report.sweep.budgets import budget_table
 from conrod.report.sweep.labels import name_offsets
-from conrod.report.sweep.orders import orders_figure, orders_table
+from conrod.report.sweep.orders import orders_table
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.selection import placed_points
 from conrod.report.sweep.sentences import more_sentences, sentences
@@ -164,12 +161,6 @@ def test_without_timings_there_is_no_diagram_and_no_sentence_about_cost(study: S
     assert [text for text in sentences(study) if "cheapest" in text]
 
 
-def test_axes_have_units_and_each_engine_its_own_reference(figure: Figure) -> None:
-    labels = [axes.get_xlabel() for axes in figure.axes]
-    assert "CPU time of a simulated revolution" in labels
-    assert len([text for text in labels if "reference loop (1.0 µs each)" in text]) == 2
-
-
 @pytest.mark.parametrize("count", [2, 30])
 def test_names_of_points_do_not_overlap(count: int) -> None:
     at = [(60.0 + 9.0 * k, 320.0 - 9.0 * k) for k in range(count)]
@@ -303,15 +294,6 @@ def test_every_rule_has_its_order_plateau_and_floor(study: SweepStudy) -> None:
     assert len(orders_table(study, presets_only=True).rows) == 4
 
 
-def test_failed_runs_stand_above_the_orders(study: SweepStudy) -> None:
-    def failed(some: SweepStudy) -> bool:
-        with drawing_style():
-            return "did not complete" in texts(orders_figure(some).axes[0])
-
-    assert failed(study)
-    assert not failed(replace(study, points=tuple(p for p in study.points if p.completed)))
-
-
 def test_transfers(study: SweepStudy) -> None:
     found = Transfer("saw-40rpm", "mujoco", "position", 1e-5, "RK4", 100, {"shear-press": 2e-6}, 3e-5, 0.5)
     assert transfers_table([found]).rows[0][-2:] == ("**no**", "n/a")
@@ -350,29 +332,6 @@ def test_a_report_is_rendered_again_to_the_same_bytes(batch: Batch) -> None:
     write_together([batch])
     (again,) = rendered_again(batch.folder)
     assert again.files == batch.files
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_scenes_of_an_earlier_sweep_stay_in_the_index(study: SweepStudy, tmp_path: Path) -> None:
-    write_together([report_batch(KIND, {study.name: study}, tmp_path, COMMAND)])
-    batch = report_batch(KIND, {"saw-40rpm": replace(study, name="saw-40rpm")}, tmp_path, COMMAND)
-    index = str(batch.files["README.md"])
-    assert "[saw-500rpm](saw-500rpm.md)" in index
-    assert "not all measured by one command" in index
-    assert "saw-500rpm.md" not in batch.files
-    # A figure that is no longer drawn goes.
-    assert report_batch(KIND, {study.name: untimed(study)}, tmp_path, COMMAND).obsolete == (
-        "figures/position.svg",
-        "figures/saw-500rpm-work-precision.svg",
-    )
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_report_of_another_kind_is_not_replaced(study: SweepStudy, tmp_path: Path) -> None:
-    write_together([report_batch(KIND, {study.name: study}, tmp_path, COMMAND)])
-    ReportFolder(tmp_path, KIND).check(["saw-500rpm"])
-    with pytest.raises(InvalidInput, match="another kind"):
-        ReportFolder(tmp_path, kind_named("ablate"))
 
 
 # -- the page that explains --------------------------------------------------------------------------------------------

@@ -182,18 +182,6 @@ def test_a_cell_whose_process_beside_a_worker_is_killed_is_repeated_alone(own_cl
 
 
 @pytest.mark.slow
-def test_a_cell_that_kills_its_process_again_and_again_has_crashed_on_a_cluster(
-    cluster: Cluster, ledger: Ledger
-) -> None:
-    cells = tasks.cells(12)
-    with DaskCluster(cluster.address) as executor:
-        table = run_cases(tasks.assigned(cells, tasks.kill_itself), ledger, executor)
-    crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
-    assert crashed == {tasks.CRASHES: "ended by signal SIGKILL, and again with nothing beside it"}
-    assert sum(m.outcome == "completed" for m in table.values()) == 11
-
-
-@pytest.mark.slow
 def test_bad_usage_of_a_cell_and_mistakes_arrive(cluster: Cluster, ledger: Ledger) -> None:
     with DaskCluster(cluster.address) as executor:
         with pytest.raises(InvalidInput, match="cannot be run"):

@@ -32,11 +32,6 @@ def at(speed: float, cam: CamFollower = CAM) -> CamFollower:
     return cam.with_parameters(speed=speed * float_speed(cam), preload=1.0 / speed**2)
 
 
-def test_the_force_is_the_same_at_all_speeds() -> None:
-    forces = [at(speed).preload_force for speed in (0.5, 1.0, 3.0)]
-    assert forces == pytest.approx([CAM.preload_force] * 3, rel=1e-12)
-
-
 @pytest.mark.parametrize("speed", [0.2, 0.99, 1.0])
 def test_a_follower_is_held_up_to_the_float_speed(speed: float) -> None:
     assert exact_flight(at(speed)) is None

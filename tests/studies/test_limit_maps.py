@@ -7,18 +7,16 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.map_figure import areas, edges_about, map_figure, seams, shaded_errors
-from conrod.report.limits.marks import LEVEL_COLOURS, SHADES, error_colour
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
 from conrod.studies.limits.adaptive import Node
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.grade import Level, grade_of
+from conrod.studies.limits.grade import grade_of
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
 
 MASSES, NEARNESS, STABILISATION = PAIRS
@@ -179,26 +177,8 @@ def drawn(found: LimitMap) -> Figure:
         return map_figure(found)
 
 
-def colours_in(figure: Figure) -> set[str]:
-    return {to_hex(patch.get_facecolor()) for patch in figure.axes[0].patches}
-
-
 def legend_of(figure: Figure) -> list[str]:
     return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
-def one_way(steps: float, mass: float) -> Measurement:
-    return completed(1e-3) if steps > 30 else Measurement("opened")
-
-
-def test_the_legend_names_what_occurs_and_nothing_else(made_up: LimitMap) -> None:
-    named = set(legend_of(drawn(made_up)))
-    assert {"opened", "exploded", "diverged"} <= named
-    assert "flipped" not in named
-    assert any("in one of these ways" in text for text in named)
-    plain = set(legend_of(drawn(mapped(MADE_UP, MASSES, one_way, (17, 9)))))
-    assert "opened" in plain
-    assert not any("in one of these ways" in text for text in plain)
 
 
 @pytest.mark.parametrize("undetected", [True, False])
@@ -210,26 +190,6 @@ def test_undetected_failures_are_outlined(undetected: bool) -> None:
     # The boundary, then the outline's white casing and its red core: both cells of a column, four sides.
     assert lines == ([1, 4, 4] if undetected else [1, 0, 0])
     assert any("undetected" in text for text in legend_of(figure)) is undetected
-
-
-@pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.other.name)
-def test_axes_are_labelled_with_their_units(pair: Pair) -> None:
-    axes = drawn(mapped(MADE_UP, pair, lambda steps, _: completed(1.0 / steps**2), (9, 5))).axes[0]
-    assert axes.get_xlabel() == "steps per revolution"
-    assert axes.get_ylabel().replace("\n", " ") == pair.other.label
-    assert len(axes.get_xticks()) >= 3
-    assert len(axes.get_yticks()) >= 3
-
-
-def test_larger_errors_are_darker() -> None:
-    def light(colour: str) -> float:
-        return sum(weight * int(colour[k : k + 2], 16) for k, weight in ((1, 0.3), (3, 0.59), (5, 0.11)))
-
-    shades = [error_colour("safe", 10.0**k) for k in range(-14, -1)]
-    assert [light(colour) for colour in shades] == sorted(map(light, shades), reverse=True)
-    assert len(set(shades)) == len(SHADES)
-    rough, wrong = (error_colour(level.slug, 0.5) for level in (Level.ROUGH, Level.WRONG))
-    assert light(wrong) < light(rough) < light(LEVEL_COLOURS["safe"])
 
 
 def test_shades_between_runs_lie_between_theirs_and_are_their_own_at_runs() -> None:
