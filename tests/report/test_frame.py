@@ -97,11 +97,9 @@ def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
 FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_study}
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("kind", FINDINGS)
-def test_every_kind_of_findings_comes_back_renders_the_same_and_stays_beside_others(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Figure, "svg", lambda self: "<svg/>")
+def test_every_kind_of_findings_comes_back_renders_the_same_and_stays_beside_others(kind: str, tmp_path: Path) -> None:
     found: Any = FINDINGS[kind]()
     assert restore(type(found), json.loads(json.dumps(plain(found)))) == found
     batch = report_batch(kind_named(kind), {found.name: found}, tmp_path, COMMAND)

@@ -13,7 +13,6 @@ import pytest
 from limit_studies import follower, limit_study, of_axis
 from limit_walks import SCENE, detected
 
-from conrod.report import figure
 from conrod.report.limits.files import merged, report_batches, rounded
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import restore
@@ -42,12 +41,6 @@ def kept(batch: Batch, scene: str = SCENE) -> LimitStudy:
 def batch(study: LimitStudy, tmp_path_factory: pytest.TempPathFactory) -> Batch:
     """The whole report, rendered once."""
     return rendered(study, tmp_path_factory.mktemp("limits"))
-
-
-@pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures without their drawing, which is what takes long."""
-    monkeypatch.setattr(figure.Figure, "svg", lambda self: "<svg/>")
 
 
 # -- the files ---------------------------------------------------------------------------------------------------------

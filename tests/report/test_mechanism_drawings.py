@@ -22,7 +22,6 @@ from conrod.mechanism.mechanism import GROUND, Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
-from conrod.report.drawing.label_placement import LabelPlacement
 from conrod.report.drawing.link_shapes import link_shape
 from conrod.report.drawing.slides import Slide, slide_of, ways
 from conrod.scenes import SCENES, Saw
@@ -53,16 +52,6 @@ def test_a_link_is_a_bar_along_what_is_in_line_and_a_plate_around_what_is_not() 
     assert len(plate.corners) == 3
     assert len(plate.edges) == 4
     assert plate.arms == bar.arms == ()
-
-
-def test_what_is_looked_at_beside_a_plate_or_a_single_pin_hangs_on_the_nearest_pin() -> None:
-    pins = [place(0.0, 0.0), place(4.0, 0.0), place(0.0, 3.0)]
-    shape = link_shape([*pins, place(4.0, 0.0)], [place(9.0, 0.0), place(1.0, 1.0)])
-    assert len(shape.corners) == 3
-    np.testing.assert_array_equal(shape.arms, [[(4.0, 0.0), (9.0, 0.0)]])
-    np.testing.assert_array_equal(link_shape(pins[:1], pins[1:2]).arms, [pins[:2]])
-    # A body that no joint holds has no shape to hang anything on.
-    assert link_shape([], pins).arms == ()
 
 
 def test_a_hull_leaves_out_what_is_inside_and_between() -> None:
@@ -155,23 +144,6 @@ def test_texts_over_each_other_are_told() -> None:
         parts.note(drawn.axes[0], np.array(at), "one", parts.INK)
         parts.note(drawn.axes[0], np.array(at), "other", parts.INK, 30.0)
     assert ("one", "other") in overlaps(drawn)
-
-
-def test_a_text_goes_where_there_is_room() -> None:
-    places = [place(0.0, 0.0), place(0.0, 50.0)]
-    for first, expected in ((False, 1), (True, 0)):
-        room = LabelPlacement(1.0, first)
-        boxes = [room.box(at, "crank 100 mm", 8.0, 20.0) for at in places]
-        assert room.best([(box, ()) for box in boxes]) == 0
-        room.mark(places[0], 2.0)
-        assert room.best([(box, ()) for box in boxes]) == expected
-
-
-def test_the_crank_angle_of_a_machine_is_theta_and_its_dimensions_are_lengths() -> None:
-    texts = [text.get_text() for text in shown(figure("two-slider-linkage"))]
-    assert sum(text.startswith("\N{GREEK SMALL LETTER THETA} = ") for text in texts) == 1
-    assert [text for text in texts if " -" in text and "deg" not in text] == []
-    assert "offset 152.654 mm" in texts
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,6 @@ from matplotlib.figure import Figure
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
-from conrod.report.figure import Figure as ReportFigure
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import plain, restore
 from conrod.report.sweep.bands import rows_of, shares_table
@@ -32,8 +31,8 @@ from conrod.report.sweep.sentences import more_sentences, sentences
 from conrod.report.sweep.tables import failures_table, grid_words, labelled_table, transfers_table
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table
-from conrod.report.writer import rendered_again, report_batch
-from conrod.studies.frame.files import Batch, write_together
+from conrod.report.writer import report_batch
+from conrod.studies.frame.files import Batch
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.recommend.transfer import Transfer, transfers
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint, order_of
@@ -58,12 +57,6 @@ def figure(study: SweepStudy) -> Figure:
 def batch(study: SweepStudy, tmp_path_factory: pytest.TempPathFactory) -> Batch:
     """The whole report, rendered once."""
     return report_batch(KIND, {study.name: study}, tmp_path_factory.mktemp("sweep"), COMMAND)
-
-
-@pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures by name alone: drawing them is what takes long."""
-    monkeypatch.setattr(ReportFigure, "svg", lambda self: "<svg/>")
 
 
 def drawn(study: SweepStudy) -> Figure:
@@ -326,12 +319,6 @@ def test_findings_come_back_as_they_were_saved(study: SweepStudy, batch: Batch) 
     for one, other in zip(kept.points, study.points, strict=True):
         assert (one.label, one.rule, one.outcome) == (other.label, other.rule, other.outcome)
         assert one.errors == (None if other.errors is None else pytest.approx(other.errors, rel=1e-6))
-
-
-def test_a_report_is_rendered_again_to_the_same_bytes(batch: Batch) -> None:
-    write_together([batch])
-    (again,) = rendered_again(batch.folder)
-    assert again.files == batch.files
 
 
 # -- the page that explains --------------------------------------------------------------------------------------------

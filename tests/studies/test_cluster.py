@@ -86,12 +86,6 @@ def own_cluster(tmp_path: Path) -> Iterator[Cluster]:
     running.stop()
 
 
-@pytest.fixture
-def ledger(tmp_path: Path) -> Iterator[Ledger]:
-    with Ledger.open(tmp_path / "ledger.sqlite") as opened:
-        yield opened
-
-
 class After:
     """Does something once, after so many results."""
 
@@ -166,6 +160,7 @@ def test_a_cell_that_kills_worker_after_worker_has_crashed_and_no_other_is_blame
     assert sum(m.outcome == "completed" for m in table.values()) == 11
 
 
+@pytest.mark.slow  # a faster sibling, of workers of this machine, is in test_outside_kills.py
 def test_a_cell_whose_process_beside_a_worker_is_killed_is_repeated_alone(own_cluster: Cluster, tmp_path: Path) -> None:
     folder = tmp_path / "attempts"
     folder.mkdir()

@@ -56,7 +56,7 @@ def test_on_one_circle_it_parts_where_the_acceleration_just_falls_below_the_forc
     assert flight.gap > 0.01 * scene.full_lift
 
 
-@pytest.mark.parametrize("speed", [1.05, 1.2, 1.5, 2.0])
+@pytest.mark.parametrize("speed", [1.05, 2.0])
 def test_an_integration_in_time_with_the_cam_as_points_finds_the_same_flight(speed: float) -> None:
     scene = at(speed)
     flight = exact_flight(scene)

@@ -21,22 +21,15 @@ import pytest
 from rich.console import Console
 
 from conrod import InvalidInput
-from conrod.cli.progress import CostBar, ProgressBar
+from conrod.cli.progress import ProgressBar
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.worker_process import Limits, WorkerDied
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.frame.timing import Timing
 
 CELLS = tasks.cells(30)
-
-
-@pytest.fixture
-def ledger(tmp_path: Path) -> Iterator[Ledger]:
-    with Ledger.open(tmp_path / "ledger.sqlite") as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +81,11 @@ def executors() -> dict[str, Callable[[], Executor]]:
     }
 
 
-@pytest.mark.parametrize("name", executors())
+# A start of the standard library's processes takes long, and a cluster's are tried in test_cluster.py.
+SLOW = "the standard library's processes"
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n == SLOW else []) for n in executors()])
 def test_every_executor_gives_the_same_table(name: str, ledger: Ledger, expected: dict[str, Measurement]) -> None:
     with executors()[name]() as executor:
         table = run_cases(CELLS[:6], ledger, executor)
@@ -152,10 +149,10 @@ def test_a_crash_is_a_result_and_does_not_run_again(ledger: Ledger) -> None:
 
 
 def test_crashes_a_hang_and_a_memory_hog_cost_their_own_cells_alone(ledger: Ledger) -> None:
-    cells = tasks.cells(100)
+    cells = tasks.cells(40)
     with LocalProcesses(2, cell_timeout=tasks.TIMEOUT, cell_memory=tasks.MEMORY) as executor:
         table = run_cases(tasks.assigned(cells, tasks.misbehave), ledger, executor)
-    assert len(table) == 100
+    assert len(table) == 40
     wrong = {
         tasks.CRASHES: ("crashed", "ended by signal SIGABRT"),
         tasks.HANGS: ("timed-out", "no result after 5 s"),
@@ -399,36 +396,16 @@ def children(process: int) -> list[int]:
 # -- progress --------------------------------------------------------------------------------------------------------
 
 
-def shown(terminal: bool) -> str:
+def test_without_a_terminal_progress_is_a_line_at_either_end() -> None:
     out = io.StringIO()
-    with ProgressBar("sweep", Console(file=out, force_terminal=terminal, width=100)) as bar:
+    with ProgressBar("sweep", Console(file=out, width=100)) as bar:
         bar.started(5, 2)
         for outcome in ("completed", "crashed", "completed"):
             bar.advanced(CELLS[0], Measurement(outcome))
-    return out.getvalue()
-
-
-def test_without_a_terminal_progress_is_a_line_at_either_end() -> None:
-    first, last = shown(terminal=False).splitlines()
+    first, last = out.getvalue().splitlines()
     assert first == "sweep: 3 to do, 2 in the ledger"
     assert last.startswith("sweep: 3 done in ")
     assert last.endswith("of which 1 crashed")
-
-
-def test_a_terminal_shows_how_many_of_how_many_and_the_rate() -> None:
-    text = shown(terminal=True)
-    assert "3/3" in text
-    assert "runs/s" in text
-
-
-def test_timings_have_a_bar_too() -> None:
-    out = io.StringIO()
-    with CostBar(console=Console(file=out, width=100)) as bar:
-        bar.started(2, 0)
-        bar.timed(CELLS[0], Timing(1.0, 1.0, 1.0, 1, 1, "here"))
-        bar.timed(CELLS[1], None)
-    assert "2 done" in out.getvalue()
-    assert "1 without a timing" in out.getvalue()
 
 
 def test_progress_is_told_of_cells_that_need_not_run(ledger: Ledger) -> None:

@@ -85,7 +85,10 @@ def test_an_isolated_run_is_the_run_itself() -> None:
         (leave, {}, Outcome.CRASHED, "ended with status 3"),
         (leave_as_python_does, {}, Outcome.CRASHED, "ended with status 3"),
         (hang, {"timeout": 1.0}, Outcome.TIMED_OUT, "no result after 1 s"),
-        (exhaust, {"headroom": 3_000_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(3_000_000_000)),
+        pytest.param(
+            *(exhaust, {"headroom": 3_000_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(3_000_000_000)),
+            marks=pytest.mark.slow,
+        ),
         (exhaust_and_keep, {"headroom": 3_000_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(3_000_000_000)),
     ],
 )
@@ -176,8 +179,3 @@ def test_settings_that_abort_pymunk_are_refused(change: dict[str, float]) -> Non
 def test_masses_that_are_no_masses_are_refused(mass: float) -> None:
     with pytest.raises(InvalidInput, match="mass of rod"):
         Body("rod", mass, 1.0)
-
-
-def test_settings_for_another_speed_are_refused() -> None:
-    with pytest.raises(InvalidInput, match="timestep"):
-        run(SAW.with_parameters(speed=1.0), SETTINGS)

@@ -38,17 +38,6 @@ STOPPED = Measurement("timed-out", "no result after 3 s")
 TIMING = Timing(2e-3, 1e-6, 2000.0, 1000, 5, "one machine")
 
 
-@pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return tmp_path / "ledger.sqlite"
-
-
-@pytest.fixture
-def ledger(path: Path) -> Iterator[Ledger]:
-    with Ledger.open(path) as opened:
-        yield opened
-
-
 # -- what goes in comes out ------------------------------------------------------------------------------------------
 
 

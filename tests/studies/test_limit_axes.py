@@ -324,8 +324,9 @@ def test_errors_depend_on_no_unit_of_length_where_settings_have_none(engine: str
     assert metres == pytest.approx(millimetres, rel=1e-3)
 
 
-@pytest.mark.parametrize("scene", [PRESS, SAW], ids=lambda scene: scene.kind)
-@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
+@pytest.mark.parametrize(
+    ("scene", "engine", "preset"), [(PRESS, "mujoco", "hardened"), (SAW, "pymunk", "tuned")], ids=["mujoco", "pymunk"]
+)
 def test_errors_depend_on_no_order_of_declaration_where_the_solver_converges(
     scene: Scene, engine: str, preset: str
 ) -> None:

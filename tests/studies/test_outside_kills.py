@@ -30,19 +30,13 @@ AGAIN = "ended by signal SIGKILL, and again with nothing beside it"
 
 
 @pytest.fixture
-def ledger(tmp_path: Path) -> Iterator[Ledger]:
-    with Ledger.open(tmp_path / "ledger.sqlite") as opened:
-        yield opened
-
-
-@pytest.fixture
 def folder(tmp_path: Path) -> Path:
     made = tmp_path / "attempts"
     made.mkdir()
     return made
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_a_cell_whose_worker_is_killed_is_repeated_alone(ledger: Ledger, folder: Path, how: signal.Signals) -> None:
     cells = tasks.kept_in(folder, tasks.cells(12))
     with killing(waiting_cell(folder), how) as killed, LocalProcesses(3, cell_timeout=60.0) as executor:

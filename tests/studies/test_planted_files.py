@@ -43,7 +43,13 @@ def executed(folder: Path) -> list[str]:
     return [path.name for path in folder.glob("*.executed")]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+# `limits` starts the workers of `validate`, and `harden` reads a model in the process of `lint`.
+SIBLINGS = ("limits", "harden")
+
+
+@pytest.mark.parametrize(
+    "command", [pytest.param(name, marks=[pytest.mark.slow] if name in SIBLINGS else []) for name in COMMANDS]
+)
 def test_no_command_imports_what_lies_beside_a_model(folder: Path, command: str) -> None:
     done = command_line.conrod(*COMMANDS[command], cwd=folder, ledger=folder / "ledger.sqlite")
     assert executed(folder) == []
@@ -57,7 +63,7 @@ def test_a_sweep_imports_nothing_of_it_either(folder: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("options", [("-m", "conrod"), ("-Bmconrod",)])
+@pytest.mark.parametrize("options", [("-m", "conrod"), pytest.param(("-Bmconrod",), marks=pytest.mark.slow)])
 def test_python_m_conrod_does_not_search_the_working_folder(folder: Path, options: tuple[str, ...]) -> None:
     done = start(folder, *options, *COMMANDS["validate"])
     assert executed(folder) == []

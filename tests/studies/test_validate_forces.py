@@ -305,14 +305,6 @@ def test_what_cannot_be_asked_is_said_in_a_line(arguments: tuple[str, ...], said
     assert said in done.stderr
 
 
-def test_a_folder_of_other_things_is_left_alone(tmp_path: Path) -> None:
-    (tmp_path / "forces.md").write_text("mine")
-    done = conrod("validate", "saw-40rpm", "--quantity", "torque", *QUICK, "--out", str(tmp_path))
-    assert done.returncode == 2
-    assert "it holds a forces.md that is not of this report" in done.stderr
-    assert (tmp_path / "forces.md").read_text() == "mine"
-
-
 def test_a_report_is_the_same_again_and_needs_no_run_that_told(tmp_path: Path) -> None:
     scene, seen = scene_of("shear-press"), seen_in("shear-press")
     command = Reproduction("conrod validate {scene} --quantity torque,reactions")

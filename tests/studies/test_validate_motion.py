@@ -17,12 +17,11 @@ from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism
-from conrod.report.free_motion import loads_words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.perform import _on_its_branch, exact_summary, left_out, run_motion
+from conrod.studies.free_motion.perform import _on_its_branch, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
@@ -289,13 +288,3 @@ def test_the_same_machine_without_a_fault_runs_and_fails_a_tolerance_that_is_too
     )
     assert done.returncode == 1, done.stderr
     assert "OUT OF TOLERANCE: position" in done.stdout
-
-
-def test_only_what_acts_is_said_to_act() -> None:
-    for name, said in (
-        ("pendulum", "; what acts: its weight."),
-        ("slider-crank-spring", "; what acts: springs.spring, "),
-    ):
-        scene = select_scenes([name], [])[name]
-        study = MotionStudy(name, scene, FREE, left_out(scene, SHORT), exact_summary(course(name)), ())
-        assert said in loads_words(study)

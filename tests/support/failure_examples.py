@@ -56,7 +56,7 @@ class Example:
 
     Attributes:
         outcome: how it ends.
-        title, what: the fault, and what was done to the preset for it, each in a line.
+        title: the fault, in a line.
         name: of the scene.
         changes: of settings, by their names.
         step_constant: time constant of the joints in steps, set beside the changes; None leaves the preset's.
@@ -66,7 +66,6 @@ class Example:
 
     outcome: Outcome
     title: str
-    what: str
     name: str
     scene: Scene = field(repr=False)
     engine: str
@@ -121,13 +120,11 @@ EXAMPLES: tuple[Example, ...] = (
     Example(
         Outcome.COMPLETED,
         "nothing wrong",
-        "the preset as it is",
         *("saw-40rpm", SAW, "mujoco", "hardened", 1000),
     ),
     Example(
         Outcome.DIVERGED,
         "stabilisation faster than the step",
-        "time constant of the joints a tenth of a step, refsafe off",
         *("saw-40rpm", SAW, "mujoco", "tuned", 100),
         changes={"refsafe": False},
         step_constant=0.1,
@@ -135,7 +132,6 @@ EXAMPLES: tuple[Example, ...] = (
     Example(
         Outcome.RESET,
         "MuJoCo's silent reset",
-        "time constant of the joints a tenth of a step, refsafe off, autoreset on",
         *("saw-40rpm", SAW, "mujoco", "tuned", 100),
         changes={"refsafe": False, "autoreset": True},
         step_constant=0.1,
@@ -143,57 +139,48 @@ EXAMPLES: tuple[Example, ...] = (
     Example(
         Outcome.EXPLODED,
         "too few steps",
-        "two steps a revolution",
         *("saw-500rpm", FAST_SAW, "mujoco", "tuned", 2),
     ),
     Example(
         Outcome.EXPLODED,
         "too few steps for a contact",
-        "sixteen steps a revolution",
         *("cam-follower", CAM, "pymunk", "tuned", 16),
     ),
     Example(
         Outcome.OPENED,
         "the solver-tolerance trap",
-        "the drive's armature, and the solver's default tolerance 1e-8",
         *("saw-40rpm", SAW, "mujoco", "stock", 1000),
         changes={"tolerance": 1e-8},
     ),
     Example(
         Outcome.OPENED,
         "too few steps",
-        "five steps a revolution",
         *("saw-500rpm", FAST_SAW, "mujoco", "tuned", 5),
     ),
     Example(
         Outcome.OPENED,
         "too few steps",
-        "eight steps a revolution",
         *("saw-500rpm", FAST_SAW, "pymunk", "tuned", 8),
     ),
     Example(
         Outcome.FLIPPED,
         "through a change point",
-        "crank and rod differ by 0.01 mm in 390",
         *("press near its change point", NEAREST, "mujoco", "tuned", 500),
     ),
     Example(
         Outcome.FLIPPED,
         "through a change point",
-        "crank and rod differ by 1 mm in 390, 100 steps a revolution",
         *("press near its change point", NEAR, "pymunk", "tuned", 100),
     ),
     Example(
         Outcome.LOCKED,
         "a light flywheel at a limit pose",
-        "crank and rod differ by 0.1 mm in 390, a flywheel of 1 kg m2",
         *("press near its change point", NEARER, "mujoco", "tuned", 500),
         changes={"armature": 1.0},
     ),
     Example(
         Outcome.STALLED,
         "a flywheel too light for the machine",
-        "a flywheel of 0.01 kg m2",
         *("shear-press", PRESS, "mujoco", "tuned", 500),
         changes={"armature": 0.01},
     ),
@@ -201,7 +188,6 @@ EXAMPLES: tuple[Example, ...] = (
         Example(
             Outcome.LOST_CONTACT,
             "follower float",
-            "half the preload that the cam's acceleration takes",
             *("cam with half its preload", UNDERLOADED, engine, "tuned", 4000),
         )
         for engine in ("mujoco", "pymunk")
@@ -209,7 +195,6 @@ EXAMPLES: tuple[Example, ...] = (
     Example(
         Outcome.TUNNELLED,
         "a contact softer than the fall",
-        "time constant of the contact 0.1 s, stopped after a tenth of a turn, on the roller's way through the cam",
         *("cam-follower", CAM, "mujoco", "tuned", 500),
         changes={"contact_solref": (0.1, 1.0)},
         revolutions=0.1,
@@ -217,14 +202,12 @@ EXAMPLES: tuple[Example, ...] = (
     Example(
         Outcome.CRASHED,
         "an engine's own assertion",
-        "no iterations at all, which conrod refuses, put past its check",
         *("saw-500rpm", FAST_SAW, "pymunk", "tuned", 100),
         unchecked={"iterations": 0},
     ),
     Example(
         Outcome.TIMED_OUT,
         "a run without end",
-        "a million revolutions in two seconds",
         *("saw-500rpm", FAST_SAW, "pymunk", "tuned", 1000),
         revolutions=ENDLESS,
         timeout=2.0,
@@ -232,7 +215,6 @@ EXAMPLES: tuple[Example, ...] = (
     Example(
         Outcome.OUT_OF_MEMORY,
         "every sample of a million revolutions",
-        "kept whole rather than streamed, in half a gigabyte",
         *("saw-500rpm", FAST_SAW, "mujoco", "tuned", 1000),
         revolutions=ENDLESS,
         headroom=HALF_GIGABYTE,
@@ -240,7 +222,6 @@ EXAMPLES: tuple[Example, ...] = (
     Example(
         Outcome.UNSUPPORTED,
         "a preset that is not for this machine",
-        "the preset as it is",
         *("cam-follower", CAM, "mujoco", "hardened", 1000),
     ),
 )
