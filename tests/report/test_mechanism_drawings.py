@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from conrod.engines.cam_polygon import convex_hull
-from conrod.mechanism.mechanism import GROUND, Prismatic
+from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
@@ -80,23 +79,6 @@ def test_the_pin_in_the_slot_of_a_geneva_wheel_goes_along_it_and_never_aside() -
     np.testing.assert_allclose(
         ways(Slide("wheel", "follower", slide.point, 0.5 * np.pi), guides, movings), 0, atol=1e-9
     )
-
-
-def slots(drawn: Figure) -> list[Polygon]:
-    return [p for p in drawn.axes[0].patches if isinstance(p, Polygon) and p.get_zorder() == 4.5]
-
-
-@pytest.mark.parametrize(("name", "moving"), [("geneva", 1), ("two-slider-linkage", 0)])
-def test_only_the_ground_is_hatched(name: str, moving: int) -> None:
-    joints = [j for j in catalogue_scene(name).mechanism().joints if isinstance(j, Prismatic)]
-    assert sum(GROUND not in (j.a, j.b) for j in joints) == moving
-    assert len(slots(figure(name))) == moving
-    # Two rails a slide of the ground, and one line under each bearing, all in the frame's colour.
-    long = [
-        line for line in figure(name).axes[0].lines if line.get_color() == parts.FRAME and line.get_linewidth() == 1.0
-    ]
-    bearings = sum(isinstance(p, Polygon) and p.get_zorder() == 3 for p in figure(name).axes[0].patches)
-    assert len(long) == 2 * (len(joints) - moving) + bearings
 
 
 # -- texts -----------------------------------------------------------------------------------------------------------

@@ -10,7 +10,6 @@ from dataclasses import replace
 import pytest
 from catalogue import SAW
 
-from conrod.engines import ENGINES, engine_named
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
@@ -26,7 +25,6 @@ from conrod.studies.limits.determinism import (
 )
 from conrod.studies.limits.stream_run import stream_run
 
-PRESETS = [(name, preset) for name in ENGINES for preset in engine_named(name).presets]
 FAST = (("mujoco", "hardened"), ("pymunk", "tuned"))
 CASE = Setup("saw-40rpm", SAW, "pymunk", "tuned", 20)
 
@@ -46,15 +44,6 @@ def check_identical(one: Determinism) -> None:
 @pytest.mark.parametrize(("engine", "preset"), FAST)
 def test_a_run_made_again_is_the_same_to_the_last_bit(engine: str, preset: str) -> None:
     check_identical(found(Setup("saw-40rpm", SAW, engine, preset, 100)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize(("engine", "preset"), PRESETS)
-def test_every_preset_on_every_scene_at_its_usual_steps_is_deterministic(scene: str, engine: str, preset: str) -> None:
-    case = Setup(scene, SCENES[scene], engine, preset)
-    if case.refusal() is None:
-        check_identical(found(case))
 
 
 def test_a_preset_that_is_not_for_the_machine_has_no_fingerprints() -> None:

@@ -9,7 +9,7 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from scipy.integrate import simpson, solve_ivp
+from scipy.integrate import simpson
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -211,24 +211,6 @@ def test_a_swing_comes_to_rest_again_and_back_to_where_it_began(name: str) -> No
 def sorted_pair(values: Array, times: Array) -> tuple[Array, Array]:
     order = np.argsort(values)
     return values[order], times[order]
-
-
-@pytest.mark.parametrize("count", [2, 10])
-def test_a_chain_is_one_pendulum(count: int) -> None:
-    name = f"four-bar-chain-{count}"
-    motion = free(name)
-    inertia, moment = (count + 1) / 3.0 + count, (count + 1) * 0.5 + count
-    exact = solve_ivp(
-        lambda _, state: [state[1], GRAVITY * moment / inertia * math.sin(state[0])],
-        (0.0, motion.times[-1]), [0.0, 1.0], method="DOP853", rtol=3e-14, atol=1e-15, t_eval=motion.times,
-    )  # fmt: skip
-    for k in range(count + 1):
-        assert np.abs(0.5 * math.pi - turn_of(name, f"rocker{k}")[0] - exact.y[0]).max() < 1e-10
-    for k in range(count):
-        assert np.abs(turn_of(name, f"bar{k}")[0]).max() < 1e-10
-    if count == 2:
-        assert motion.crossings
-        assert exact.y[0].max() > 2.0 * math.pi
 
 
 def test_spring_and_damper_bring_the_slider_crank_to_rest_where_the_spring_is_without_force() -> None:

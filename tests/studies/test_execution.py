@@ -362,16 +362,6 @@ def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_
         assert list(ledger.rows()) == rows
 
 
-@pytest.mark.slow
-def test_two_processes_run_one_sweep_into_one_ledger(tmp_path: Path) -> None:
-    with sweep(tmp_path / "shared", 30) as one, sweep(tmp_path / "shared", 30) as two:
-        one.communicate()
-        two.communicate()
-        assert one.returncode == two.returncode == 0
-    with Ledger.open(tmp_path / "shared") as shared, Ledger.open(tmp_path / "alone") as alone:
-        assert shared.measurements(c.key for c in CELLS) == run_cases(CELLS, alone, Here())
-
-
 def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(tmp_path: Path) -> None:
     with sweep(tmp_path / "ledger", 8, "misbehave") as running:
         assert running.stdout is not None

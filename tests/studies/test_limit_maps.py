@@ -10,11 +10,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import drawing_style
-from conrod.report.limits.map_figure import areas, edges_about, map_figure, seams, shaded_errors
+from conrod.report.limits.map_figure import areas, edges_about, map_figure, seams
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
-from conrod.studies.limits.adaptive import Node
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.grade import grade_of
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
@@ -153,22 +152,6 @@ def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     assert all(run.error is not None for run in found.runs if run.level == "safe")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("pair", "resolution"), [(NEARNESS, (33, 17)), (MASSES, (33, 17))], ids=["nearness", "masses"])
-def test_a_real_map_is_that_of_the_full_grid_for_a_quarter_of_its_runs(pair: Pair, resolution: tuple[int, int]) -> None:
-    case = case_of()
-    x, y = pair.values(case, resolution)
-    nodes: dict[Node, LimitCase] = {
-        (i, j): pair.case(case, x[i], y[j]) for j, i in product(range(len(y)), range(len(x)))
-    }
-    shown = {cell.key: cell.perform() for cell in nodes.values()}
-    found = pursue([map_search(case, pair, resolution)], lambda cells: {c.key: shown[c.key] for c in cells})[0]
-    full = {n: grade_of(shown[cell.key]) for n, cell in nodes.items()}
-    assert [n for n, grade in full.items() if standing(found.at(n).level) != standing(grade.level.slug)] == []
-    assert found.share <= QUARTER
-    assert {"safe", "failed"} <= {standing(grade.level.slug) for grade in full.values()}
-
-
 # -- figures -----------------------------------------------------------------------------------------------------------
 
 
@@ -190,16 +173,6 @@ def test_undetected_failures_are_outlined(undetected: bool) -> None:
     # The boundary, then the outline's white casing and its red core: both cells of a column, four sides.
     assert lines == ([1, 4, 4] if undetected else [1, 0, 0])
     assert any("undetected" in text for text in legend_of(figure)) is undetected
-
-
-def test_shades_between_runs_lie_between_theirs_and_are_their_own_at_runs() -> None:
-    runs = [MapRun(0, 0, "safe", "completed", False, 1e-8), MapRun(4, 0, "safe", "completed", False, 1e-2)]
-    errors = shaded_errors(runs, (5, 1))[:, 0]
-    assert errors[[0, 4]] == pytest.approx([1e-8, 1e-2])
-    assert errors[2] == pytest.approx(1e-5)
-    assert list(errors) == sorted(errors)
-    with pytest.raises(ValueError, match="no error"):
-        shaded_errors([MapRun(0, 0, "broken", "opened", True, None)], (5, 1))
 
 
 def test_cells_cover_the_map_once_and_seams_part_unequal_ones() -> None:

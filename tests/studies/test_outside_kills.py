@@ -11,7 +11,6 @@ from pathlib import Path
 
 import cell_tasks as tasks
 import pytest
-from command_line import conrod
 from failure_examples import BoundedCase
 from outside_kills import descendants, killing, waiting_cell, was_alone
 
@@ -114,24 +113,3 @@ def test_a_kill_travels_between_processes() -> None:
     for error in (KilledFromOutside("ended by signal SIGKILL"), KilledFromOutside("ended by signal SIGTERM", False)):
         there = pickle.loads(pickle.dumps(error))
         assert (there.how, there.begun, str(there)) == (error.how, error.begun, str(error))
-
-
-def one_of_several() -> int | None:
-    """A worker beside another: a cell's second attempt, which is alone, is left in peace."""
-    workers = list(direct_children())
-    return workers[-1] if len(workers) > 1 else None
-
-
-@pytest.mark.slow
-def test_a_sweep_whose_workers_are_killed_has_the_table_of_an_undisturbed_one(tmp_path: Path) -> None:
-    command = ("sweep", "saw-500rpm", "--engine", "pymunk", "--grid", "coarse", "--jobs", "2")
-    tables = []
-    for ledger, kills in (("alone.sqlite", 0), ("disturbed.sqlite", 5)):
-        with killing(one_of_several, times=kills) as killed:
-            done = conrod(*command, "--ledger", ledger, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-        assert len(killed) == kills
-        with Ledger.open(tmp_path / ledger) as opened:
-            tables.append(opened.measurements(row["key"] for row in opened.rows()))
-    assert len(tables[0]) > 10
-    assert tables[0] == tables[1]

@@ -8,8 +8,7 @@ import pytest
 from catalogue import LINKAGES
 
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.rule import GRIDS, Grid, grid_named, step_counts
-from conrod.errors import InvalidInput
+from conrod.engines.rule import GRIDS, Grid, step_counts
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
 from conrod.studies.frame.timing import Timing
@@ -68,11 +67,6 @@ def test_what_follows_the_step_is_told_from_the_settings(scene: Scene) -> None:
             coarse, fine = (rule.settings(scene, n).time_constant(False) for n in (1000, 2000))
             follows = coarse == 0.0 or fine == pytest.approx(0.5 * coarse)
             assert rule.softness_follows_step == follows, rule.name
-
-
-def test_an_unknown_grid_is_named_with_the_choices() -> None:
-    with pytest.raises(InvalidInput, match="unknown grid 'corse': choose from coarse, default, fine; did you mean"):
-        grid_named("corse")
 
 
 def test_the_front_holds_what_nothing_beats() -> None:

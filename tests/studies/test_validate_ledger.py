@@ -17,10 +17,11 @@ from command_line import conrod
 
 from conrod.studies.frame.ledger import Ledger
 
+TUNED = ("--preset", "tuned")
 KINDS = {
-    "validate": ("saw-40rpm", "--steps-per-rev", "200", "--revolutions", "1"),
-    "forces": ("saw-40rpm", "--quantity", "torque", "--steps-per-rev", "200", "--revolutions", "1"),
-    "motion": ("pendulum", "--motion", "free", "--seconds", "0.5"),
+    "validate": ("saw-40rpm", "--steps-per-rev", "200", "--revolutions", "1", *TUNED),
+    "forces": ("saw-40rpm", "--quantity", "torque", "--steps-per-rev", "200", "--revolutions", "1", *TUNED),
+    "motion": ("pendulum", "--motion", "free", "--seconds", "0.5", *TUNED),
 }
 OTHER = {"validate": ("--steps-per-rev", "100"), "forces": ("--steps-per-rev", "100"), "motion": ("--seconds", "0.25")}
 COLUMNS = {"validate": "position_max", "forces": "torque_rms", "motion": "energy_final"}
@@ -54,7 +55,9 @@ def test_what_the_ledger_has_is_not_run_again_unless_asked_for(kind: str, tmp_pa
     assert other != first
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", ["validate", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("forces", "motion"))]
+)
 def test_killed_in_the_middle_and_continued_the_results_are_those_of_an_undisturbed_run(
     kind: str, tmp_path: Path
 ) -> None:
@@ -93,7 +96,7 @@ def kept_in(ledger: Path) -> int:
 def test_what_is_shown_is_what_the_ledger_has(tmp_path: Path) -> None:
     _, first, _ = validated("validate", tmp_path)
     with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
-        keys = [row["key"] for row in ledger.rows() if row["preset"] == "stock"]
+        keys = [row["key"] for row in ledger.rows() if row["engine"] == "pymunk"]
     with closing(sqlite3.connect(tmp_path / "ledger.sqlite", isolation_level=None)) as connection:
         connection.executemany("DELETE FROM runs WHERE key = ?", [(key,) for key in keys])
     said, again, _ = validated("validate", tmp_path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -17,9 +16,8 @@ from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import PIECE
 from conrod.engines.running import whole_run
-from conrod.runs.plain import plain
 from conrod.runs.trajectory import Piece, SolverState
-from conrod.scenes import SCENES, CamFollower
+from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.recorders import SolverRecorder
@@ -221,16 +219,3 @@ def test_residuals_are_normalised_by_what_they_are() -> None:
         found = look.found()
         assert found is not None
         assert (found.looked_at, found.least, found.most, found.residual) == (2, 4, 4, 1.0)
-
-
-# -- kept ------------------------------------------------------------------------------------------------------------
-
-
-def test_what_was_watched_survives_the_ledger() -> None:
-    cam: Any = CamFollower(preload=0.3)
-    for measurement in (
-        watched(cam, coarse_cam(PymunkSettings.tuned(cam, 1000)), 1.0),
-        watched(SAW, MuJoCoSettings.tuned(SAW, 50), 100.0),
-    ):
-        text = json.dumps(plain(measurement), allow_nan=False)
-        assert extremes(Measurement(**json.loads(text))) == extremes(measurement)

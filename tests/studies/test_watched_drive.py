@@ -131,7 +131,3 @@ def clock_drift(settings: Any, revolutions: int) -> float:
     for _ in range(50 * revolutions):
         time += settings.timestep
     return abs(SAW.speed * (time - 50 * revolutions * settings.timestep))
-
-
-def test_a_short_run_has_no_history() -> None:
-    assert extremes(watched(SAW, PymunkSettings.tuned(SAW, STEPS))).history == ()
