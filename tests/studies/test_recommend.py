@@ -128,6 +128,18 @@ def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> No
     assert {rejected.steps_per_revolution for rejected in answer.rejected} == {2000}
 
 
+def test_what_is_out_of_tolerance_in_the_grid_alone_is_not_chosen() -> None:
+    """The planted defect: errors a fifth larger in the grid, where 2000 steps are then not enough."""
+
+    def error(cell: RunCase) -> float:
+        elsewhere = cell.start_angle != 0.0 or cell.revolutions != 2.0 or cell.scene.speed != SAW.speed
+        return second_order(cell) * (1.0 if elsewhere else 1.2)
+
+    answer = recommended(PretendedRuns(error, per_step), position=1.05e-5)
+    assert answer.case.settings.steps_per_revolution > 2000
+    assert answer.margin >= 1.0
+
+
 def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
     def error(cell: RunCase) -> float:
         return math.nan if cell.revolutions == 5.0 else second_order(cell)
