@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,14 +17,9 @@ from audits.formulas import cam as formulas
 from audits.items import items_of, shipped_items
 from audits.judged import DOCUMENTS, audit
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Kind, Verdict, judge
+from conrod.own.printed.judging import Kind, judge
 from conrod.own.printed.printed import Number
 from conrod.scenes.catalogue import catalogue_scene
-
-
-def cells(verdicts: tuple[Verdict, ...]) -> list[Verdict]:
-    return [v for v in verdicts if v.condition != "formula"]
-
 
 # -- the documents ---------------------------------------------------------------------------------------------------
 
@@ -43,13 +37,15 @@ def test_every_item_has_a_verdict_with_a_reason_and_a_line(document: str) -> Non
             assert verdict.should_be is not None
 
 
-def test_an_unknown_document_is_refused_with_the_choices() -> None:
+def test_an_unknown_document_and_a_table_without_a_column_are_refused_by_name() -> None:
     with pytest.raises(InvalidInput, match="000, 001, 002, 004"):
         audit("003")
+    with pytest.raises(InvalidInput, match="no column 'unit'"):
+        list(items_of("mine", "key,place,line,quantity,condition,printed,mechanism\n"))
 
 
 def test_all_584_cells_of_the_press_table_are_judged_and_two_are_misprints() -> None:
-    table = cells(audit("000"))
+    table = [v for v in audit("000") if v.condition != "formula"]
     assert len(table) == 584
     wrong = [(v.condition, v.quantity, v.printed, v.should_be) for v in table if v.kind is Kind.MISPRINT]
     assert wrong == [
@@ -101,12 +97,9 @@ def test_a_planted_wrong_cell_is_judged_by_its_neighbours(
     ("document", "name", "cases"), [("001", "module.csv", module.CASES), ("004", "cam.csv", CAM_CASES)]
 )
 def test_a_planted_wrong_value_never_agrees(document: str, name: str, cases: dict) -> None:
-    def planted() -> Iterator[tuple[Verdict, Verdict]]:
-        for item in shipped_items(document, name):
-            wrong = replace(item, number=Number(item.number.like(3.7 * item.number.value + 4.0)))
-            yield judge(cases[item.key](item)), judge(cases[item.key](wrong))
-
-    for before, after in planted():
+    for item in shipped_items(document, name):
+        wrong = replace(item, number=Number(item.number.like(3.7 * item.number.value + 4.0)))
+        before, after = (judge(cases[one.key](one)) for one in (item, wrong))
         assert after.kind not in (Kind.AGREES, Kind.AFTER_ROUNDING, Kind.EXPLAINED, Kind.WRONG_STEP), after
         assert after.printed != before.printed
 
@@ -217,16 +210,11 @@ def test_the_rack_linkage_has_the_catalogues_speeds_and_tangential_accelerations
     scene, linkage = catalogue_scene("rack-and-wheel"), RackLinkage()
     points = scene.motion([0.0], scene.speed).points
     b, c = points["B"], points["C"]
+    going, turning = c.velocity[0], (c.velocity - b.velocity)[0]
     assert math.hypot(*b.velocity[0]) == pytest.approx(linkage.speed_b, rel=1e-12)
-    assert math.hypot(*c.velocity[0]) == pytest.approx(linkage.speed_c, rel=1e-11)
-    assert math.hypot(*c.velocity[0] - b.velocity[0]) == pytest.approx(linkage.relative, rel=1e-11)
-    along = c.velocity[0] / math.hypot(*c.velocity[0])
-    rod = (c.velocity - b.velocity)[0] / math.hypot(*c.velocity[0] - b.velocity[0])
+    assert math.hypot(*going) == pytest.approx(linkage.speed_c, rel=1e-11)
+    assert math.hypot(*turning) == pytest.approx(linkage.relative, rel=1e-11)
+    along, rod = going / math.hypot(*going), turning / math.hypot(*turning)
     across_c, across_rod = linkage.tangential(6.0**2 / 0.3)
     assert abs(float(c.acceleration[0] @ along)) == pytest.approx(across_c, rel=1e-11)
     assert abs(float((c.acceleration - b.acceleration)[0] @ rod)) == pytest.approx(across_rod, rel=1e-11)
-
-
-def test_a_table_without_a_column_is_refused_by_name() -> None:
-    with pytest.raises(InvalidInput, match="no column 'unit'"):
-        list(items_of("mine", "key,place,line,quantity,condition,printed,mechanism\n"))

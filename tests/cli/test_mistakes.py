@@ -107,6 +107,7 @@ MISTAKES = {
     "validate --out ''": ("--out '': give the name of a",),
     "validate --out file": ("file",),
     "validate --out .": ("README.md that is not of this report",),
+    "validate --out foreign": ("results.json that is not",),
     "validate --out report --json link/results.json": ("link/results.json", "report"),
     "validate --out report --json link/figures/saw-40rpm-error.svg": ("link/figures/saw-40rpm-error.svg", "report"),
     "validate --out new/report --json new": ("new", "folder"),
@@ -192,6 +193,7 @@ FILES = {
     "model.mjb": "",
     "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
     "part.inc": "<mujoco/>",
+    "foreign/results.json": "not json",
     "t.csv": csv_text(exact_table(SCENES["saw-500rpm"])),
 }
 LINKS = {"link": "report", "there": ".", "link.mjb": "model.mjb", "link.csv": "t.csv"}
@@ -202,7 +204,7 @@ HARD_LINKS = {"same.xml": "saw.xml", "hard.csv": "t.csv"}
 def folder(tmp_path: Path) -> Path:
     """A folder of somebody's, with an empty report in it."""
     made = tmp_path / "work"
-    for name in ("report/figures", "d.csv"):
+    for name in ("report/figures", "foreign", "d.csv"):
         (made / name).mkdir(parents=True)
     for name, text in FILES.items():
         (made / name).write_text(text)

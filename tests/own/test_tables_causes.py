@@ -87,6 +87,14 @@ def backwards(scene: Scene) -> Columns:
     return exact_table(scene.with_parameters(speed=-scene.speed), ALL)
 
 
+def of_longer_rod(scene: Scene) -> Columns:
+    tracks = {point: own.position for point, own in synthetic_trajectory(scene, longer_rod(scene)).points.items()}
+    table = {"time": next(iter(tracks.values())).instants.times}
+    for point, track in tracks.items():
+        table |= {f"{point}.x": track.values[:, 0], f"{point}.y": track.values[:, 1]}
+    return table
+
+
 POSITION = ("total", "position")
 # What is planted, and the kind, the errors that it explains and words of the one cause that is to be named.
 SLIPS = [
@@ -133,11 +141,7 @@ def test_what_no_slip_reproduces_is_not_explained(scene: Scene, plant: str, tmp_
     table = exact_table(scene)
     size = 1e-3 * min(scene.lengths.values())
     if plant == "longer rod":
-        motion = synthetic_trajectory(scene, longer_rod(scene))
-        track = {point: tracks.position for point, tracks in motion.points.items()}
-        table = {"time": next(iter(track.values())).instants.times}
-        for point, own in track.items():
-            table |= {f"{point}.x": own.values[:, 0], f"{point}.y": own.values[:, 1]}
+        table = of_longer_rod(scene)
     for point in scene.lengths if plant != "longer rod" else ():
         count = len(table["time"])
         noise = {
@@ -153,28 +157,20 @@ def test_what_no_slip_reproduces_is_not_explained(scene: Scene, plant: str, tmp_
 
 def test_where_one_slip_explains_all_a_poorer_one_is_not_named(tmp_path: Path) -> None:
     # Lengths so small stand all but still, and so they do where the crank hardly turns.
-    scene = SAW
-    table = exact_table(scene)
+    table = exact_table(SAW)
     table = {name: table[name] * (1.0 if name == "time" else 1e-3) for name in ("time", "C.x", "C.y")}
-    only_cause(judged(table, scene, tmp_path), "length unit", ("total", "position"), "m taken for mm")
+    only_cause(judged(table, SAW, tmp_path), "length unit", POSITION, "m taken for mm")
 
 
 def test_half_an_explanation_is_none(tmp_path: Path) -> None:
     # A frame that is off and a rod that is too long: the offset takes much of the difference away, not all.
-    scene = SCENES[0]
-    motion = synthetic_trajectory(scene, longer_rod(scene))
-    table: Columns = {}
-    for point, tracks in motion.points.items():
-        table["time"] = tracks.position.instants.times
-        for k, axis in enumerate("xy"):
-            table[f"{point}.{axis}"] = tracks.position.values[:, k] + 2e-4 * scene.lengths[point] * (1 - k)
-    study = judged(table, scene, tmp_path)
-    assert kinds(study) == []
+    table = of_longer_rod(SAW)
+    for point in SAW.lengths:
+        table[f"{point}.x"] = table[f"{point}.x"] + 2e-4 * SAW.lengths[point]
+    assert kinds(judged(table, SAW, tmp_path)) == []
 
 
 def test_within_tolerance_nobody_asks_why(tmp_path: Path) -> None:
-    scene = SCENES[0]
-    table = later(scene, 0.3 * scene.period / ROWS)
-    loose, strict = {"position": 0.1}, {"position": 1e-6}
-    assert judged(table, scene, tmp_path, tolerance=loose).causes == ()
-    assert kinds(judged(table, scene, tmp_path, tolerance=strict)) == ["time offset"]
+    table = steps(SAW, 0.3)
+    assert judged(table, SAW, tmp_path, tolerance={"position": 0.1}).causes == ()
+    assert kinds(judged(table, SAW, tmp_path, tolerance={"position": 1e-6})) == ["time offset"]

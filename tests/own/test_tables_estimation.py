@@ -11,6 +11,7 @@ import pytest
 from conrod import InvalidInput
 from conrod.own.tables.estimation import Estimation, estimate, parse_estimate
 from conrod.own.tables.samples import Observed, Samples
+from conrod.own.tables.study import TableStudy
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 from tests.support.table_files import Columns, exact_table, judged
 
@@ -28,9 +29,13 @@ def moved(table: Columns, offset: tuple[float, float], rotation: float) -> Colum
     return other
 
 
-def values(estimation: Estimation | None) -> dict[str, float]:
-    assert estimation is not None
-    return {one.name: one.value for one in estimation.estimates}
+def estimated(study: TableStudy) -> Estimation:
+    assert study.estimation is not None
+    return study.estimation
+
+
+def values(study: TableStudy) -> dict[str, float]:
+    return {one.name: one.value for one in estimated(study).estimates}
 
 
 @pytest.mark.parametrize(
@@ -41,7 +46,7 @@ def test_a_time_offset_is_found(name: str, share: float, tmp_path: Path) -> None
     table = exact_table(scene)
     table["time"] = table["time"] + share * scene.period
     study = judged(table, scene, tmp_path, ["time"])
-    assert values(study.estimation)["time"] == pytest.approx(share * scene.period, rel=1e-7, abs=1e-14 * scene.period)
+    assert values(study)["time"] == pytest.approx(share * scene.period, rel=1e-7, abs=1e-14 * scene.period)
     assert (study.largest("total") or 0.0) < 1e-11
     # Negative control: it is not taken off unasked.
     assert (judged(table, scene, tmp_path).largest("total") or 0.0) > 1e-8
@@ -55,22 +60,20 @@ def test_sense_phase_and_frame_are_found_together(scene: Scene, tmp_path: Path) 
         table[f"{point}.x"], table[f"{point}.y"] = motion.point(point).position.T
     offset, rotation = (0.25, -0.04), 2.2
     study = judged(moved(table, offset, rotation), scene, tmp_path, ["phase", "sense", "frame"])
-    found = values(study.estimation)
-    assert study.estimation is not None
-    assert study.estimation.sense is not None
-    assert study.estimation.sense[0] == -1
-    assert study.estimation.sense[2] > 0.01
+    sense = estimated(study).sense
+    assert sense is not None
+    assert sense[0] == -1
+    assert sense[2] > 0.01
     expected = {"phase": 1.1, "x": offset[0], "y": offset[1], "rotation": rotation}
-    assert found == pytest.approx(expected, abs=1e-10)
+    assert values(study) == pytest.approx(expected, abs=1e-10)
     assert (study.largest("total") or 0.0) < 1e-11
 
 
 def test_the_sense_of_a_symmetric_cam_cannot_be_told(tmp_path: Path) -> None:
     scene = CamFollower()
-    study = judged(exact_table(scene), scene, tmp_path, ["sense"])
-    assert study.estimation is not None
-    assert study.estimation.sense is None
-    assert any("sense cannot be determined" in text for text in study.estimation.undetermined)
+    estimation = estimated(judged(exact_table(scene), scene, tmp_path, ["sense"]))
+    assert estimation.sense is None
+    assert any("sense cannot be determined" in text for text in estimation.undetermined)
 
 
 @pytest.mark.parametrize("asked", [["time", "phase"], ["phase", "time"]])
@@ -78,11 +81,9 @@ def test_time_and_phase_cannot_be_told_apart_at_constant_speed(asked: list[str],
     scene = Saw(speed=20.0)
     table = exact_table(scene)
     table["time"] = table["time"] - 0.003
-    estimation = judged(table, scene, tmp_path, asked).estimation
-    assert estimation is not None
-    assert list(values(estimation)) == asked[:1]
-    assert values(estimation)[asked[0]] == pytest.approx(-0.003 if asked[0] == "time" else 0.06, rel=1e-9)
-    assert estimation.undetermined == (
+    study = judged(table, scene, tmp_path, asked)
+    assert values(study) == {asked[0]: pytest.approx(-0.003 if asked[0] == "time" else 0.06, rel=1e-9)}
+    assert estimated(study).undetermined == (
         f"time and phase cannot be separated at constant speed: {asked[0]} stands for both, {asked[1]} is kept at 0",
     )
 
@@ -94,7 +95,7 @@ def test_with_a_crank_angle_the_clock_and_the_crank_are_told_apart(tmp_path: Pat
     table["crank_angle"] = table["crank_angle"] - 0.3
     table["time"] = table["time"] + 0.002
     study = judged(table, scene, tmp_path, ["time", "phase"])
-    assert values(study.estimation) == {"zero": pytest.approx(0.3, abs=1e-12), "time": pytest.approx(0.002, abs=1e-13)}
+    assert values(study) == {"zero": pytest.approx(0.3, abs=1e-12), "time": pytest.approx(0.002, abs=1e-13)}
     assert (study.largest("total") or 0.0) < 1e-11
     assert (study.largest("position") or 0.0) < 1e-11
 
@@ -102,13 +103,11 @@ def test_with_a_crank_angle_the_clock_and_the_crank_are_told_apart(tmp_path: Pat
 def test_of_one_component_along_a_line_no_rotation_can_be_told(tmp_path: Path) -> None:
     scene = Saw(speed=20.0)
     table = exact_table(scene)
-    alone = {name: table[name] for name in ("time", "C.x")}
-    estimation = judged(alone, scene, tmp_path, ["frame"]).estimation
-    assert estimation is not None
+    study = judged({name: table[name] for name in ("time", "C.x")}, scene, tmp_path, ["frame"])
     # x of a point that moves along x tells of an offset in x alone.
-    assert list(values(estimation)) == ["x"]
-    assert len(estimation.undetermined) == 2
-    assert all("cannot be determined" in text for text in estimation.undetermined)
+    assert list(values(study)) == ["x"]
+    assert len(estimated(study).undetermined) == 2
+    assert all("cannot be determined" in text for text in estimated(study).undetermined)
 
 
 def test_an_encoder_log_tells_its_time_offset(tmp_path: Path) -> None:
@@ -116,7 +115,7 @@ def test_an_encoder_log_tells_its_time_offset(tmp_path: Path) -> None:
     times = np.linspace(0.0, 3.0, 300)
     table = {"time": times, "crank_angle": np.mod(5.0 * (times - 0.05), TURN)}
     study = judged(table, scene, tmp_path, ["time"])
-    assert values(study.estimation)["time"] == pytest.approx(0.05, abs=1e-12)
+    assert values(study)["time"] == pytest.approx(0.05, abs=1e-12)
     assert (study.largest("phase") or 0.0) < 1e-12
     with pytest.raises(InvalidInput, match="--estimate frame: the table has no positions"):
         judged(table, scene, tmp_path, ["frame"])
