@@ -25,7 +25,7 @@ from conrod.report.free_motion import KIND
 from conrod.report.kind import kind_named
 from conrod.report.markdown import table_text, unwrapped
 from conrod.report.reproduction import Reproduction
-from conrod.report.saved import plain, restore
+from conrod.report.saved import plain, restore, shortened
 from conrod.report.table import Toned, table
 from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES, Scene
@@ -92,6 +92,11 @@ def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
         restore(MotionStudy, {"name": "x"})
     with pytest.raises(TypeError, match="cannot be saved"):
         plain(lambda: None)
+
+
+def test_given_values_keep_all_their_digits_and_measured_ones_those_asked_for() -> None:
+    values = {"parameters": {"rod": 0.123456789}, "error": 0.123456789}
+    assert shortened(values, 6) == {"parameters": {"rod": 0.123456789}, "error": 0.123457}
 
 
 FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_study}

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import drawing_style
-from conrod.report.limits.map_figure import areas, edges_about, map_figure, seams
+from conrod.report.limits.map_figure import map_figure
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
@@ -173,15 +173,3 @@ def test_undetected_failures_are_outlined(undetected: bool) -> None:
     # The boundary, then the outline's white casing and its red core: both cells of a column, four sides.
     assert lines == ([1, 4, 4] if undetected else [1, 0, 0])
     assert any("undetected" in text for text in legend_of(figure)) is undetected
-
-
-def test_cells_cover_the_map_once_and_seams_part_unequal_ones() -> None:
-    x, y = edges_about(np.array([0.0, 1.0, 2.0])), edges_about(np.array([0.0, 1.0]))
-    labels = {(i, j): "red" if i + j == 0 else "blue" for i, j in product(range(3), range(2))}
-    paths = areas(labels, x, y)
-    boxes = [sum(abs(np.diff(p[[0, 2]], axis=0)).prod() for p in path.to_polygons()) for path in paths.values()]
-    assert sum(boxes) == pytest.approx((x[-1] - x[0]) * (y[-1] - y[0]))
-    assert len(seams(labels, x, y)) == 2
-    assert seams(dict.fromkeys(labels, "red"), x, y) == []
-    # The border counts where what lies around is said.
-    assert len(seams(dict.fromkeys(labels, "red"), x, y, around="blue")) == 4

@@ -96,16 +96,17 @@ def test_a_failure_with_finite_numbers_and_no_warning_is_undetected_and_one_with
     assert not any(probe.undetected for probe in warned.probes)
 
 
-def test_whole_numbers_are_told_apart_to_the_last_one_where_they_are_few() -> None:
-    walk, _ = walked(WHOLE, lambda n: 1e-4 if n >= 17 else "diverged")
-    found = boundaries(walk)["safe"]
-    assert (found.last_good, found.first_bad) == (17.0, 16.0)
-
-
-def test_a_boundary_lies_between_neighbouring_values_where_not_all_values_exist() -> None:
-    walk, _ = walked(EVEN, lambda x: 1e-4 if x <= 31.0 else "opened")
-    found = boundaries(walk)["safe"]
-    assert (found.last_good, found.first_bad) == (30.0, 32.0)
+@pytest.mark.parametrize(
+    ("axis", "rule", "ends"),
+    [
+        (WHOLE, lambda n: 1e-4 if n >= 17 else "diverged", (17.0, 16.0)),
+        (EVEN, lambda x: 1e-4 if x <= 31.0 else "opened", (30.0, 32.0)),
+    ],
+    ids=["whole numbers", "even numbers"],
+)
+def test_a_boundary_lies_between_neighbours_where_not_all_values_exist(axis: Axis, rule: Rule, ends: object) -> None:
+    found = boundaries(walked(axis, rule)[0])["safe"]
+    assert (found.last_good, found.first_bad) == ends
 
 
 def test_nearness_is_measured_by_what_is_left_to_one() -> None:

@@ -36,7 +36,7 @@ def validated(kind: str, folder: Path, *more: str, ledger: str = "ledger.sqlite"
     return done.stderr.splitlines()[0], json.loads(file.read_text()), done.returncode
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["validate", "motion", pytest.param("forces", marks=pytest.mark.slow)])
 def test_what_the_ledger_has_is_not_run_again_unless_asked_for(kind: str, tmp_path: Path) -> None:
     said, first, status = validated(kind, tmp_path)
     count = int(said.split()[1])
