@@ -37,7 +37,7 @@ def long_run_figure(runs: Sequence[LongRun]) -> Figure:
     clock: dict[str, Any] = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
     _panel(right, runs, [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)], "phase error (rad)")
     handles = [*preset_handles((run.engine, run.preset) for run in runs), Line2D([], [], label=CLOCK, **clock)]
-    layout.legend(handles, 6, handlelength=3.0)
+    layout.legend(handles, 3, handlelength=3.0)
     return layout.figure
 
 
