@@ -9,10 +9,10 @@ export PYTHONDONTWRITEBYTECODE :=
 .PHONY: validate catalogue sweep limits ablate audit test test-all lint types mjcf golden golden-write bench wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
-	$(BIN)/conrod validate --out reports
+	$(BIN)/conrod validate --fresh --out reports
 
 catalogue: $(READY) ## the same for the machines of the catalogue: rewrite reports/catalogue/ and the page on them
-	$(BIN)/conrod validate catalogue --out reports/catalogue
+	$(BIN)/conrod validate catalogue --fresh --out reports/catalogue
 	$(BIN)/python -m conrod.scenes.catalogue.page > docs/catalogue.md
 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
