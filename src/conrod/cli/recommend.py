@@ -12,8 +12,8 @@ from conrod.cli import options
 @click.command()
 @click.argument("scene")
 @click.option("--position", type=float, metavar="E", help="Largest error of position, over the travel L.")
-@click.option("--velocity", type=float, metavar="E", help="Largest error of velocity, over omega L.")
-@click.option("--acceleration", type=float, metavar="E", help="Largest error of acceleration, over omega^2 L.")
+@click.option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
+@click.option("--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L.")
 @options.engine
 @options.grid
 @options.assignments

@@ -11,9 +11,12 @@ from conrod.errors import InvalidInput
 
 @click.command()
 @click.argument("directory")
-@click.option("--out", help="Folder to write instead of DIRECTORY.")
+@click.option("--out", metavar="DIR", help="Folder to write instead of DIRECTORY.")
 def report(directory: str, out: str | None) -> None:
-    """Render the reports in DIRECTORY again, from their own JSON: no engine runs, none need be installed."""
+    """Render the reports in DIRECTORY again, from their own JSON: no engine runs, none need be installed.
+
+    Reports in folders below it are rendered one by one, e.g. reports/sweep.
+    """
     from conrod.report.writer import rendered_again
     from conrod.studies.frame.files import folder_to_write, write_together
 

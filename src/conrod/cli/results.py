@@ -38,7 +38,9 @@ def results(
     path = default_path() if ledger is None else Path(ledger)
     check_apart({"the ledger": path, **{f"--{kind}": file for kind, file in files.items()}})
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
-        raise InvalidInput(f"there is no ledger {path}: `conrod sweep` makes one; --ledger names another")
+        raise InvalidInput(
+            f"there is no ledger {path}: `conrod validate` and the studies make one; --ledger names another"
+        )
     with Ledger.open(path) as opened:
         table = results_table(opened.rows(), where)
     write_together([single(file, table.content(kind)) for kind, file in files.items()])

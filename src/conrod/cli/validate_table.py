@@ -36,7 +36,7 @@ def print_table_study(study: TableStudy) -> None:
             print_table(out, estimates)
         print_lines(out, words.estimation_lines(study))
     if study.errors:
-        print_lines(out, ["errors over the run, normalised by L, omega L, omega^2 L"])
+        print_lines(out, ["errors over the run, normalised by L, ω L, ω² L"])
         print_table(out, words.errors_table(study))
     unused = ", ".join(name or "(no name)" for name in study.unused)
     lines = [words.figure_line(study), words.crank_text(study), f"columns not used: {unused}" if unused else ""]

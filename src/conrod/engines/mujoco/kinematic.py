@@ -5,6 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from numpy.typing import NDArray
+
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine
 from conrod.engines.mujoco.law import shape_error
@@ -56,9 +58,9 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     return KinematicResult(angle, poses, points, error)
 
 
-def _free(made: Build) -> Array:
+def _free(made: Build) -> NDArray[np.int_]:
     """Indices of the coordinates that are not the crank's."""
-    return np.array([i for i in range(made.model.nv) if i != made.crank_dof])
+    return np.array([i for i in range(made.model.nv) if i != made.crank_dof], dtype=int)
 
 
 def _jacobian(made: Build, data: mujoco.MjData) -> Array:
@@ -72,7 +74,7 @@ def _close_loops(made: Build, data: mujoco.MjData) -> None:
         mujoco.mj_fwdPosition(made.model, data)
         step = np.linalg.lstsq(_jacobian(made, data)[:, free], data.efc_pos[: data.nefc], rcond=None)[0]
         data.qpos[free] -= step
-        if np.abs(step).max() < 1e-15:
+        if np.abs(step).max(initial=0.0) < 1e-15:  # nothing to close where the crank is all there is
             break
 
 

@@ -39,7 +39,7 @@ def gap_rate_left(form: ModelForm, settings: PymunkSettings, centres: Array, rat
     bodies = pose_jets(mechanism, list(body_states(mechanism, centres, rates)))
     held = [joint for joint in mechanism.joints if joint.name != mechanism.driver.joint]
     gaps = [_gap(joint, bodies) for joint in held] + [[_lengthening(rod, bodies)] for rod in form.distances]
-    return max(math.hypot(*(_rate(gap) + mending * _size(gap) for gap in parts)) for parts in gaps)
+    return max((math.hypot(*(_rate(gap) + mending * _size(gap) for gap in parts)) for parts in gaps), default=0.0)
 
 
 def _gap(joint: Joint, bodies: dict[str, PoseJet]) -> list[Jet]:

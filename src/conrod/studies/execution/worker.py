@@ -69,7 +69,7 @@ def _refusal(memory: int | None) -> InvalidInput | None:
     used = address_space()
     if memory <= used:
         return InvalidInput(
-            f"a cell's memory limit of {memory} bytes is less than the {used} that a process starts with"
+            f"--cell-memory: {memory} bytes for a run are less than the {used} that a process starts with"
         )
     _limit(memory)
     return None

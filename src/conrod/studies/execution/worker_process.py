@@ -39,10 +39,10 @@ class Limits:
         """
         if self.timeout is not None and not LEAST_TIMEOUT <= self.timeout <= MOST_TIMEOUT:
             raise InvalidInput(
-                f"a cell's time limit of {self.timeout:g} s is not in {LEAST_TIMEOUT:g}..{MOST_TIMEOUT:g} s"
+                f"--cell-timeout: {self.timeout:g} s for a run is not in {LEAST_TIMEOUT:g}..{MOST_TIMEOUT:g} s"
             )
         if self.memory is not None and self.memory < 1:
-            raise InvalidInput(f"a cell's memory limit of {self.memory} bytes is no memory at all")
+            raise InvalidInput(f"--cell-memory: {self.memory} bytes for a run is no memory at all")
 
     def of(self, outcome: str) -> float | None:
         """The limit at which a run with this outcome ended: [s] or [bytes]; None if it did not end at one."""

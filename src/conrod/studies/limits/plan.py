@@ -280,7 +280,7 @@ def check_memory(limit: int | None) -> None:
         return  # what stops every process is reported by the first that runs a case
     if limit < begins_with + OF_A_RUN:
         raise InvalidInput(
-            f"a cell's memory limit of {limit} bytes is too little: a run may need {begins_with + OF_A_RUN}, "
+            f"--cell-memory: {limit} bytes for a run are too few: one may need {begins_with + OF_A_RUN}, "
             f"{begins_with} of which a process starts with"
         )
 
