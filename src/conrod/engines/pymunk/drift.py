@@ -33,8 +33,8 @@ def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness |
     """Position error at these settings' step.
 
     Returns:
-        None for contact, dressed models and one pass, where no joint but the driven one is held, and where the drift has
-        no end.
+        None for contact, dressed models and one pass, where no joint but the driven one is held, and where the drift
+        has no end.
     """
     mechanism = machine.kinematics.mechanism
     if mechanism.cam_contacts or settings.dressing or mechanism.driver.span is not None:
