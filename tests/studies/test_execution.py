@@ -254,7 +254,10 @@ def test_limits_without_a_meaning_are_refused(options: dict[str, float], message
 
 
 def test_a_memory_limit_in_which_no_process_can_start_is_bad_usage_and_no_outcome(ledger: Ledger) -> None:
-    with LocalProcesses(1, cell_memory=10_000_000) as executor, pytest.raises(InvalidInput, match="10000000 bytes for a run are"):
+    with (
+        LocalProcesses(1, cell_memory=10_000_000) as executor,
+        pytest.raises(InvalidInput, match="10000000 bytes for"),
+    ):
         run_cases(CELLS[:3], ledger, executor)
     assert ledger.finished(c.key for c in CELLS) == set()
 
