@@ -74,7 +74,7 @@ def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Pa
     assert "out of tolerance: velocity" in words.verdict(asked)
 
 
-@pytest.mark.parametrize("kind", ["saw", "press"])
+@pytest.mark.parametrize("kind", ["saw", pytest.param("press", marks=pytest.mark.slow)])
 def test_the_flywheel_is_just_heavy_enough(tmp_path: Path, kind: str) -> None:
     study = judged(tmp_path, kind, settled(TEXTS[kind], '<option timestep="0.002" integrator="RK4"/>'))
     for own in study.runs.values():
