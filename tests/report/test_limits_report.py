@@ -16,7 +16,7 @@ from limit_walks import SCENE, detected
 from conrod.report.limits.files import merged, report_batches, rounded
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import restore
-from conrod.report.writer import rendered_again
+from conrod.report.writer import environment, rendered_again
 from conrod.studies.frame.files import Batch, write_together
 from conrod.studies.limits.results import LimitStudy
 
@@ -72,6 +72,11 @@ def test_undetected_runs_come_before_anything_else(study: LimitStudy, tmp_path: 
     calm = str(rendered(replace(study, walks=tuple(detected(study.walks)), maps=()), tmp_path).files[f"{SCENE}.md"])
     assert "No run was wrong and undetected" in calm
     assert "So are" not in calm
+
+
+def test_the_index_names_what_it_was_made_with(batch: Batch) -> None:
+    index = str(batch.files["README.md"])
+    assert all(f"| {name} | {found} |" in index for name, found in environment().items())
 
 
 def small(study: LimitStudy) -> LimitStudy:

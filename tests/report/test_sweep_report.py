@@ -15,6 +15,7 @@ import pytest
 from handmade import FAST, SENSITIVITY, STEPS, convergence, errors_of, handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from rich.console import Console
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
@@ -28,9 +29,10 @@ from conrod.report.sweep.orders import orders_table
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.selection import placed_points
 from conrod.report.sweep.sentences import more_sentences, sentences
-from conrod.report.sweep.tables import failures_table, grid_words, labelled_table, transfers_table
+from conrod.report.sweep.tables import failures_table, front_table, grid_words, labelled_table, transfers_table
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table
+from conrod.report.terminal import print_table
 from conrod.report.writer import report_batch
 from conrod.studies.frame.files import Batch
 from conrod.studies.frame.measurement import QUANTITIES
@@ -135,6 +137,20 @@ def test_every_labelled_point_is_in_the_table(study: SweepStudy, figure: Figure)
     names = {text for axes in figure.axes for text in texts(axes) if LABEL.fullmatch(text)}
     assert names == set(column(labelled_table(study), "point"))
     assert {p.label for q in QUANTITIES for e in study.engines for p in study.front(q, e)} == names
+
+
+def test_the_front_is_readable_on_a_terminal_of_80_columns(study: SweepStudy) -> None:
+    with (out := Console(width=80)).capture() as captured:
+        print_table(out, front_table(study), folding=("setting",), framed=False)
+    text = captured.get()
+    assert "*" not in text
+    assert "…" not in text
+    assert max(map(len, text.splitlines())) <= 80
+    first = [re.sub(r"\s.*", "", line) for line in text.splitlines()]
+    for point in (p for engine in study.engines for p in study.front("position", engine)):
+        line = text.splitlines()[first.index(point.label)]
+        assert f"{point.engine}: " in line
+        assert line.split()[-5:-2] == [numbers.measured(point.error(q)) for q in QUANTITIES]
 
 
 def test_every_point_is_drawn(study: SweepStudy, figure: Figure) -> None:

@@ -20,6 +20,7 @@ from conrod.studies.frame import ledger as ledger_module
 from conrod.studies.frame import ledger_file
 from conrod.studies.frame.ledger import Ledger, default_path
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.results_table import study_of
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.timing import Timing
 
@@ -129,8 +130,19 @@ def test_a_row_says_what_was_run_and_what_came_of_it(ledger: Ledger) -> None:
     assert row["closure_velocity"] == MEASURED.closure["velocity"]
     assert row["phase_max"] == MEASURED.phase["max"]
     assert row["drive_speed"] == MEASURED.drive["speed"]
+    assert (row["study"], row["preset"]) == (
+        "sweep",
+        None if (preset := CELLS[20].settings.preset) == "custom" else preset,
+    )
     assert row["predicted_position"] == MEASURED.prediction["position"]["predicted"]
     assert (row["ratio"], row["machine"]) == (2000.0, "one machine")
+
+
+def test_what_only_one_study_asks_for_is_known_by_its_identity() -> None:
+    assert study_of({"watched": 1}) == "limits"
+    assert study_of({"cost": 1, "against": {}}) == "ablate"
+    assert study_of({"study": "forces"}) == "forces"
+    assert study_of({"scene": "saw"}) == "sweep"
 
 
 def test_rows_of_different_runs_have_the_same_columns_but_for_parameters_and_settings(ledger: Ledger) -> None:
@@ -141,6 +153,7 @@ def test_rows_of_different_runs_have_the_same_columns_but_for_parameters_and_set
     columns = [[n for n in row if not n.startswith(("parameter.", "setting."))] for row in ledger.rows()]
     assert columns[0] == columns[1]
     crashed = next(row for row in ledger.rows() if row["outcome"] == "crashed")
+    assert (crashed["study"], crashed["preset"]) == ("sweep", "hardened")
     assert crashed["position_max"] is None
     assert crashed["reason"] == "ended by signal SIGSEGV"
     assert all(value is None or isinstance(value, str | int | float) for row in ledger.rows() for value in row.values())

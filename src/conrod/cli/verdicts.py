@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from conrod.report.numbers import fine_order
 from conrod.report.terminal import console, print_lines, print_table
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     from conrod.report.validation.tables import verdicts_table
 
     out = console()
-    print_table(out, verdicts_table(studies), folding=("verdict",))
+    print_table(out, verdicts_table(studies, fine_order), folding=("verdict",))
     reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)
         for study in studies
@@ -36,7 +37,7 @@ def print_forces(found: Sequence[ForceFindings]) -> None:
     from conrod.report.forces import verdicts_table
 
     out = console()
-    print_table(out, verdicts_table(found), folding=("verdict",))
+    print_table(out, verdicts_table(found, fine_order), folding=("verdict",))
     print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
     for one in found:
         unseen = [*unseen_words(one.effects), *hidden_words(one.hidden)]

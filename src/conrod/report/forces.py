@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -61,15 +61,15 @@ def force_findings(study: ForceStudy) -> ForceFindings:
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
-def verdicts_table(found: Sequence[ForceFindings]) -> Table:
-    """A row for each result: largest errors, observed orders, verdict."""
+def verdicts_table(found: Sequence[ForceFindings], order: Callable[[float | None], str] = numbers.order) -> Table:
+    """A row for each result: largest errors, observed orders as asked for, verdict."""
     groups = _groups(r for one in found for r in one.results)
     right = ("steps/rev", *groups, *(f"order of {g}" for g in groups))
     rows = [
         (
             *(one.name, *_name(r), str(r.steps_per_revolution)),
             *(numbers.measured(r.judged(g)) for g in groups),
-            *(numbers.order((r.order or {}).get(g)) for g in groups),
+            *(order((r.order or {}).get(g)) for g in groups),
             _verdict(r),
         )
         for one in found

@@ -79,11 +79,13 @@ class Index(Generic[F]):
 
     Attributes:
         entries: those of `results.json` by part: title, command, conrod, summary, page, data.
+        environment: of what was found last: Python, machine, system, and versions of engines and packages by name.
         origin: how to make the report again, in a sentence.
         findings: of a part, read when they are asked for.
     """
 
     entries: Mapping[str, Mapping[str, Any]]
+    environment: Mapping[str, str]
     origin: str
     findings: Callable[[str], F]
 

@@ -51,6 +51,11 @@ def order(value: float | None) -> str:
     return MISSING if value is None else _plain(rounded(value, 2), 2)
 
 
+def fine_order(value: float | None) -> str:
+    """An observed order of convergence in two decimals, for a terminal."""
+    return MISSING if value is None else f"{value:.2f}"
+
+
 def duration(seconds: float | None) -> str:
     """A measured time in two significant digits, in µs, ms or s; 'n/a' where there is none."""
     if seconds is None:

@@ -29,6 +29,7 @@ from conrod.report.limits.tables import (
     undetected_table,
 )
 from conrod.report.limits.words import by_axis, elsewhere_words, findings, undetected_words
+from conrod.report.table import Table, table
 from conrod.report.template import rendered
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Scale
@@ -173,9 +174,16 @@ def _index(index: Index[LimitStudy]) -> Page:
         figure=figures[0] if figures else None,
         steps=steps_table(walks),
         levels=list(Level),
+        versions=_versions(index),
         origin=index.origin,
     )
     return Page(text, tuple(figures[:1]))
+
+
+def _versions(index: Index[LimitStudy]) -> Table:
+    """All versions of conrod that occur, and the environment of what was found last."""
+    conrod = "; ".join(sorted({entry["conrod"] for entry in index.entries.values()}))
+    return table(["what", "which"], [["conrod", conrod], *map(list, index.environment.items())])
 
 
 def _steps_figure(study: LimitStudy) -> Figure | None:

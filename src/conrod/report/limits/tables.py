@@ -12,6 +12,7 @@ from conrod.report.limits.words import (
     EVERYWHERE,
     WHO,
     beyond,
+    fails_from,
     largest_error,
     listed,
     not_held,
@@ -70,9 +71,14 @@ def boundaries_table(walks: Sequence[Walk]) -> Table:
     if not bounded:
         return _listed_table([walk for walk in walks if walk.probes])
     noted = any(probe.solver for walk in bounded for probe in walk.probes)
-    head = [*WHO, "from .. to", *BOUNDARIES.values(), "beyond 10 %", *(["its solver"] if noted else [])]
+    head = [*WHO, "from .. to", *BOUNDARIES.values(), "beyond 10 %", "fails from", *(["its solver"] if noted else [])]
     rows = [
-        [*who(w), span_text(w.probes), *(up_to(w, c) for c in BOUNDARIES), beyond(w) or NONE, *_note(w, noted)]
+        [
+            *(*who(w), span_text(w.probes)),
+            *(up_to(w, c) for c in BOUNDARIES),
+            *(beyond(w) or NONE, fails_from(w) or NONE),
+            *_note(w, noted),
+        ]
         for w in bounded
     ]
     return table(head, rows)

@@ -76,6 +76,15 @@ def beyond(walk: Walk) -> str:
     return ", ".join(dict.fromkeys(how(stretch) for stretch in stretches(walk) if not stretch.good))
 
 
+def fails_from(walk: Walk) -> str:
+    """Return the first value of each ending beyond ten per cent, in the order of `beyond`."""
+    first: dict[str, str] = {}
+    for stretch in stretches(walk):
+        if not stretch.good:
+            first.setdefault(how(stretch), stretch.probes[0].text)
+    return ", ".join(first.values())
+
+
 def how(ended: Stretch | Probe) -> str:
     """Return how a run ended, and whether undetected."""
     name = "wrong" if ended.outcome == "completed" else ended.outcome

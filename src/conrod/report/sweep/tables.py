@@ -26,8 +26,28 @@ COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
 CHEAPEST_HEAD = ["within", "engine", "cheapest settings", STEPS, "error", *COST_HEAD]
 
 
-def labelled_table(study: SweepStudy, quantities: Sequence[str] = QUANTITIES, title: str = "") -> Table:
-    """Every point on the front of its engine for one of some quantities: those that the diagram names."""
+FRONT_HEAD = ["point", "setting", "steps/rev", "position", "velocity", "accel.", "ms/rev", "ratio"]
+RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
+
+
+def front_table(study: SweepStudy) -> Table:
+    """For a terminal, in 80 columns: settings of each engine that no other one beats in both cost and position."""
+    rows = [
+        [
+            point.label,
+            f"{point.engine}: {point.rule}" + (f" [{point.preset}]" if point.preset else ""),
+            str(point.steps_per_revolution),
+            *(numbers.measured(point.error(quantity)) for quantity in QUANTITIES),
+            *(numbers.measured(None if point.cost is None else 1e3 * point.cost), numbers.measured(point.ratio)),
+        ]
+        for point, _ in labelled_points(study, ("position",))
+    ]
+    title = f"{study.name}: settings that none beats in both cost and position"
+    return table(FRONT_HEAD, rows, right=FRONT_HEAD[2:], title=title)
+
+
+def labelled_table(study: SweepStudy) -> Table:
+    """Every point on the front of its engine for a quantity: those that the diagram names."""
     rows = [
         [
             point.label,
@@ -38,10 +58,10 @@ def labelled_table(study: SweepStudy, quantities: Sequence[str] = QUANTITIES, ti
             *costs_of(point),
             ", ".join(f"**{q}**" if on_all else q for q, on_all in fronts.items()),
         ]
-        for point, fronts in labelled_points(study, quantities)
+        for point, fronts in labelled_points(study)
     ]
     head = ["point", "engine", "settings", STEPS, *(f"{q} error" for q in QUANTITIES), *COST_HEAD]
-    return table([*head, "on the front for"], rows, right=head[3:], title=title)
+    return table([*head, "on the front for"], rows, right=head[3:])
 
 
 def costs_of(point: SweptPoint) -> list[str]:

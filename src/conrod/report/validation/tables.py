@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -24,14 +24,14 @@ def dynamic(study: SceneStudy) -> list[Result]:
     return [r for r in study.results if r.mode == "dynamic"]
 
 
-def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
-    """A row for each result: largest errors over the observed points, observed orders, verdict."""
+def verdicts_table(studies: Sequence[SceneStudy], order: Callable[[float | None], str] = numbers.order) -> Table:
+    """A row for each result: largest errors over the observed points, observed orders as asked for, verdict."""
     right = ("steps/rev", *QUANTITIES, "order x, v, a")
     rows = [
         (
             *(study.name, *name_of(r), str(r.steps_per_revolution or "")),
             *(numbers.measured(r.largest(q)) for q in QUANTITIES),
-            "" if r.order is None else ", ".join(numbers.order(r.order[q]) for q in QUANTITIES),
+            "" if r.order is None else ", ".join(order(r.order[q]) for q in QUANTITIES),
             _verdict(r),
         )
         for study in studies

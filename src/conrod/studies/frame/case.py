@@ -51,6 +51,11 @@ class Case(ABC):
         """All that determines the result, as plain values."""
         return self._identity(self.scene.identity())
 
+    @property
+    def labels(self) -> dict[str, str]:
+        """Names for people that a ledger keeps beside the identity; they change neither key nor result."""
+        return {}
+
     @cached_property
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""

@@ -184,7 +184,7 @@ class Ledger:
         return self._connection
 
     def _note(self, key: str, case: Case) -> None:
-        identity = json.dumps(case.identity(), sort_keys=True, allow_nan=False)
+        identity = json.dumps(case.identity() | case.labels, sort_keys=True, allow_nan=False)
         self._connection.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?)", (key, case.name, identity))
 
 

@@ -17,6 +17,10 @@ from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.studies.frame.measurement import MEASURES, QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
 
+# Of runs that only one study makes, a part of the identity that only these have.
+MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}}
+LABEL = "label"  # with the identity, and no part of it: the preset that the settings are
+
 
 def tidy_row(
     key: str, name: str, identity: Mapping[str, Any], measurement: Measurement | None, timing: Timing | None
@@ -24,10 +28,11 @@ def tidy_row(
     """The row of a run; what it does not have is None.
 
     Columns, in this order:
-        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`; parameter.NAME [SI], of a
-        machine from a file its mechanism as JSON; engine, engine_version; preset, of such a result; setting.NAME [SI];
+        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, else limits, ablate, or
+        sweep (`study_of`); parameter.NAME [SI], of a machine from a file its mechanism as JSON; engine, engine_version;
+        preset: None of other settings, and of runs kept before presets were noted with them; setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
-        passed: the verdict by conrod's own tolerances, of such a result;
+        passed: the verdict by conrod's own tolerances, of a result of `conrod validate`;
         position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
         closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
         predicted_position, _velocity, _acceleration: predicted from the joints alone, and each with _difference;
@@ -40,11 +45,11 @@ def tidy_row(
         "key": key,
         "scene": name,
         "kind": identity["scene"],
-        "study": identity.get("study"),
+        "study": study_of(identity),
         **{f"parameter.{n}": _plain(value) for n, value in identity["parameters"].items()},
         "engine": identity["engine"],
         "engine_version": identity["engine_version"],
-        "preset": identity.get("preset"),
+        "preset": identity.get("preset", identity.get(LABEL)),
         **{f"setting.{n}": _plain(value) for n, value in settings.items()},
         "steps_per_revolution": steps,
         "revolutions": identity.get("revolutions"),
@@ -53,6 +58,14 @@ def tidy_row(
         **_measured(measurement),
         **_timed(timing),
     }
+
+
+def study_of(identity: Mapping[str, Any]) -> str:
+    """The study of a run, by what its identity holds; sweep of a plain run, which sweep, recommend and ablate share."""
+    for study, marks in MARKS.items():
+        if not marks.isdisjoint(identity):
+            return study
+    return str(identity.get("study", "sweep"))
 
 
 def _plain(value: Any) -> Any:

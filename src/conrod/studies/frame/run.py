@@ -9,6 +9,7 @@ import numpy as np
 
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
+from conrod.engines.presets import CUSTOM
 from conrod.engines.running import run
 from conrod.exact.motion import Array
 from conrod.runs.closure_prediction import predicted_errors
@@ -45,6 +46,10 @@ class RunCase(Case):
 
     def perform(self) -> Measurement:
         return measure(self)
+
+    @property
+    def labels(self) -> dict[str, str]:
+        return {} if self.settings.preset == CUSTOM else {"label": self.settings.preset}
 
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
         # Fields that settings gained later are not in it where they are as they always were: keys stay what they were.
