@@ -130,10 +130,7 @@ def test_a_row_says_what_was_run_and_what_came_of_it(ledger: Ledger) -> None:
     assert row["closure_velocity"] == MEASURED.closure["velocity"]
     assert row["phase_max"] == MEASURED.phase["max"]
     assert row["drive_speed"] == MEASURED.drive["speed"]
-    assert (row["study"], row["preset"]) == (
-        "sweep",
-        None if (preset := CELLS[20].settings.preset) == "custom" else preset,
-    )
+    assert (row["study"], row["preset"]) == ("sweep", "tuned")
     assert row["predicted_position"] == MEASURED.prediction["position"]["predicted"]
     assert (row["ratio"], row["machine"]) == (2000.0, "one machine")
 
