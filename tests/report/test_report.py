@@ -24,6 +24,7 @@ from conrod.report.figure import Figure
 from conrod.report.kind import Part
 from conrod.report.reproduction import Reproduction
 from conrod.report.validation.report import KIND
+from conrod.report.validation.tables import verdicts_table
 from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import check_writable_folder, write_together
@@ -418,3 +419,9 @@ def test_reporting_loads_no_engine_and_no_window_system() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_orders_on_the_terminal_have_two_decimals() -> None:
+    study = a_study("saw-40rpm", replace(a_result("saw-40rpm"), order=dict.fromkeys(QUANTITIES, 1.974)))
+    assert "1.97, 1.97, 1.97" in verdicts_table([study], numbers.fine_order).rows[0]
+    assert "2.0, 2.0, 2.0" in verdicts_table([study]).rows[0]
