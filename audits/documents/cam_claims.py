@@ -56,8 +56,8 @@ def _lift_falls() -> Verdict:
 def _sectors() -> Iterator[Verdict]:
     """The angles that line 132 names, with beta and gamma as the sectors of lines 157 and 161 have them."""
     b, c = WIDEST.joint_b, WIDEST.joint_c
-    told = f"by line 157 the rise goes from theta = beta, {b:.3f} deg for {_cam(WIDEST)}, to 180 deg"
-    yield _claim(132, "angle of the rise", "angle BOD = beta", f"that makes BOD = {180.0 - b:.3f} deg", told,
+    by_print = f"by line 157 the rise goes from theta = beta, {b:.3f} deg for {_cam(WIDEST)}, to 180 deg"
+    yield _claim(132, "angle of the rise", "angle BOD = beta", f"that makes BOD = {180.0 - b:.3f} deg", by_print,
                  "BOD = 180 deg - beta", Kind.MISPRINT)  # fmt: skip
     mirrored = 360.0 - c - 180.0
     wrong = "" if abs(mirrored - (180.0 - c)) < SAME else f"DOE = {mirrored:.3f} deg"
@@ -166,9 +166,9 @@ def _nose_is_the_same() -> Verdict:
 
 def _centres() -> Verdict:
     longer = [cam for cam in cams() if cam.flank - cam.base >= 80.0]
-    told = "; ".join(f"rho - R = {cam.flank - cam.base:g} mm for {_cam(cam)}" for cam in longer)
+    listed = "; ".join(f"rho - R = {cam.flank - cam.base:g} mm for {_cam(cam)}" for cam in longer)
     others = f"C = 80 mm, which holds for the other {len(cams()) - len(longer)} cams"
-    return _claim(275, "distances of the arcs' centres", "C > (rho - R)", told, others,
+    return _claim(275, "distances of the arcs' centres", "C > (rho - R)", listed, others,
                   "C < (rho - R) for that cam", Kind.WRONG_STEP)  # fmt: skip
 
 

@@ -94,8 +94,8 @@ def _length(length: PrintedLength) -> Verdict:
         return _verdict("Example 4.10", length.line, "a length", text, Kind.NOT_REPRODUCIBLE, reason, "")
     same = length.right in (length.name, length.name.replace("O1", "O12"))
     kind = Kind.AGREES if same else Kind.MISPRINT
-    told = f"{reason}, printed there as {result.text}"
-    return _verdict("Example 4.10", length.line, "name of a length", text, kind, told, "" if same else length.right)
+    finding = f"{reason}, printed there as {result.text}"
+    return _verdict("Example 4.10", length.line, "name of a length", text, kind, finding, "" if same else length.right)
 
 
 def _verdict(place: str, line: int, quantity: str, text: str, kind: Kind, reason: str, right: str) -> Verdict:

@@ -30,7 +30,7 @@ class Answer:
 
 
 def answers() -> tuple[Answer, ...]:
-    """All that the print determines; omega 4 of Example 4.10 and BY4 also take an assumption, which is told."""
+    """All that the print determines; omega 4 of Example 4.10 and BY4 also take an assumption, which is stated."""
     across_c, across_rod = RackLinkage().tangential(6.0**2 / 0.3)
     normal_c = 6.9**2 / 0.13
     return (

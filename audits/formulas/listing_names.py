@@ -49,14 +49,14 @@ def verdicts(text: str) -> Iterator[Verdict]:
     # The broken name stands on its first line, so that lines keep their numbers.
     lines = BROKEN.sub(r"\1\2\n", text).splitlines()
     assigned: dict[str, int] = {}
-    told: set[str] = set()
+    reported: set[str] = set()
     for number, line in enumerate(lines, start=FIRST_LINE):
         code = re.sub(r"'[^']*'", "", line.split("%")[0])
         found = ASSIGNMENT.match(code)
         used = NAME.findall(found.group(2) if found else code)
         for name in used:
-            if name not in assigned and name not in KNOWN and name not in told:
-                told.add(name)
+            if name not in assigned and name not in KNOWN and name not in reported:
+                reported.add(name)
                 yield _unassigned(name, number, line.strip(), assigned)
         if found:
             assigned[found.group(1)] = number
@@ -66,8 +66,8 @@ def _unassigned(name: str, line: int, code: str, assigned: dict[str, int]) -> Ve
     alike = [other for other in assigned if other.casefold() == name.casefold()]
     near = alike or [other for other in assigned if other.startswith(name)]
     near = near or difflib.get_close_matches(name, assigned, n=1)
-    told = " and ".join(f"{other} (line {assigned[other]})" for other in near) or "nothing like it"
-    reason = f"no line above assigns {name}; assigned are {told}: MATLAB stops here"
+    nearest = " and ".join(f"{other} (line {assigned[other]})" for other in near) or "nothing like it"
+    reason = f"no line above assigns {name}; assigned are {nearest}: MATLAB stops here"
     # Of theta3a and theta3b the listing's own lines below go on with the last one.
     right = f"{near[-1]} in place of {name}" if near else None
     kind = Kind.MISPRINT if near else Kind.NOT_REPRODUCIBLE

@@ -34,7 +34,7 @@ def arguments() -> dict[str, Any]:
 
 
 def verdicts() -> Iterator[Verdict]:
-    """One on each equation; how far its sides are apart depends on the vectors that are put in, and is not told."""
+    """One on each equation; how far its sides are apart depends on the vectors that are put in, and is not reported."""
     for formula in FORMULAS:
         verdict = verdict_on(formula, arguments())
         if verdict.kind is Kind.MISPRINT:

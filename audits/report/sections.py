@@ -61,11 +61,11 @@ def saw_section() -> str:
     ]
     head = ["rpm meant", "the listing", "w3 [rad/s]", "a3 [rad/s²]", "velocity [mm/s]", "off by",
             "acceleration [mm/s²]", "off by"]  # fmt: skip
-    told = (
+    caption = (
         "Largest values in size over the turn; *off by* is the largest deviation from the exact motion at the speed "
         "that is meant, as a share of its peak."
     )
-    return _paragraphs("## The MATLAB listing as MATLAB runs it", SAW_METHOD, told, _table(head, rows))
+    return _paragraphs("## The MATLAB listing as MATLAB runs it", SAW_METHOD, caption, _table(head, rows))
 
 
 def _number(value: float) -> str:

@@ -1,4 +1,4 @@
-"""What a user did wrong, said in one line; and errors that are told to another process."""
+"""Errors of a user's input, stated in one line; and errors that pass to another process."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInpu
 
 
 def portable(error: Exception) -> Exception:
-    """An error that arrives in another process: one that cannot be pickled is told in words."""
+    """An error that arrives in another process: one that cannot be pickled is replaced by its text."""
     if not isinstance(error, InvalidInput):
         error.add_note("".join(traceback.format_exception(error)))
     try:

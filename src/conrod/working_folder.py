@@ -22,7 +22,7 @@ def leave_working_folder() -> None:
 
 
 def _runs_conrod() -> bool:
-    """Whether this is `python -m conrod`, which says so no more once the package is imported."""
+    """True if this is `python -m conrod`, which is no longer visible once the package is imported."""
     if sys.argv[:1] != ["-m"]:
         return False
     # In front of the arguments: conrod, or -mconrod, perhaps with other options in the same word.

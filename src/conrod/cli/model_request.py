@@ -1,4 +1,4 @@
-"""What a user typed about a model of their own, as a question and a frame."""
+"""Question and frame of a user's own model, from the options as typed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ KINDS = ("site", "body", "geom")
 
 
 def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place, ...]:
-    """Where each point is.
+    """Parse the place of each point.
 
     Args:
         observed: names that points may have; any where there are none.
@@ -47,7 +47,7 @@ def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place
 
 
 def question_of(options: ModelOptions, scene: Scene) -> Question:
-    """What the model is asked for.
+    """Return what the options ask of the model.
 
     Raises:
         InvalidInput: the crank or a point is missing, unknown or given twice.
@@ -72,7 +72,7 @@ def question_of(options: ModelOptions, scene: Scene) -> Question:
 
 
 def given_frame(options: ModelOptions) -> GivenFrame:
-    """What is said of the frame.
+    """Frame that the options give.
 
     Raises:
         InvalidInput: an angle or a unit that is none.

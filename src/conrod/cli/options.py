@@ -117,7 +117,7 @@ def check_unused(bundle: Any, subject: str) -> None:
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How runs are made and where they are kept; None where nothing was given."""
+    """Options on how runs are made and where they are kept; None where nothing was given."""
 
     ledger: str | None = None
     fresh: bool = False
@@ -132,7 +132,7 @@ of_runs = bundled("how", RunOptions, RUNS)
 
 @dataclass(frozen=True)
 class TimedRunOptions(RunOptions):
-    """How runs are made and timed."""
+    """Options on how runs are made and timed."""
 
     retime: bool = False
 
@@ -164,7 +164,7 @@ of_a_motion = bundled(
 
 @dataclass(frozen=True)
 class TableOptions:
-    """What is what in a table of any tool; None or empty where nothing was given."""
+    """Options on the columns and units of a table of any tool; None or empty where nothing was given."""
 
     columns: tuple[str, ...] = field(default=(), metadata={"option": "--column"})
     units: tuple[str, ...] = field(default=(), metadata={"option": "--unit"})
@@ -187,7 +187,7 @@ of_a_table = bundled(
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """What is what in a user's own model; None or empty where nothing was given."""
+    """Options on the joints, points and frame of a user's own model; None or empty where nothing was given."""
 
     crank: str | None = None
     points: tuple[str, ...] = field(default=(), metadata={"option": "--point"})
@@ -219,7 +219,7 @@ of_a_model = bundled(
 
 @dataclass(frozen=True)
 class Request:
-    """What `conrod validate` was asked for, as it was typed; None or empty where nothing was.
+    """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:
         subjects: scenes, or one file.

@@ -32,7 +32,7 @@ SPEED_PERIOD = 120.0
 
 
 class RateColumn(ProgressColumn):
-    """How many finish in a second."""
+    """Number finished per second."""
 
     def __init__(self, unit: str) -> None:
         super().__init__()

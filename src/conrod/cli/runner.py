@@ -35,7 +35,7 @@ CELL_TIMEOUT = 600.0  # [s]
 
 @dataclass(frozen=True)
 class Options(RunOptions):
-    """How runs are made, understood."""
+    """Options on how runs are made, checked and converted."""
 
     retime: bool = False
 
@@ -64,7 +64,7 @@ class Options(RunOptions):
         return default_path() if self.ledger is None else Path(self.ledger)
 
     def executor(self) -> Executor:
-        """Where runs go."""
+        """Executor of the runs: a cluster, or processes of this machine."""
         if self.cluster is not None:
             from conrod.studies.execution.cluster import DaskCluster
 

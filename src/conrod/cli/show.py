@@ -45,7 +45,7 @@ def show(
     figures: str | None,
     document: str | None,
 ) -> None:
-    """What there is, one line each; or all about one SCENE."""
+    """List what is available, one line each; or describe one SCENE."""
     from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
     from conrod.exact.linkage.quantities import turn_quantities
     from conrod.studies.frame.files import write_together

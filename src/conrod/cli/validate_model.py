@@ -1,4 +1,4 @@
-"""What the command line prints of a user's own model.
+"""Validation of a user's own model on the command line.
 
 `conrod validate` of a user's own MuJoCo model.
 """
@@ -95,7 +95,7 @@ def judge_model(
     revolutions: int,
     tolerance: Mapping[str, float] | None,
 ) -> ModelStudy:
-    """What is found of a model; all that touches the engine is in processes of its own.
+    """Study a model; all that touches the engine runs in processes of its own.
 
     Raises:
         InvalidInput: the model cannot be used, or is not what was said.

@@ -38,7 +38,7 @@ Presets = Mapping[str, tuple[str, ...]]
 
 
 class Findings(Protocol):
-    """What was found of one scene."""
+    """Findings on one scene."""
 
     @property
     def name(self) -> str: ...
@@ -48,7 +48,7 @@ class Findings(Protocol):
 
 @dataclass(frozen=True)
 class Measured:
-    """What is measured of scenes, and how it is reported.
+    """Measurement on scenes, and its report.
 
     Attributes:
         kind: of the report.

@@ -28,7 +28,7 @@ class ForceTracks:
         drive_torque: (T,) [N m] on the crank, in the sense of the crank angle; None where it is not reported.
         joints: by joint name, then by component, (T,) each; names, signs and units as in
             `conrod.exact.dynamics.inverse.JointForces`.
-        unsupported: by quantity ("drive torque", or a joint's name), why it is not told.
+        unsupported: by quantity ("drive torque", or a joint's name), why it is not reported.
         outcome: of the run; of one that did not come to its end nothing is reported.
     """
 

@@ -17,7 +17,7 @@ from conrod.runs.trajectory import Outcome
 
 @dataclass(frozen=True)
 class FreeRun:
-    """A free or torque-driven run, told at every so-many-th step from its start on.
+    """A free or torque-driven run, sampled at every so-many-th step from its start on.
 
     Attributes:
         times: (T,) [s], from 0, counted in steps.

@@ -74,7 +74,7 @@ class ModelForm:
         Instants follow each other closely enough that no left-out link turns by half a turn between two.
 
         Args:
-            after: poses (3 n,) of all links that these follow in a run told in pieces; None at its beginning.
+            after: poses (3 n,) of all links that these follow in a run reported in pieces; None at its beginning.
         """
         if not self.distances:
             return list(derivatives)

@@ -82,8 +82,8 @@ class OpenJoints:
 
     def softness(self, poses: Array, law: str) -> Softness:
         """Largest errors of the observed points in these poses."""
-        told = self.form.completed([self.form.kept(poses)])
-        exact, moved = (self.kinematics.point_derivatives(p) for p in ([self.exact], told))
+        completed_poses = self.form.completed([self.form.kept(poses)])
+        exact, moved = (self.kinematics.point_derivatives(p) for p in ([self.exact], completed_poses))
         errors = [
             np.linalg.norm(moved[name][0] - places[0], axis=1)
             / max(diameter(places[0][: self._turn]), self.kinematics.lengths[name])

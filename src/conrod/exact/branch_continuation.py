@@ -230,7 +230,7 @@ class ChangePointCache:
         return np.array([change.angle for change in self._changes])
 
     def near(self, angle: Array, distance: float | None = None) -> NDArray[np.bool_]:
-        """Which angles (T,) [rad] are less than a distance from one, or so near that its series is to be used."""
+        """Mask (T,) of angles [rad] less than a distance from a change point, or so near that its series is used."""
         result = np.zeros(len(angle), dtype=bool)
         for change in self._changes:
             result |= change.near(angle) if distance is None else np.abs(angle - change.angle) < distance

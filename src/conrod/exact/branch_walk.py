@@ -111,7 +111,7 @@ class BranchWalk:
         return angles[(angles >= low) & (angles <= high)]
 
     def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
-        """Which angles (T,) [rad] are less than a distance [rad] from a change point."""
+        """Mask (T,) of angles [rad] that are less than a distance [rad] from a change point."""
         return self._continuation.changes.near(self._within(angle)[0], distance)
 
     def _within(self, angle: Array) -> tuple[Array, Array]:

@@ -143,8 +143,8 @@ class CurveWalk:
 def too_close(name: str) -> str:
     """Message of a walk that ends."""
     return (
-        f"{name}: branches of its motion come too close to each other to be told apart, or it ends: change a length by "
-        "a millionth, or make it exact"
+        f"{name}: branches of its motion come too close to each other to be distinguished, or it ends: change a length "
+        "by a millionth, or make it exact"
     )
 
 

@@ -81,7 +81,7 @@ class Kinematics:
         return self._walk.change_angles
 
     def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
-        """Which crank angles (T,) [rad] are less than a distance [rad] from a change point."""
+        """Mask (T,) of crank angles [rad] that are less than a distance [rad] from a change point."""
         return self._walk.near_change(angle, distance)
 
     def conditioning(self, poses: Array) -> Array:

@@ -29,7 +29,7 @@ SHOWN, SAVED, DIFFERENCE, OFF = 3, 6, 4, 4
 
 
 def is_formula(verdict: Verdict) -> bool:
-    """Whether the item is no number."""
+    """True if the item is no number."""
     return not DIGITS.fullmatch(verdict.printed)
 
 

@@ -90,7 +90,7 @@ def _head(kind: Kind[Any]) -> dict[str, Any]:
 
 
 def environment() -> dict[str, str]:
-    """What results are made with."""
+    """Environment that the results are made in."""
     return {
         "python": platform.python_version(),
         "machine": platform.machine(),

@@ -47,7 +47,7 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Instants:
-    """When samples were taken and where the crank was then, by the engine's own account; each (T,)."""
+    """Times of samples and the crank's motion at these times, as the engine reports them; each (T,)."""
 
     times: Array  # [s]
     angle: Array  # [rad], the crank angle in the document's sense

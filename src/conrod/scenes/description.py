@@ -195,6 +195,6 @@ def check_travel(kinematics: Kinematics) -> None:
     for name, travel in kinematics.lengths.items():
         if travel < LEAST_TRAVEL * kinematics.size:
             raise InvalidInput(
-                f"observed.{name}: the point moves {travel:.3g} m in all, which errors cannot be told over: observe "
+                f"observed.{name}: the point moves {travel:.3g} m in all, too little to normalise errors by: observe "
                 f"points that move by a millionth of the machine's size, {kinematics.size:.3g} m, at least"
             )

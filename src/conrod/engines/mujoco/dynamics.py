@@ -88,7 +88,7 @@ def drive_torque(settings: MuJoCoSettings, instants: Instants) -> Array | None:
 
 
 def instants_of(made: Build, times: Array, states: Array, sensors: Array) -> Instants:
-    """When samples were taken and where the crank was then."""
+    """Times of the samples and crank angles at these times."""
     angle, rate, mechanism = 1 + made.crank_coordinate, 1 + made.model.nq + made.crank_dof, made.form.whole
     turn = made.sensor(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
     return Instants(times, states[:, angle], states[:, rate], mechanism.driver.sense * turn)
@@ -121,7 +121,7 @@ def body_states(
     """States of all links.
 
     Args:
-        after: poses (3 n,) that these follow in a run told in pieces; None at its beginning.
+        after: poses (3 n,) that these follow in a run reported in pieces; None at its beginning.
     """
     nq, nv = made.model.nq, made.model.nv
     poses, speeds = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv], after)
@@ -142,9 +142,9 @@ def unseen_points(machine: Machine, made: Build, bodies: BodyStates) -> dict[str
     seen = {point.name for point in made.form.mechanism.observed}
     if len(seen) == len(made.form.whole.observed):
         return {}
-    told = machine.kinematics.point_derivatives([bodies.poses, bodies.rates, bodies.accelerations])
+    computed = machine.kinematics.point_derivatives([bodies.poses, bodies.rates, bodies.accelerations])
     return {
         name: PointTracks(*(Track(bodies.instants, values) for values in derivatives))
-        for name, derivatives in told.items()
+        for name, derivatives in computed.items()
         if name not in seen
     }

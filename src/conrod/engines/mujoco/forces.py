@@ -88,11 +88,11 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     if verdict.outcome is not Outcome.COMPLETED:
         why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
         return nothing_told(mechanism, why, verdict.outcome)
-    told = _Reading(made)
+    reading = _Reading(made)
     with laws_acting(made.model, made.tree):
-        told.read(times, coordinates, speeds, poses, rates)
-    drive = -used.armature * told.acceleration
-    return ForceTracks(replace(where, acceleration=told.acceleration), drive, told.components, {})
+        reading.read(times, coordinates, speeds, poses, rates)
+    drive = -used.armature * reading.acceleration
+    return ForceTracks(replace(where, acceleration=reading.acceleration), drive, reading.components, {})
 
 
 def _meets_change_points(machine: Machine) -> bool:
@@ -113,7 +113,7 @@ def _refusal(settings: MuJoCoSettings) -> str | None:
 def spatial_tendons_count() -> bool:
     """True where this version of MuJoCo counts the forces of spatial tendons in what its joints carry.
 
-    MuJoCo 4.0.0 does; the documentation of earlier ones tells that they do not.
+    MuJoCo 4.0.0 does; according to their documentation, earlier ones do not.
     """
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><worldbody><site name="a"/><body pos="0 0 2"><joint type="slide"/><inertial pos="0 0 0" mass="1" '
@@ -132,10 +132,10 @@ class _Reading:
     def __init__(self, made: Build) -> None:
         self._made, self._model, self._data = made, made.model, mujoco.MjData(made.model)
         self._mechanism = made.form.whole
-        told_twice = [
+        uncounted_loads = [
             x for x in self._mechanism.loads if not (isinstance(x.along, Distance) and spatial_tendons_count())
         ]
-        self._to_be_told = replace(self._mechanism, loads=tuple(told_twice))
+        self._uncounted = replace(self._mechanism, loads=tuple(uncounted_loads))
         # Names are looked up once: in a model with a large mesh that takes longer than a step.
         self._bodies = [int(made.model.body(body.name).id) for body in self._mechanism.bodies]
         branches = {branch.joint.name: branch for branch in made.tree.branches}
@@ -147,8 +147,8 @@ class _Reading:
         """Solve every state, (T, ..) each."""
         model, data, crank = self._model, self._data, self._made.crank_dof
         self.acceleration = np.zeros(len(times))
-        told = {name: np.zeros((len(times), 2)) for name in self._readers}
-        pushes = applied_forces(self._to_be_told, poses, rates, times)
+        components = {name: np.zeros((len(times), 2)) for name in self._readers}
+        pushes = applied_forces(self._uncounted, poses, rates, times)
         for k, time in enumerate(times):
             data.time, data.qpos[:], data.qvel[:] = time, coordinates[k], speeds[k]
             data.qacc_warmstart[:] = 0.0  # the solution of a state depends on it alone
@@ -159,9 +159,9 @@ class _Reading:
             mujoco.mj_rnePostConstraint(model, data)
             data.xfrc_applied[:] = 0.0
             for name, reader in self._readers.items():
-                told[name][k] = reader(poses[k])
+                components[name][k] = reader(poses[k])
         self.components = {
-            joint.name: dict(zip(component_names(joint), told[joint.name].T, strict=False))
+            joint.name: dict(zip(component_names(joint), components[joint.name].T, strict=False))
             for joint in self._mechanism.joints
         }
 
@@ -189,7 +189,7 @@ class _Reading:
         return read
 
     def _carrier(self, joint: Revolute | Prismatic, branch: Branch) -> Reader:
-        """Of a joint of the tree: what its parent gives its child, told on the joint's second body."""
+        """Of a joint of the tree: what its parent gives its child, reported on the joint's second body."""
         data, child = self._data, int(self._model.body(branch.child).id)
         sense, root = (1.0 if branch.child == joint.b else -1.0), int(self._model.body_rootid[child])
         if isinstance(joint, Revolute):
@@ -197,7 +197,7 @@ class _Reading:
 
         def read(poses: Array) -> Array:
             moment, fx, fy = sense * data.cfrc_int[child, 2:5]
-            # MuJoCo tells the moment about the centre of gravity of the whole tree, a joint has it about its point.
+            # MuJoCo reports the moment about the centre of gravity of the whole tree, a joint has it about its point.
             x, y = data.subtree_com[root, :2] - self._place(joint.b, joint.point_b, poses)
             turn = joint.direction + self._pose(joint.a, poses)[2]
             return np.array([np.cos(turn) * fy - np.sin(turn) * fx, moment + x * fy - y * fx])

@@ -70,7 +70,7 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoS
 def free_run(
     mechanism: Mechanism, settings: MuJoCoSettings, steps: int, poses: Array, rates: Array, every: int = 1
 ) -> FreeRun:
-    """So many steps from exact poses and rates (3 n,), told at every so-many-th.
+    """So many steps from exact poses and rates (3 n,), sampled at every so-many-th.
 
     Raises:
         InvalidInput: MuJoCo cannot have the mechanism as a tree with closures; says why.
@@ -88,11 +88,11 @@ def free_run(
         states, seconds = _stepped(model, data, steps, every)
     nq, nv = model.nq, model.nv
     with np.errstate(all="ignore"):
-        told_poses, told_rates = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
+        reported_poses, reported_rates = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
         times = np.asarray(settings.timestep * every * np.arange(len(states)), dtype=float)
-        verdict = free_verdict(mechanism, times, told_poses, told_rates)
-        energy = free_energy(mechanism, told_poses, told_rates)
-    return FreeRun(times, told_poses, told_rates, energy, verdict.outcome, verdict.reason, seconds)
+        verdict = free_verdict(mechanism, times, reported_poses, reported_rates)
+        energy = free_energy(mechanism, reported_poses, reported_rates)
+    return FreeRun(times, reported_poses, reported_rates, energy, verdict.outcome, verdict.reason, seconds)
 
 
 def _stepped(model: mujoco.MjModel, data: mujoco.MjData, steps: int, every: int) -> tuple[Array, float]:

@@ -78,7 +78,7 @@ class Coordinates:
         """Poses and their rates.
 
         Args:
-            after: poses (3 m,) that these follow in a run told in pieces; None at its beginning.
+            after: poses (3 m,) that these follow in a run reported in pieces; None at its beginning.
         """
         known = {self.tree.branches[k].child: self._free_body(k, coordinates, rates, after) for k in self._free_ones}
         return self.tree.forward(coordinates[:, self.places], rates[:, self.rate_places], known)

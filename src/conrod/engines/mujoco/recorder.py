@@ -121,7 +121,7 @@ class Recorder:
         begin: the time [s] of the start, at which the engine's clock is 0.
 
     Attributes:
-        solver: how the constraint solver ended for the accelerations of the last sample told; None where there was
+        solver: how the constraint solver ended for the accelerations of the last reported sample; None where there was
             nothing to solve, or no step any more.
     """
 
@@ -152,7 +152,7 @@ class Recorder:
         """The next T samples, at least one: states (T, nstate), the first of which is that of now, sensor data (T, ..).
 
         After a step, sensor data belongs to the instant before it: the step that leaves a sample gives its sensors, so
-        that the engine is one step ahead of the samples told.
+        that the engine is one step ahead of the reported samples.
         """
         states = np.empty((1, samples + 1, len(self._state)))
         sensors = np.empty((1, samples, self._model.nsensordata))
@@ -175,7 +175,7 @@ class Recorder:
             self._step(states, sensors)
 
     def _roll_out(self, states: Array, sensors: Array) -> None:
-        # The accelerations of the last step are the solver's first guess in the next: without them a run told in pieces
+        # The accelerations of the last step are the solver's first guess in the next: without them a run made in pieces
         # would not be the same to the last bit.
         guess = self._data.qacc_warmstart[None].copy()
         rollout.rollout(

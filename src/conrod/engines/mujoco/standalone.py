@@ -91,15 +91,15 @@ def _loads(tree: Tree) -> list[str]:
     no_words = by_program(tree.mechanism)
     idle = [load for load in loads if load not in no_words and moves_nothing(load, tree)]
     kept = ", ".join(load.name for load in loads if load not in no_words and load not in idle)
-    told = [f"Loads in this model, as tendons or as actuators without an input: {kept}."] if kept else []
+    found = [f"Loads in this model, as tendons or as actuators without an input: {kept}."] if kept else []
     for reason, left_out in (
         ("because MJCF has no words for their laws", no_words),
         ("because they turn what slides hold, and move nothing", idle),
     ):
         if left_out:
             names = ", ".join(f"{load.name} ({load.law})" for load in left_out)
-            told.append(f"NOT IN THIS MODEL, {reason}: {names}.")
-    return told
+            found.append(f"NOT IN THIS MODEL, {reason}: {names}.")
+    return found
 
 
 def _free(machine: DescribedMachine) -> list[str]:

@@ -58,12 +58,12 @@ class _Drifting(OpenJoints):
         self._h, self._steps = settings.timestep, settings.steps_per_revolution
         self._left = settings.error_bias**self._h if settings.error_bias > 0.0 else 0.0
         self._near = self.exact
-        told_by_length = {name for joint in form.distances for name in (joint.joint_a, joint.joint_b)}
+        replaced_by_length = {name for joint in form.distances for name in (joint.joint_a, joint.joint_b)}
         driven = form.whole.driver.joint
         self._rows = [
             self.rows[joint.name] + k
             for joint in form.whole.joints
-            if joint.name not in told_by_length and joint.name != driven
+            if joint.name not in replaced_by_length and joint.name != driven
             for k in range(self.kinematics.equations_of(joint))
         ]
 

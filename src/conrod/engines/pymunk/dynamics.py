@@ -138,7 +138,7 @@ def _piece(
 def _only_new(
     bodies: BodyTracks, points: Mapping[str, PointTracks], old: int
 ) -> tuple[BodyTracks, dict[str, PointTracks]]:
-    """Without samples that the stretch before has; accelerations are not told again of these."""
+    """Without samples that the stretch before has; accelerations of these are not reported again."""
     position, velocity = bodies.position.instants[old:], bodies.velocity.instants[max(old - 1, 0) :]
 
     def states(states: BodyStates, instants: Instants) -> BodyStates:
@@ -177,8 +177,8 @@ def body_tracks(
 
 def _followed(before: BodyTracks) -> list[Array | None]:
     """Poses that the next stretch begins with, or after: it has three of these positions, two velocities."""
-    told = ((before.position, KEPT), (before.velocity, KEPT - 1), (before.acceleration, 1))
-    return [states.poses[-back] if len(states.poses) >= back else None for states, back in told]
+    starts = ((before.position, KEPT), (before.velocity, KEPT - 1), (before.acceleration, 1))
+    return [states.poses[-back] if len(states.poses) >= back else None for states, back in starts]
 
 
 def unseen_points(form: ModelForm, at: Staggered, bodies: BodyTracks) -> dict[str, PointTracks]:

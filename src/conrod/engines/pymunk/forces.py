@@ -69,7 +69,7 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     poses, _ = body_states(made.mechanism, centres, rates)
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
     right = _carried(mechanism, settings, at, run)
-    return _told(machine, at.acceleration, poses[FIRST:], right, untold)
+    return _tracks(machine, at.acceleration, poses[FIRST:], right, untold)
 
 
 def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
@@ -120,7 +120,7 @@ def _turned(point: tuple[float, float], turn: Array) -> tuple[Array, Array]:
     return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
-def _told(machine: Machine, instants: Instants, poses: Array, right: Array, untold: dict[str, str]) -> ForceTracks:
+def _tracks(machine: Machine, instants: Instants, poses: Array, right: Array, untold: dict[str, str]) -> ForceTracks:
     kinematics = machine.kinematics
     mechanism = kinematics.mechanism
     transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
@@ -138,6 +138,6 @@ def _told(machine: Machine, instants: Instants, poses: Array, right: Array, unto
 
 
 def means(values: Array) -> Array:
-    """Of `TOGETHER` samples (T, ...) after the other; those that are left at the end are not told."""
+    """Of `TOGETHER` samples (T, ...) after the other; those that are left at the end are dropped."""
     count = len(values) // TOGETHER
     return np.asarray(values[: count * TOGETHER].reshape(count, TOGETHER, *values.shape[1:]).mean(axis=1), dtype=float)

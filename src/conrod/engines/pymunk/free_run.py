@@ -3,7 +3,7 @@
 Positions belong to t_n, velocities to t_n + h / 2 (see `Staggered`). A velocity given at t = 0 and stepped with as it
 is would be early by half a step, for good, since nothing but the start prescribes it: order 1. So the bodies are put
 back by half a step, x_0 - h v_0 / 2, and the first step has half the length: it ends in the given poses, with the
-velocities of t = h / 2. The rates told are means of those before and after. Contact is corrected by velocities of its
+velocities of t = h / 2. Reported rates are means of those before and after. Contact is corrected by velocities of its
 own, and its velocities belong to t_n as they are.
 
 What is left is of order 2, energy is lost with it. Where branches of a linkage meet its joints are redundant, and the
@@ -37,7 +37,7 @@ PIECE = 4096  # steps whose states are kept together
 def free_run(
     mechanism: Mechanism, settings: PymunkSettings, steps: int, poses: Array, rates: Array, every: int = 1
 ) -> FreeRun:
-    """So many steps from exact poses and rates (3 n,), told at every so-many-th.
+    """So many steps from exact poses and rates (3 n,), sampled at every so-many-th.
 
     Raises:
         InvalidInput: pymunk cannot have a joint of the mechanism; says why.
@@ -68,12 +68,12 @@ def free_run(
         before, done = after[1][-1], done + count
     seconds = time.process_time() - begun
     with np.errstate(all="ignore"):
-        told_poses, told_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
-        told_poses[0], told_rates[0] = poses, rates
-        times = np.asarray(h * (every * np.arange(len(told_poses))), dtype=float)
-        verdict = free_verdict(mechanism, times, told_poses, told_rates)
-        energy = free_energy(mechanism, told_poses, told_rates)
-    return FreeRun(times, told_poses, told_rates, energy, verdict.outcome, verdict.reason, seconds)
+        reported_poses, reported_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
+        reported_poses[0], reported_rates[0] = poses, rates
+        times = np.asarray(h * (every * np.arange(len(reported_poses))), dtype=float)
+        verdict = free_verdict(mechanism, times, reported_poses, reported_rates)
+        energy = free_energy(mechanism, reported_poses, reported_rates)
+    return FreeRun(times, reported_poses, reported_rates, energy, verdict.outcome, verdict.reason, seconds)
 
 
 def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:

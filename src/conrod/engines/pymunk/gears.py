@@ -2,7 +2,7 @@
 
 Where wheels go round on a carrier that turns as well, the turns of three bodies belong together. Such equations are
 then solved for each other: in a planetary gear whose sun stands still the planet's turn follows from the arm's, and so
-does the ring's. What comes of it are the same equations, told of two bodies each.
+does the ring's. The result is the same equations, of two bodies each.
 """
 
 from __future__ import annotations

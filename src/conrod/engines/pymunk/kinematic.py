@@ -75,7 +75,7 @@ def _make_equal(made: Build) -> None:
 
 
 def _place(made: Build, centres: Array) -> None:
-    """Put centres of gravity and turns (3 n,) where they are told to be."""
+    """Put centres of gravity and turns (3 n,) where they are to be."""
     for body, (x, y, turn) in zip(made.bodies, centres.reshape(-1, 3), strict=True):
         body.position, body.angle = (float(x), float(y)), float(turn)
 

@@ -14,8 +14,8 @@ difference of two velocities.
 
 To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the joint equations' Jacobian
 J and their second derivatives H. The first step goes straight ahead from an exact state, and has no last term: the
-first difference after it, the first velocity told, is off by h^2 b more, b = J^-1 H q' q''/2. The next step, one of
-Newton's, keeps h^4 J^-1 H q' b of that place, which is h^2 J^-1 H q' b in the first acceleration told.
+first difference after it, the first reported velocity, is off by h^2 b more, b = J^-1 H q' q''/2. The next step, one of
+Newton's, keeps h^4 J^-1 H q' b of that place, which is h^2 J^-1 H q' b in the first reported acceleration.
 
 On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
 step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed

@@ -112,7 +112,7 @@ class Pushes:
     def _along(
         self, along: Coordinate, places: State, rates: State
     ) -> tuple[float, float, list[tuple[str, tuple[float, float, float]]]]:
-        """A coordinate, its rate, and its gradient by the bodies that it is told by."""
+        """A coordinate, its rate, and its gradient by the bodies that it depends on."""
         match along:
             case Distance():
                 a, b = (

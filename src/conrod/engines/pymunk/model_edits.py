@@ -69,7 +69,7 @@ def _again(constraint: pymunk.Constraint) -> pymunk.Constraint:
 
 
 def _colliding(made: Build) -> None:
-    """As pymunk has it unless it is told: shapes of links that a joint holds together collide."""
+    """Pymunk's default: shapes of links that a joint holds together collide."""
     _add_shapes(made)
     for constraint in made.names:
         constraint.collide_bodies = True

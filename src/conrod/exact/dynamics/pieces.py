@@ -100,7 +100,7 @@ def _followed(
 
 
 def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: Array) -> NDArray[np.bool_] | None:
-    """Which nodes lie far enough from a crossing of branches; None if those that do not are too many, or at an end.
+    """Mask of nodes far enough from a crossing of branches; None if too many are not, or one at an end.
 
     Next to a crossing the joints' equations hardly distinguish the branches: derivatives lose digits with powers of the
     distance. What lies there follows from the smooth continuation of what lies before and behind.

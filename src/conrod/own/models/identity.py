@@ -75,7 +75,7 @@ class Identity:
         return max(self.off_by.values())
 
     def is_machine(self, tolerance: float) -> bool:
-        """Whether the model is the machine within a tolerance, over the point's length."""
+        """True if the model is the machine within a tolerance, over the point's length."""
         return not self.other_branch and self.largest <= max(tolerance, self.floor)
 
 

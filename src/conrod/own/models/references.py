@@ -105,7 +105,7 @@ def _assembled(scene: Scene) -> Iterator[Array]:
 
 
 def _same(one: Array, other: Array, size: float) -> bool:
-    """Whether two poses are one but for whole turns."""
+    """True if two poses are equal but for whole turns."""
     apart = (one - other).reshape(-1, 3)
     turns = np.abs(np.exp(1j * apart[:, 2]) - 1.0)
     return bool(np.abs(apart[:, :2]).max() < SAME * size and turns.max() < SAME)

@@ -159,7 +159,7 @@ def _opened(run: DrivenRun, to: RunReference) -> Verdict | None:
 
 
 def _contact(off: Array, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
-    """Whether the follower is further from the crank's axis than the cam would have it, or nearer by a roller.
+    """Verdict on a follower further from the crank's axis than the cam would have it, or nearer by a roller.
 
     Args:
         off: positions minus exact ones (P, T, 2) [m].
@@ -175,7 +175,7 @@ def _contact(off: Array, tracks: Mapping[str, PointTracks], to: RunReference) ->
 
 
 def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
-    """Whether the run is nearer to another branch where it is furthest from its own; arguments as `_contact`."""
+    """Verdict on a run nearer to another branch where it is furthest from its own; arguments as `_contact`."""
     away = np.linalg.norm(off, axis=2)
     if away.max() <= OPEN_GAP * to.travel:
         return None

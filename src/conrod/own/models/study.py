@@ -64,7 +64,7 @@ class ModelStudy:
 
     @property
     def is_machine(self) -> bool:
-        """Whether the paths are the machine's."""
+        """True if the paths are the machine's."""
         return self.identity.is_machine(self.kinematic_tolerance)
 
     @property
@@ -87,7 +87,7 @@ class ModelStudy:
 
     @property
     def passed(self) -> bool:
-        """Whether it is the machine, may turn, and its own settings carry it through the run as asked for."""
+        """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
         own = self.own
         if not self.is_machine or self.model.stops or own is None:
             return False

@@ -49,11 +49,11 @@ class Number:
         return float(10.0**-self.decimals)
 
     def is_rounding_of(self, value: float) -> bool:
-        """Whether the value, rounded to these digits, is this number."""
+        """True if the value, rounded to these digits, is this number."""
         return bool(abs(self.value - value) <= self.last * (0.5 + TIE))
 
     def is_cut_of(self, value: float) -> bool:
-        """Whether the value, its further digits dropped, is this number."""
+        """True if the value, its further digits dropped, is this number."""
         kept = math.floor(abs(value) / self.last + TIE)
         return value * self.value >= 0.0 and round(abs(self.value) / self.last) == kept
 

@@ -1,4 +1,4 @@
-"""Why a table is off: common slips, each named only where undoing it makes the difference go away."""
+"""Hypotheses on a table's errors: common slips, each named only where undoing it removes the difference."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def likely_causes(observed: Observed, scene: Scene, alignment: Alignment, wrong:
 
 
 def _beaten(cause: Cause, better: Sequence[Cause]) -> bool:
-    """Whether others explain all that a cause does, and leave far less of it."""
+    """True if others explain all that a cause does, and leave far less of it."""
     return all(
         any(name in b.explains and _left(b) < MUCH_LESS * _left(cause) for b in better) for name in cause.explains
     )
@@ -199,7 +199,7 @@ def _frame(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[H
 
 
 def _determined(observed: Observed, names: Sequence[str]) -> bool:
-    """Whether there are enough numbers to determine so many unknowns."""
+    """True if there are enough numbers to determine so many unknowns."""
     numbers = sum(s["position"].values.size for s in observed.points.values() if "position" in s)
     return numbers >= NUMBERS_EACH * len(names)
 

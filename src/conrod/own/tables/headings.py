@@ -58,7 +58,7 @@ def bare_unit(cell: str) -> str | None:
 
 
 def is_unit(text: str) -> bool:
-    """Whether this is a unit of anything that may stand in a table."""
+    """True if this is a unit of anything that may stand in a table."""
     return any(factor(text, dimension) is not None for dimension in DIMENSIONS)
 
 

@@ -27,7 +27,7 @@ class Samples:
 
     @property
     def whole(self) -> bool:
-        """Whether both components are there."""
+        """True if both components are given."""
         return len(self.axes) == 2
 
 
@@ -53,7 +53,7 @@ class Observed:
         return float(np.median(np.diff(self.times)))
 
     def has(self, quantity: str) -> bool:
-        """Whether any point has the quantity."""
+        """True if any point has the quantity."""
         return any(quantity in samples for samples in self.points.values())
 
     def thinned(self, most: int) -> Observed:

@@ -84,7 +84,7 @@ class TableStudy:
 
     @property
     def passed(self) -> bool | None:
-        """Whether all is within tolerance; None where nothing is judged."""
+        """True if all is within tolerance; None where nothing is judged."""
         return not self.exceeded if self.tolerance else None
 
 

@@ -1,4 +1,4 @@
-"""What every ingredient costs, and how much it changes the motion: a row for each, a panel for either."""
+"""Cost of every ingredient and its change of the motion: a row for each, a panel for either."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def verdict_text(ingredient: IngredientResult) -> str:
 
 
 def saves_time(ingredient: IngredientResult) -> bool:
-    """Whether it is free and makes the model faster for certain."""
+    """True if it is free and makes the model faster for certain."""
     costs = [one.cost for one in ingredient.evidence if one.cost is not None]
     return ingredient.verdict is Verdict.FREE and bool(costs) and all(c.high < 1.0 / COSTS for c in costs)
 

@@ -183,7 +183,7 @@ def _error(result: Mapping[str, Any]) -> Cell:
 
 
 def _reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """What did not pass, and why."""
+    """List of what did not pass, with reasons."""
     return [
         f"{_link(name, entry)}, {' '.join(_run(r))}: {r['verdict']}"
         for name, entry in entries.items()
@@ -193,7 +193,7 @@ def _reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def _unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
-    """What an engine cannot do, with the reason."""
+    """Table of what an engine cannot do, with the reason."""
     found = dict.fromkeys(
         (_link(name, entry), engine_title(r["engine"]), r["reason"])
         for name, entry in entries.items()

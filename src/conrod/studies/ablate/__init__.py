@@ -1,1 +1,1 @@
-"""What a scene's model requires, and what is unnecessary in it."""
+"""Required and unnecessary ingredients of a scene's model."""

@@ -63,7 +63,7 @@ class Observed:
 
     @property
     def completed(self) -> bool:
-        """Whether there is anything to compare."""
+        """True if there is anything to compare."""
         return self.verdict.outcome is Outcome.COMPLETED
 
     @property

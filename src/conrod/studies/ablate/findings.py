@@ -111,7 +111,7 @@ class VariantResult:
 
     @property
     def completed(self) -> bool:
-        """Whether it has errors."""
+        """True if it has errors."""
         return self.errors is not None
 
 

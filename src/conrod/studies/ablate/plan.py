@@ -135,7 +135,7 @@ class AblationPlan:
         return [*map(self.cost_case, timed), *(self.cost_case(variant, in_full=True) for variant in of_full)]
 
     def completed(self, variant: Variant, runs: Measurements) -> bool:
-        """Whether a variant ran to its end."""
+        """True if a variant ran to its end."""
         return runs[self.change_case(variant).key].outcome == Outcome.COMPLETED.slug
 
 

@@ -115,7 +115,7 @@ def _torque_effect(without: VariantResult, with_it: VariantResult, change: float
 
 
 def costs_time(cost: PairedTiming | None) -> bool:
-    """Whether a ratio is above one for certain."""
+    """True if a ratio is above one for certain."""
     return cost is not None and cost.low > COSTS
 
 

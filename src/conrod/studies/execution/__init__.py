@@ -1,1 +1,1 @@
-"""How runs are carried out: in order, in local processes, on a cluster."""
+"""Execution of runs: in order, in local processes, on a cluster."""

@@ -32,7 +32,7 @@ FOREIGN = (ImportError, OSError, RuntimeError, ValueError)
 
 
 def ran_out_of_memory(error: Exception) -> bool:
-    """Whether an error came of this process's memory limit; to be asked before what the process holds is let go."""
+    """True if an error came of this process's memory limit; to be asked before what the process holds is let go."""
     if isinstance(error, MemoryError):
         return True
     limit = memory_limit()
@@ -62,7 +62,7 @@ def address_space() -> int:
 
 
 def how_it_ended(status: int | None) -> str:
-    """How a process ended, by its exit status as Python gives it: negative for a signal."""
+    """Describe a process's end by its exit status as Python gives it: negative for a signal."""
     if status is not None and status < 0:
         return f"ended by signal {signal.Signals(-status).name}"
     return f"ended with status {status}"
@@ -131,7 +131,7 @@ class Child:
 
     @property
     def alive(self) -> bool:
-        """Whether it still runs."""
+        """True while it runs."""
         return self._process.poll() is None
 
     def send(self, message: bytes) -> None:

@@ -26,7 +26,7 @@ _processes: dict[Limits, WorkerProcesses] = {}
 
 
 def answer(call: bytes, limits: Limits, expected: Sequence[Mapping[str, Any]]) -> tuple[bool, Any]:
-    """Whether a call returned, and what it returned or raised.
+    """Return True and a call's result, or False and what it raised.
 
     The call goes through a process of its own, so that what a cell does to its process costs neither this worker nor
     the cells beside it, and takes its time limit from its own start.
@@ -47,7 +47,7 @@ def answer(call: bytes, limits: Limits, expected: Sequence[Mapping[str, Any]]) -
 
 
 def identities(arguments: Sequence[Any]) -> list[dict[str, Any]]:
-    """What the results of the cells among some arguments are determined by, here."""
+    """Identities, on this machine, that determine the results of the cells among some arguments."""
     versions = {"conrod": version("conrod")}
     return [{**versions, **cell.identity()} for cell in arguments if isinstance(cell, Case)]
 
@@ -155,5 +155,5 @@ def _carriers(given: Mapping[str, Any]) -> dict[str, str]:
 
 
 def one_line(error: BaseException) -> str:
-    """What an error says, without its line breaks."""
+    """Message of an error, without its line breaks."""
     return " ".join(str(error).split()) or type(error).__name__

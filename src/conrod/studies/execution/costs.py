@@ -15,7 +15,7 @@ from conrod.studies.frame.timing import Timing, fingerprint, time_run
 
 
 class CostWatcher(Protocol):
-    """Told of the progress, in the thread that called."""
+    """Receiver of the progress, in the thread that called."""
 
     def started(self, total: int, already_finished: int) -> None:
         """There are so many different cases, of which so many have been timed before."""

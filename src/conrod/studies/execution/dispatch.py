@@ -21,7 +21,7 @@ IN_FLIGHT = 64
 
 
 class Watcher(Protocol):
-    """Told of the progress, in the thread that called."""
+    """Receiver of the progress, in the thread that called."""
 
     def started(self, total: int, already_finished: int) -> None:
         """There are so many different cases, of which so many need not run."""
@@ -123,7 +123,7 @@ def _submitted(executor: Executor, case: Case) -> Future[Measurement]:
 
 
 def _outcome(future: Future[Measurement]) -> Measurement:
-    """What a case's future came to; errors that no case causes by what it is go on to the caller."""
+    """Result of a case's future; errors that no case causes by what it is go on to the caller."""
     try:
         return future.result()
     except BrokenExecutor as error:

@@ -22,7 +22,7 @@ FILE_HEADROOM = 4 << 30  # [bytes]
 
 @dataclass(frozen=True)
 class Ended:
-    """How a call in a process of its own ended without a result."""
+    """End of a call, in a process of its own, without a result."""
 
     outcome: Outcome
     reason: str
@@ -31,7 +31,7 @@ class Ended:
 def isolated(
     task: Callable[..., Result], *arguments: Any, timeout: float | None = None, headroom: int | None = None
 ) -> Result | Ended:
-    """What a function returns in a fresh process, or how that process ended.
+    """Call a function in a fresh process; return its result, or how that process ended.
 
     The process ends with the one that called, however that ends. Where it is killed from outside, the call is repeated
     once before that is believed.
@@ -82,7 +82,7 @@ def confined(
     timeout: float = FILE_TIMEOUT,
     headroom: int = FILE_HEADROOM,
 ) -> Result:
-    """What a task makes of a file of a user's, in a fresh process: one that takes it down is an error like any.
+    """Result of a task on a user's file, in a fresh process: a file that takes it down is an error like any.
 
     Args:
         task: called with the path and the arguments; a function that can be pickled, as is what it returns.

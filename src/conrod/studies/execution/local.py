@@ -54,7 +54,7 @@ class LocalProcesses(Executor):
         return self._threads.submit(self._called, fn, args, kwargs)
 
     def _called(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
-        """What a call comes to; one whose process was killed from outside is repeated before that is believed."""
+        """Result of a call; one whose process was killed from outside is repeated before that is believed."""
         try:
             with self._turnstile:
                 self._places.acquire()

@@ -19,7 +19,7 @@ LEAST_TIMEOUT, MOST_TIMEOUT = 0.1, 1e7
 
 @dataclass(frozen=True)
 class Limits:
-    """What one call may take; None is no limit.
+    """Limits of one call; None is no limit.
 
     Attributes:
         timeout: wall time [s], from the moment a process begins with it.
@@ -49,7 +49,7 @@ class Limits:
         return {Outcome.TIMED_OUT.slug: self.timeout, Outcome.OUT_OF_MEMORY.slug: self.memory}.get(outcome)
 
     def allow_more(self, outcome: str, allowed: float) -> bool:
-        """Whether a run that ended at a limit would now get further."""
+        """True if a run that ended at a limit would now get further."""
         now = self.of(outcome)
         return now is None or now > allowed
 
@@ -63,7 +63,7 @@ class NotBegun(RuntimeError):
 
 
 def killed_again(error: KilledFromOutside) -> Exception:
-    """What a kill is that came again, with nothing beside the call: the call's own doing, if it had begun."""
+    """Error of a second kill, with nothing beside the call: the call's own doing, if it had begun."""
     return WorkerDied(f"{error.how}, and again with nothing beside it") if error.begun else error
 
 
@@ -89,7 +89,7 @@ class WorkerProcess:
         self._welcomed = False
 
     def call(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
-        """What a function returns or raises there.
+        """Call a function there; return or raise what it does.
 
         Raises:
             WorkerDied: the process died of it.
@@ -125,7 +125,7 @@ class WorkerProcess:
 
     @property
     def ready(self) -> bool:
-        """Whether the process has started and still runs."""
+        """True if the process has started and still runs."""
         return self._welcomed and self._child.alive
 
     def _welcome(self) -> None:

@@ -112,5 +112,5 @@ def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
 
 
 def is_moment(name: str) -> bool:
-    """Whether a quantity is in N m."""
+    """True if a quantity is in N m."""
     return name == TORQUE or name.endswith(".moment")

@@ -90,7 +90,7 @@ class Measured:
         self._between = _between(self.angle, scene.break_angles()) if kinematics.mechanism.cam_contacts else None
 
     def clear(self) -> NDArray[np.int_]:
-        """Which of the values that are looked at lie away from arc joints."""
+        """Indices of the measured values that lie away from arc joints."""
         return np.flatnonzero(np.ones(len(self.angle)) if self._between is None else self._between)
 
     def errors(self, names: Sequence[str]) -> dict[str, ForceErrors]:
@@ -126,7 +126,7 @@ class Measured:
 
 
 def stamps_of(scene: Scene, tracks: ForceTracks, steps: int, start_angle: float) -> Stamps:
-    """Which instants the values of a run belong to."""
+    """Instants that the values of a run belong to."""
     at, step = tracks.instants, scene.period / steps
     spacing = float(np.diff(at.times[:2])[0]) / step if len(at.times) > 1 else 0.0
     left_out = int(scene.kinematics.near_change(at.angle, NEAR).sum())
@@ -135,7 +135,7 @@ def stamps_of(scene: Scene, tracks: ForceTracks, steps: int, start_angle: float)
 
 
 def _between(angle: Array, joints: Sequence[float]) -> NDArray[np.bool_]:
-    """Where no arc joint is near."""
+    """Mask (T,) of angles [rad] with no arc joint near."""
     clear = np.ones(len(angle), dtype=bool)
     for joint in joints:
         clear &= np.abs((angle - joint + np.pi) % (2.0 * np.pi) - np.pi) > CLEAR

@@ -33,7 +33,7 @@ class ForceErrors:
 
 @dataclass(frozen=True)
 class Stamps:
-    """Which instants values belong to, in steps of the run: `count` of them, `spacing` apart, from `first` on."""
+    """Instants that values belong to, in steps of the run: `count` of them, `spacing` apart, from `first` on."""
 
     first: float
     spacing: float

@@ -1,4 +1,4 @@
-"""What of a wrong mass the forces of a machine see, and what none of them can."""
+"""Effects of a wrong mass that the forces of a machine detect, and those that none of them can."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Peaks: TypeAlias = Mapping[str, tuple[float, bool]]  # as `peaks_of` gives them
 
 @dataclass(frozen=True)
 class Effect:
-    """What a change of one property of one body makes of the quantities looked at.
+    """Effect of a change of one property of one body on the measured quantities.
 
     Attributes:
         change: that is to be seen, 1 % of a mass, 1 % of a length, 5 % of an inertia [kg], [m] or [kg m^2].
@@ -32,7 +32,7 @@ class Effect:
 
     @property
     def unseen(self) -> bool:
-        """Whether none of the quantities depends on the property."""
+        """True if none of the quantities depends on the property."""
         return self.effect < SEEN
 
 
@@ -50,7 +50,7 @@ class Seen:
 
 
 def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> Seen:
-    """What the quantities of some groups see."""
+    """Effects that the quantities of some groups detect."""
     names = [name for group in asked for name in quantities_of(scene.kinematics.mechanism, group)]
     if not names:
         return Seen((), ())
@@ -60,7 +60,7 @@ def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> Seen:
 
 
 def effects_on(scene: Scene, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
-    """What each property of each body does to some quantities, against their peaks."""
+    """Effect of each property of each body on some quantities, over their peaks."""
     return _effects(sensitivities(scene.kinematics, even_state(scene)), names, peaks)
 
 

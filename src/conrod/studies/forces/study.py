@@ -27,7 +27,7 @@ NO_CONTACT = "no joint of the machine acts by contact"
 
 @dataclass(frozen=True)
 class ForcePlan:
-    """What to run.
+    """Plan of the runs.
 
     Attributes:
         run: steps, revolutions; its tolerances are by group.
@@ -52,7 +52,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
         return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal)
     start, revolutions = run_of(scene, steps, plan.run.revolutions)
     tracks = _forces(engine, scene, settings, revolutions, start)
-    result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_told(result, tracks))
+    result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_outcome_fields(result, tracks))
     if result.outcome != Outcome.COMPLETED.slug:
         return judged(result, plan.run.tolerance)
     peaks = peaks_of(scene)
@@ -111,11 +111,11 @@ def _forces(engine: Engine[Any], scene: Scene, settings: Any, revolutions: float
 
 
 def judged_sizes(errors: Mapping[str, ForceErrors]) -> dict[str, float]:
-    """What a refinement path follows: the max, with a cam the rms between its arc joints, for all forces jump there."""
+    """Errors that a refinement path follows: the max; with a cam the rms between arc joints, where all forces jump."""
     return {name: one.max if one.between is None else one.between for name, one in errors.items()}
 
 
-def _told(result: ForceResult, tracks: ForceTracks) -> dict[str, Any]:
+def _outcome_fields(result: ForceResult, tracks: ForceTracks) -> dict[str, Any]:
     """Outcome, and by quantity asked for why it is not reported."""
     untold = {}
     for names in result.groups.values():

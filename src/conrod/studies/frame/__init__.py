@@ -1,1 +1,1 @@
-"""What all studies share: cases, results, the ledger, timings, files."""
+"""Frame that all studies share: cases, results, the ledger, timings, files."""

@@ -32,7 +32,7 @@ class Case(ABC):
 
     @property
     def effort(self) -> float:
-        """How long it takes against other cases, about: those that take long begin first."""
+        """Estimated duration relative to other cases: those that take long begin first."""
         return 0.0
 
     @abstractmethod

@@ -96,18 +96,18 @@ def check_writable_folder(path: Path) -> None:
 
 
 def real_path(path: Path) -> Path:
-    """Where a path leads, whether or not there is something; a link that leads to itself stays one."""
+    """Resolve a path, whether or not it exists; a link that leads to itself stays one."""
     # Path.resolve raises for a loop of links in Python 3.11 and 3.12.
     return Path(os.path.realpath(path))
 
 
 def is_folder(path: Path) -> bool:
-    """Whether this is a folder itself, not a link to one."""
+    """True if this is a folder itself, not a link to one."""
     return stat.S_ISDIR(_mode(path))
 
 
 def is_no_file(path: Path) -> bool:
-    """Whether there is something that is not a regular file: a folder, a link, a device, a pipe."""
+    """True if there is something that is not a regular file: a folder, a link, a device, a pipe."""
     mode = _mode(path)
     return mode != 0 and not stat.S_ISREG(mode)
 

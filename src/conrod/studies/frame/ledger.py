@@ -91,11 +91,11 @@ class Ledger:
         return {key: (outcome, allowed) for key, outcome, allowed in found if key in wanted}
 
     def measurement(self, key: str) -> Measurement | None:
-        """What the run of a key showed, None if it has not been run."""
+        """Measurement of the run of a key, None if it has not been run."""
         return self.measurements([key]).get(key)
 
     def measurements(self, keys: Iterable[str]) -> dict[str, Measurement]:
-        """What the runs of the keys showed, of those that have been run; in the order of the keys."""
+        """Measurements of the runs of the keys that have been run; in the order of the keys."""
         wanted = list(keys)
         found = dict(self._select("SELECT key, measurement FROM runs WHERE key IN", wanted))
         return {key: _unpacked(found[key]) for key in wanted if key in found}
@@ -132,7 +132,7 @@ class Ledger:
             )
 
     def timings(self, keys: Iterable[str], machine: str) -> dict[str, Timing]:
-        """What the runs of the keys cost on a machine, of those that were timed there."""
+        """Timings of the runs of the keys that were timed on a machine."""
         found = self._select(f"SELECT key, {TIMING} FROM timings WHERE machine = ? AND key IN", keys, machine)
         return {key: _timing(values) for key, *values in found}
 

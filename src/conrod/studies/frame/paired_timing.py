@@ -176,7 +176,7 @@ def time_pair(
 
 @dataclass(frozen=True)
 class _Pair:
-    """What is timed in turns, and how many revolutions a block of either has."""
+    """Two blocks to be timed in turns, and the number of revolutions in a block of either."""
 
     blocks: tuple[Block, Block]
     revolutions: tuple[float, float]

@@ -50,7 +50,7 @@ def select_scene(name: str, assignments: Sequence[str]) -> tuple[str, Scene]:
 
 
 def typed_names(names: Sequence[str]) -> dict[str, str]:
-    """What was typed for the scenes that come from files, by the names that `select_scenes` gives these.
+    """Arguments typed for the scenes that come from files, by the names that `select_scenes` gives these.
 
     Whoever makes a report again has to name the file, not the machine in it.
     """
@@ -60,7 +60,7 @@ def typed_names(names: Sequence[str]) -> dict[str, str]:
 
 
 def is_file(given: str) -> bool:
-    """Whether what a user named is a mechanism file, and not the name of a scene."""
+    """True if what a user named is a mechanism file, and not the name of a scene."""
     return given.lower().endswith(MECHANISM_FILE)
 
 

@@ -1,4 +1,4 @@
-"""What is known of a scene before any engine runs: what `conrod show` prints."""
+"""Summary of a scene before any engine runs, as `conrod show` prints it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def stroke(scene: Scene) -> float:
 
 
 def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
-    """Where the output point comes to rest and turns back, by bisection on the exact motion.
+    """Dead centres, where the output point comes to rest and turns back, by bisection on the exact motion.
 
     A dwell is no dead centre: the follower of a cam rests there, and turns back at the nose alone. Nor is the end of a
     coupler point's curve, which it passes without a rest.

@@ -41,7 +41,7 @@ class ExactTurn:
     crossings: Array
 
     def off(self, angle: Array, poses: Array) -> Array:
-        """How far bodies are turned from the exact branch at their crank angle (T,) [rad]; 0 near crossings."""
+        """Rotation of bodies from the exact branch at their crank angle (T,) [rad]; 0 near crossings."""
         period = self.angle[-1] - self.angle[0]
         within = self.angle[0] + np.remainder(angle - self.angle[0], period)
         turns = range(2, poses.shape[1], 3)

@@ -39,7 +39,7 @@ OTHER_BRANCH = 0.3
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
-    """What an engine makes of a motion: errors with the step, and how they fall with shorter ones."""
+    """Run a motion in an engine: errors with the step, and their decrease with shorter ones."""
     grid = course.grid
     empty = MotionResult(
         name, plan.motion, engine.name, engine.version, preset, grid.step, float(course.motion.times[-1]),

@@ -1,4 +1,4 @@
-"""What is run of a motion without a prescribed crank: which loads act, how long, and in which steps."""
+"""Plan of a motion without a prescribed crank: loads that act, duration, and steps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LENGTH_ERROR = 1e-6  # of the length: what judged presets are held to
 
 @dataclass(frozen=True)
 class MotionPlan:
-    """What to run.
+    """Plan of the runs.
 
     Attributes:
         motion: one of `MOTIONS`.
@@ -98,7 +98,7 @@ class Grid:
 
 
 def drives(load: Load, mechanism: Mechanism) -> bool:
-    """Whether a load is a torque from the ground that can drive the crank: constant, a pulse in time, a motor's."""
+    """True if a load is a torque from the ground that can drive the crank: constant, a pulse in time, a motor's."""
     along = load.along
     return isinstance(along, Turn) and {along.a, along.b} == {GROUND, mechanism.crank} and isinstance(load.law, DRIVING)
 

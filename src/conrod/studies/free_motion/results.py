@@ -1,4 +1,4 @@
-"""What is found of an engine's free motion: plain, frozen data that the report and the command line read."""
+"""Findings on an engine's free motion: plain, frozen data that the report and the command line read."""
 
 from __future__ import annotations
 
@@ -129,5 +129,5 @@ class MotionStudy:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing that is judged failed, and the exact motion is fit to judge by."""
+        """True if nothing that is judged failed, and the exact motion is fit to judge by."""
         return self.exact.drift <= EXACT_DRIFT and all(result.passed is not False for result in self.results)

@@ -38,7 +38,7 @@ class Transfer:
 
     @property
     def held(self) -> bool:
-        """Whether the setting is within tolerance there too."""
+        """True if the setting is within tolerance there too."""
         return self.error is not None and self.error <= self.allowed
 
 

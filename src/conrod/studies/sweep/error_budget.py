@@ -60,7 +60,7 @@ class Norm:
 
     @property
     def resolved(self) -> bool:
-        """Whether the part is larger than its own uncertainty."""
+        """True if the part is larger than its own uncertainty."""
         return self.known_to is None or self.max > 2.0 * self.known_to
 
 
@@ -86,7 +86,7 @@ class Part:
 
     @property
     def named(self) -> bool:
-        """Whether the law predicts the size, so that the cause may be named."""
+        """True if the law predicts the size, so that the cause may be named."""
         if self.norms is None or self.predicted is None:
             return False
         position = self.norms["position"].max

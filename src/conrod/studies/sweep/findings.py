@@ -83,7 +83,7 @@ class SweptPoint:
 
     @property
     def completed(self) -> bool:
-        """Whether the run has errors."""
+        """True if the run has errors."""
         return self.errors is not None
 
     def error(self, quantity: str) -> float | None:

@@ -88,7 +88,7 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
 
 
 def is_varied(engine: str) -> bool:
-    """Whether an engine's settings can be varied one at a time; its runs alone are swept where they cannot."""
+    """True if an engine's settings can be varied one at a time; its runs alone are swept where they cannot."""
     return not isinstance(capability(engine_named(engine), Varied), Lacking)
 
 

@@ -47,7 +47,7 @@ class Variation:
 
     @property
     def drive_kept(self) -> bool | None:
-        """Whether the crank turned evenly enough for the errors to be the joints'; None unless the run completed."""
+        """True if the crank turned evenly enough for the errors to be the joints'; None unless the run completed."""
         return None if self.drive is None else self.drive <= DRIVE_KEPT
 
 

@@ -31,7 +31,7 @@ CURVE_SAMPLES, ERROR_SPANS = 361, 180
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run.
+    """Plan of the runs.
 
     Attributes:
         steps_per_revolution: None for the scene's own default.
@@ -121,7 +121,7 @@ def _compared(result: Result, scene: Scene, trajectory: Trajectory, comparison: 
 
 
 def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any) -> Tolerance:
-    """What a run is judged by: what the engine's own law allows a judged preset."""
+    """Tolerance of a run: what the engine's own law allows a judged preset."""
     if not engine.presets[preset].judged:
         return Tolerance()
     law = expected_error(engine, scene, settings)

@@ -49,7 +49,7 @@ COLUMNS = (
 
 
 def applies(scene: Scene) -> bool:
-    """Whether the table was printed for this machine: its crank, rod and speed."""
+    """True if the table was printed for this machine: its crank, rod and speed."""
     document = ShearPress()
     return isinstance(scene, ShearPress) and (scene.crank, scene.rod, scene.speed) == (
         document.crank,

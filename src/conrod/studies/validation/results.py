@@ -18,7 +18,7 @@ QUANTITIES = ("position", "velocity", "acceleration")
 
 @dataclass(frozen=True)
 class Tolerance:
-    """What an error is judged by, normalised as errors are; None where a quantity is not judged."""
+    """Limits on errors, normalised as errors are; None where a quantity is not judged."""
 
     position: float | None = None
     velocity: float | None = None
@@ -62,7 +62,7 @@ class RefinementPoint:
 
 @dataclass(frozen=True)
 class PrintedCells:
-    """How a run compares with a printed table, cell by cell.
+    """Comparison of a run with a printed table, cell by cell.
 
     Attributes:
         cells: printed cells.
