@@ -243,8 +243,8 @@ def test_a_broken_pool_blames_no_cell(ledger: Ledger) -> None:
     ("options", "message"),
     [
         ({"jobs": 0}, "0 jobs"),
-        ({"cell_timeout": 0.0}, "time limit of 0 s"),
-        ({"cell_timeout": float("nan")}, "time limit of nan s"),
+        ({"cell_timeout": 0.0}, "--cell-timeout: 0 s"),
+        ({"cell_timeout": float("nan")}, "--cell-timeout: nan s"),
         ({"cell_memory": 0}, "no memory at all"),
     ],
 )
