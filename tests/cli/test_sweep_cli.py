@@ -190,6 +190,8 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(tmp_path: Pat
     process = subprocess.Popen(
         [sys.executable, "-m", "conrod", "sweep", "saw-500rpm", "--engine", "pymunk", "--ledger", "l.sqlite"],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        # A shell starts what runs in its background with the signal ignored, and that is inherited.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509  nothing runs beside it
     )  # fmt: skip
     for _ in range(600):
         time.sleep(0.1)
