@@ -37,51 +37,29 @@ if TYPE_CHECKING:
 
 __version__ = version("conrod")
 
-# Where each public name lives: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
-_HOMES = {
-    "Comparison": "conrod.runs.comparison",
-    "compare": "conrod.runs.comparison",
-    "harden": "conrod.engines.mujoco.settings",
-    "MuJoCoSettings": "conrod.engines.mujoco.settings",
-    "PymunkSettings": "conrod.engines.pymunk.settings",
-    "InvalidInput": "conrod.errors",
-    "GenericReference": "conrod.exact.reference",
-    "Kinematics": "conrod.exact.kinematics",
-    "Mechanism": "conrod.mechanism.mechanism",
-    "run": "conrod.engines.running",
-    "SCENES": "conrod.scenes",
-    "CamFollower": "conrod.scenes",
-    "Saw": "conrod.scenes",
-    "Scene": "conrod.scenes",
-    "ShearPress": "conrod.scenes",
-    "Outcome": "conrod.runs.trajectory",
-    "Trajectory": "conrod.runs.trajectory",
+# Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
+_PUBLIC = {
+    "conrod.engines.mujoco.settings": ("MuJoCoSettings", "harden"),
+    "conrod.engines.pymunk.settings": ("PymunkSettings",),
+    "conrod.engines.running": ("run",),
+    "conrod.errors": ("InvalidInput",),
+    "conrod.exact.kinematics": ("Kinematics",),
+    "conrod.exact.reference": ("GenericReference",),
+    "conrod.mechanism.mechanism": ("Mechanism",),
+    "conrod.runs.comparison": ("Comparison", "compare"),
+    "conrod.runs.trajectory": ("Outcome", "Trajectory"),
+    "conrod.scenes": ("SCENES", "CamFollower", "Saw", "Scene", "ShearPress"),
 }
+_HOMES = {name: module for module, names in _PUBLIC.items() for name in names}
 
-
-__all__ = [  # noqa: RUF022  # in the order of _HOMES
-    "__version__",
-    "Comparison",
-    "compare",
-    "harden",
-    "MuJoCoSettings",
-    "PymunkSettings",
-    "InvalidInput",
-    "GenericReference",
-    "Kinematics",
-    "Mechanism",
-    "run",
-    "SCENES",
-    "CamFollower",
-    "Saw",
-    "Scene",
-    "ShearPress",
-    "Outcome",
-    "Trajectory",
-]
+__all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
-        raise AttributeError(f"module 'conrod' has no attribute {name!r}")
+        raise AttributeError(f"module 'conrod' has no attribute {name!r}; it has {', '.join(sorted(_HOMES))}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
