@@ -19,7 +19,7 @@ from conrod.mjcf.lint.edits import Exclude
 from conrod.mjcf.lint.findings import Report, Request
 from conrod.mjcf.lint.linting import lint, prepared
 from conrod.mjcf.lint.rules import RULES
-from conrod.own.models.model_files import files_of_model
+from conrod.own.files import files_of_model
 from conrod.own.models.request import Place
 from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
 from tests.support.command_line import conrod

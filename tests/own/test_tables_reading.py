@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
-from conrod.own.tables.headings import factor, readings
-from conrod.own.tables.quantity import meant_by, targets
+from conrod.own.tables.headings import factor, meant_by, readings, targets
 from conrod.report.pack.export import as_csv, exact_columns
 from conrod.scenes import SCENES, CamFollower, Saw
 from tests.support.table_files import csv_text, exact_table, read, write_all_formats, written

@@ -62,7 +62,7 @@ def validate_model(
 ) -> None:
     """Judge a file against the machine that a scene is."""
     from conrod.cli.model_request import model_command_line
-    from conrod.own.models.model_files import as_outputs_must_not_be
+    from conrod.own.files import as_outputs_must_not_be
     from conrod.report.reproduction import Reproduction
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import parse_tolerance, select_scene

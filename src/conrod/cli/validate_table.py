@@ -10,7 +10,7 @@ from conrod.cli.options import TableOptions
 from conrod.cli.outputs import outputs
 from conrod.cli.reproduction import command_line
 from conrod.errors import InvalidInput
-from conrod.own.readable import check_readable
+from conrod.own.files import check_readable
 from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
 from conrod.own.tables.reading import read_table

@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.own.readable import check_readable
+from conrod.own.files import check_readable
 
 OWNERS = {"body": "body", "jnt": "joint", "geom": "geom", "site": "site", "eq": "equality", "key": "keyframe"}
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from conrod.errors import InvalidInput
+from conrod.own.files import check_readable
 from conrod.own.printed.judging import Audited
 from conrod.own.printed.user_table import audit_table
-from conrod.own.readable import check_readable
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import scene_named
 from conrod.scenes.described_scene import read_scene

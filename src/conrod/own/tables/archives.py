@@ -3,36 +3,21 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.own.tables.columns import Column, Source
 
 LARGEST_ENTRY = 1 << 30  # bytes that an entry of an archive may unpack to
 
 
-@dataclass(frozen=True)
-class Archive:
-    """A file of named columns, of which those that are used are loaded.
-
-    Attributes:
-        headings: of all columns; a unit is in brackets.
-        rows: of each.
-        column: gives the values (T,) of the column at a place.
-    """
-
-    form: str
-    headings: tuple[str, ...]
-    rows: Sequence[int]
-    column: Callable[[int], Array]
-
-
-def open_npz(path: Path) -> Archive:
+def open_npz(path: Path) -> Source:
     """A numpy archive: an array (T,) a column, (T, 2) for x and y; an entry `units` of names and units.
 
     Raises:
@@ -42,39 +27,50 @@ def open_npz(path: Path) -> Archive:
         with zipfile.ZipFile(path) as archive:
             largest = max((entry.file_size for entry in archive.infolist()), default=0)
         if largest > LARGEST_ENTRY:
-            raise InvalidInput(f"{path}: an array of {largest} bytes is too large: at most {LARGEST_ENTRY} are kept")
+            raise InvalidInput(f"an array of {largest} bytes is too large: at most {LARGEST_ENTRY} are kept")
         with np.load(path, allow_pickle=False) as loaded:
             arrays = {name: np.asarray(loaded[name]) for name in loaded.files}
+    except InvalidInput:
+        raise
     except (OSError, ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
         reason = "it holds Python objects, which are not loaded" if "pickle" in str(error) else "it is no numpy archive"
-        raise InvalidInput(f"{path}: {reason}") from None
-    units = _units_entry(arrays)
-    columns = _flat({name: array for name, array in arrays.items() if array.ndim and array.dtype.kind in "fiu"})
-    headings = tuple(f"{name} [{units[name]}]" if units.get(name) else name for name in columns)
-    values = list(columns.values())
-    return Archive(
-        "numpy archive", headings, [len(v) for v in values], lambda place: np.asarray(values[place], dtype=float)
-    )
+        raise InvalidInput(reason) from None
+    units, columns = _units_entry(arrays.get("units")), dict[str, Any]()
+    for name, array in arrays.items():
+        numeric = array.dtype.kind in "fiu"
+        if numeric and array.ndim == 1:
+            columns[name] = array
+        elif numeric and array.ndim == 2 and array.shape[1] == 2:
+            columns |= {f"{name}.{axis}": array[:, k] for k, axis in enumerate("xy")}
+
+    def read(wanted: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
+        chosen = {column.target.name: list(columns.values())[column.index] for column in wanted}
+        lengths = {name: len(values) for name, values in chosen.items()}
+        if len(set(lengths.values())) > 1:
+            raise InvalidInput(f"columns of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
+        numbers = _numbered(max(lengths.values()), most)
+        return np.column_stack([np.asarray(values, dtype=float) for values in chosen.values()]), numbers
+
+    return Source("numpy archive", tuple(_heading(name, units.get(name)) for name in columns), (), read)
 
 
-def _units_entry(arrays: Mapping[str, Any]) -> dict[str, str]:
-    units = arrays.get("units")
+def _units_entry(units: Any) -> dict[str, str]:
     if units is None or units.ndim != 2 or units.shape[1] != 2 or units.dtype.kind != "U":
         return {}
     return {str(name): str(unit) for name, unit in units}
 
 
-def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    columns: dict[str, Any] = {}
-    for name, array in arrays.items():
-        if array.ndim == 1:
-            columns[name] = array
-        elif array.ndim == 2 and array.shape[1] == 2:
-            columns |= {f"{name}.{axis}": array[:, k] for k, axis in enumerate("xy")}
-    return columns
+def _heading(name: str, unit: str | None) -> str:
+    return f"{name} [{unit}]" if unit else name
 
 
-def open_parquet(path: Path) -> Archive:
+def _numbered(rows: int, most: int) -> NDArray[np.int64]:
+    if rows > most:
+        raise InvalidInput(f"it has {rows} rows: at most {most} are kept: thin it out")
+    return np.arange(1, rows + 1)
+
+
+def open_parquet(path: Path) -> Source:
     """A Parquet file; a column's unit is in its name, or in its field's metadata under `unit`.
 
     Raises:
@@ -84,25 +80,24 @@ def open_parquet(path: Path) -> Archive:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise InvalidInput(f"{path}: reading Parquet needs pyarrow: pip install 'conrod[parquet]'") from None
+        raise InvalidInput("reading Parquet needs pyarrow: pip install 'conrod[parquet]'") from None
     try:
         file = pyarrow.parquet.ParquetFile(path)
     except (pyarrow.ArrowException, OSError):
-        raise InvalidInput(f"{path}: it is no Parquet file") from None
+        raise InvalidInput("it is no Parquet file") from None
     schema = file.schema_arrow
-    headings = []
-    for field in schema:
-        unit = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
-        headings.append(f"{field.name} [{unit}]" if unit else field.name)
 
-    def column(place: int) -> Array:
-        name = schema.names[place]
+    def values_of(name: str) -> Array:
         try:
             # By what it is called whole: a name with a point is not a path.
             values = file.read(columns=[name], use_threads=False).column(0)
             return np.asarray(values.cast(pyarrow.float64()).to_numpy(zero_copy_only=False), dtype=float)
         except (pyarrow.ArrowException, OSError, KeyError):
-            kind = schema.field(place).type
-            raise InvalidInput(f"{path}: column {name!r} ({kind}) cannot be read as numbers") from None
+            raise InvalidInput(f"column {name!r} ({schema.field(name).type}) cannot be read as numbers") from None
 
-    return Archive("Parquet", tuple(headings), [file.metadata.num_rows] * len(schema.names), column)
+    def read(wanted: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
+        numbers = _numbered(file.metadata.num_rows, most)
+        return np.column_stack([values_of(schema.names[column.index]) for column in wanted]), numbers
+
+    units = [(field.metadata or {}).get(b"unit", b"").decode(errors="replace") for field in schema]
+    return Source("Parquet", tuple(map(_heading, schema.names, units)), (), read)

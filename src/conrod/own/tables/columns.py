@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.own.tables.headings import DIMENSIONS, bare_unit, bracketed_unit, factor, is_unit, readings
-from conrod.own.tables.quantity import TIME, Target, meant_by, targets
+from conrod.exact.motion import Array
+from conrod.own.tables.headings import (
+    DIMENSIONS,
+    TIME,
+    Target,
+    bare_unit,
+    bracketed_unit,
+    factor,
+    is_unit,
+    meant_by,
+    readings,
+    targets,
+)
 
 LISTED = 20  # headings of a table that an error names
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
@@ -49,6 +63,23 @@ class Column:
     unit: str
     factor: float
     unit_from: str
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file of columns, of which those that are used are read.
+
+    Attributes:
+        form: how it is written, in words.
+        headings: of all columns.
+        units: in the row under the headings, or in the cells; empty without.
+        read: gives values (T, columns) of some columns and the number of each row (T,); at most so many rows.
+    """
+
+    form: str
+    headings: tuple[str, ...]
+    units: tuple[str, ...]
+    read: Callable[[Sequence[Column], int], tuple[Array, NDArray[np.int64]]]
 
 
 def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str]) -> Request:
@@ -97,11 +128,17 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
     """
     known = targets(points)
     places = _places(headings, known, asked)
-    _check_enough(places, headings, points)
-    found = [(target, places[target.name]) for target in known if target.name in places]
-    columns = [
-        _column(target, place, headings[place], row_units[place] if row_units else "", asked) for target, place in found
-    ]
+    if TIME not in places:
+        raise _missing("no column for the time", TIME, ("time", "t"), headings)
+    if len(places) == 1:
+        wanted = (f"{points[0]}.x", "crank_angle", *(f"{p}.y" for p in points))
+        raise _missing(f"no column for any of {', '.join(points)} or the crank", wanted[0], wanted, headings)
+    columns = []
+    for target in known:
+        if (place := places.get(target.name)) is not None:
+            unit, unit_from = _unit_of(target, headings[place], row_units[place] if row_units else "", asked)
+            scale = _factor_of(unit, target, f"column {headings[place]!r}")
+            columns.append(Column(target, place, headings[place], unit, scale, unit_from))
     _check_units(columns)
     return columns
 
@@ -139,24 +176,12 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
     raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:LISTED])))
 
 
-def _check_enough(places: Mapping[str, int], headings: Sequence[str], points: Sequence[str]) -> None:
-    if TIME not in places:
-        raise _missing("no column for the time", TIME, ("time", "t"), headings)
-    if len(places) == 1:
-        wanted = (f"{points[0]}.x", "crank_angle", *(f"{p}.y" for p in points))
-        raise _missing(f"no column for any of {', '.join(points)} or the crank", wanted[0], wanted, headings)
-
-
 def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[str]) -> InvalidInput:
     originals = {heading.casefold(): heading for heading in headings}
-    near = dict.fromkeys(
-        originals[found]
-        for name in wanted
-        for found in difflib.get_close_matches(name.casefold(), originals, n=2, cutoff=0.3)
-    )
-    hint = f"; nearest: {', '.join(map(repr, near))}" if near else ""
+    near = (match for name in wanted for match in difflib.get_close_matches(name.casefold(), originals, 2, 0.3))
+    named = ", ".join(dict.fromkeys(repr(originals[match]) for match in near))
     return InvalidInput(
-        f"{what} among {', '.join(map(repr, filter(None, headings[:LISTED])))}{hint}; "
+        f"{what} among {', '.join(map(repr, filter(None, headings[:LISTED])))}{'; nearest: ' if named else ''}{named}; "
         f"say which it is, by its name or its number from 1, with --column {example}=..."
     )
 
@@ -164,35 +189,26 @@ def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[
 # -- units -----------------------------------------------------------------------------------------------------------
 
 
-def _column(target: Target, place: int, heading: str, row_unit: str, asked: Request) -> Column:
-    unit, unit_from = _unit_of(target, heading, row_unit, asked)
-    scale = _factor_of(unit, target, f"column {heading!r}")
-    return Column(target, place, heading, unit, scale, unit_from)
-
-
 def _unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tuple[str, str]:
+    """The unit of a column, and where it is from."""
     if target.name in asked.units:
         return asked.units[target.name], "--unit"
     under = bare_unit(row_unit) or ""
-    within = _unit_in(heading, target)
-    if under and within and factor(under, target.unit) != factor(within, target.unit):
+    # Where there are several ways to read a heading, the unit that fits what the column is.
+    within = [unit for _, unit in readings(heading) if factor(unit, target.unit) is not None]
+    inside = within[0] if within else bracketed_unit(heading)
+    if under and inside and factor(under, target.unit) != factor(inside, target.unit):
         raise InvalidInput(
             f"mixed units: {heading!r} has {under!r} in the row under it; say with --unit {target.name}="
         )
-    if under or within:
-        return under or within, "rows" if under else "heading"
+    if under or inside:
+        return under or inside, "rows" if under else "heading"
     for unit in asked.default_units:
         # Whose lengths are in mm, its velocities are in mm/s.
         for way in (unit, f"{unit}/s", f"{unit}/s^2"):
             if factor(way, target.unit) is not None:
                 return way, "--unit"
     return target.unit, "assumed"
-
-
-def _unit_in(heading: str, target: Target) -> str:
-    """The unit in a heading; where there are several ways to read it, the one that fits what the column is."""
-    units = [unit for _, unit in readings(heading) if unit]
-    return next((unit for unit in units if factor(unit, target.unit) is not None), bracketed_unit(heading))
 
 
 def _factor_of(unit: str, target: Target, where: str) -> float:

@@ -1,13 +1,32 @@
-"""Headings as tools and people write them: "C.x [mm]", "time (s)", "crank_angle/deg", "x_C in mm", "t_ms"."""
+"""Headings as tools and people write them, "C.x [mm]", "time (s)", "x_C in mm", "t_ms": the quantity and its unit."""
 
 from __future__ import annotations
 
 import re
-from functools import cache
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import permutations
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
 
+TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
+AXES = "xy"
+# Quantity -> letter in conrod's own headings, SI unit, and what others call it before or after the axis.
+MOTION = {
+    "position": ("", "m", ("", "pos", "position", "r")),
+    "velocity": ("v", "m/s", ("v", "vel", "velocity")),
+    "acceleration": ("a", "m/s^2", ("a", "acc", "acceleration")),
+}
+DOTS = {"position": (), "velocity": ("{}dot", "{}_dot", "d{}"), "acceleration": ("{}ddot", "{}_ddot", "dd{}", "d2{}")}
+# Of the crank and the clock: SI unit and other names.
+SINGLE = {
+    TIME: ("s", ("t", "zeit", "timestamp")),
+    CRANK_ANGLE: ("rad", ("crank", "angle", "theta", "crank_theta", "theta_crank", "crank_phi", "angle_crank")),
+    CRANK_SPEED: ("rad/s", ("omega", "crank_omega", "omega_crank", "angular_speed", "angular_velocity", "crank_rate")),
+    CRANK_ACCELERATION: ("rad/s^2", ("alpha", "crank_alpha", "alpha_crank", "angular_acceleration")),
+}
 # What may stand in a table, and what a user calls it. Lengths and angles each with their rates.
 DIMENSIONS = {
     "s": "time",
@@ -18,7 +37,7 @@ DIMENSIONS = {
     "rad/s": "angular speed",
     "rad/s^2": "angular acceleration",
 }
-BRACKETED = re.compile(r"(?P<name>.*\S)\s*(\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\{(?P<curly>[^}]*)\})\s*")
+BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*")
 BEHIND = re.compile(r"(?P<name>.*\S)(\s*/\s*|\s+in\s+|\s*,\s*)(?P<unit>\(?[^\s_,]+\)?)\s*")
 # Behind an underscore stands many a name that some unit has as well.
 SUFFIX = re.compile(r"(?P<name>.*[^\W_])_(?P<unit>s|ms|us|m|mm|cm|um|in|inch|deg|rad|rev|rpm|sec)", re.IGNORECASE)
@@ -43,10 +62,7 @@ def readings(heading: str) -> tuple[tuple[str, str], ...]:
 def bracketed_unit(heading: str) -> str:
     """The unit in brackets at the end of a heading; empty without, or where it is an index: "r_0[1]"."""
     match = BRACKETED.fullmatch(heading)
-    if not match:
-        return ""
-    inside = next(text for text in (match["square"], match["round"], match["curly"]) if text is not None).strip()
-    return "" if INDEX.fullmatch(inside) else inside
+    return "" if not match or INDEX.fullmatch(match["unit"]) else match["unit"].strip()
 
 
 def bare_unit(cell: str) -> str | None:
@@ -86,3 +102,75 @@ def _tidy(unit: str) -> str:
     text = unit.strip().replace("²", "^2").replace("**", "^").replace("°", "deg").replace("(", "").replace(")", "")
     text = re.sub(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])", "*", text).replace("·", "*")
     return POWER.sub(r"^\1", text)
+
+
+# -- quantities ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Target:
+    """One thing that a column may be.
+
+    Attributes:
+        name: as in conrod's own tables, `C.x`, `C.vx`, `crank_angle`.
+        unit: SI.
+        point, quantity, axis: of the observed motion; empty for the clock and the crank.
+        alone: whether there is no other point, so that names without the point say enough.
+    """
+
+    name: str
+    unit: str
+    point: str = ""
+    quantity: str = ""
+    axis: int = 0
+    alone: bool = False
+
+    @cached_property
+    def aliases(self) -> frozenset[str]:
+        """Other names, words joined by underscores."""
+        if not self.point:
+            return frozenset((self.name, *SINGLE[self.name][1]))
+        axis, words = AXES[self.axis], MOTION[self.quantity][2]
+        named = [*((word, axis) for word in words), *((dots.format(axis),) for dots in DOTS[self.quantity])]
+        every = [parts for name in named for parts in permutations((self.point, *name))]
+        every += named if self.alone else []
+        return frozenset("_".join(filter(None, parts)) for parts in every)
+
+
+def targets(points: Sequence[str]) -> tuple[Target, ...]:
+    """All that columns may be in a table of some observed points."""
+    of_points = [
+        Target(f"{point}.{letter}{axis_name}", unit, point, quantity, axis, alone=len(points) == 1)
+        for point in points
+        for quantity, (letter, unit, _) in MOTION.items()
+        for axis, axis_name in enumerate(AXES)
+    ]
+    return (*(Target(name, unit) for name, (unit, _) in SINGLE.items()), *of_points)
+
+
+def _words(name: str) -> str:
+    return re.sub(r"[\W_]+", "_", name).strip("_")
+
+
+# Ways in which a heading may be one of the names, the strictest first.
+WAYS: tuple[Callable[[str], str], ...] = (
+    lambda name: name,
+    _words,
+    lambda name: _words(name).replace("_", ""),
+    lambda name: _words(name).casefold(),
+    lambda name: _words(name).replace("_", "").casefold(),
+)
+
+
+def meant_by(name: str, among: Sequence[Target]) -> Target | None:
+    """The one thing that a name stands for; None where it is none, or may be several.
+
+    Upper and lower case tell things apart before they are taken for the same: `Ax` is x of a point A, `ax` an
+    acceleration.
+    """
+    for way in WAYS:
+        wanted = way(name)
+        found = [t for t in among if wanted in (way(t.name), *map(way, t.aliases))]
+        if found:
+            return found[0] if len(found) == 1 else None
+    return None

@@ -1,0 +1,255 @@
+"""Tables of text, whatever their encoding, separator and decimal mark: their layout and their numbers."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count, islice
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.own.tables.columns import Column, Source
+from conrod.own.tables.headings import bare_unit, is_unit
+
+LONGEST_LINE = 1_000_000  # characters
+HEAD = 1 << 16  # bytes that an encoding is derived from
+SAMPLE = 400  # lines that the layout is derived from
+BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+# What other programs save by, and people then rename.
+SIGNATURES = {
+    b"PK\x03\x04": "a zip archive or an Excel workbook; save the sheet as CSV",
+    b"PAR1": "a Parquet file; let its name end in .parquet",
+    b"\x1f\x8b": "compressed; unpack it first",
+    b"\x89HDF": "an HDF5 file; save the columns as CSV",
+    b"MATLAB 5.0": "a MATLAB file; save the columns as CSV",
+    b"%PDF": "a PDF file",
+}
+BLANKS = " "  # as a separator: any run of blanks
+SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", BLANKS: "blanks"}
+# Where two fit as well, the earlier one is meant: `0, 1, 2` is separated by commas.
+WRITTEN = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (BLANKS, "."), (BLANKS, ","))
+NUMBERS = {mark: re.compile(rf"[+-]?(\d+{re.escape(mark)}?\d*|{re.escape(mark)}\d+)([eEdD][+-]?\d+)?") for mark in ".,"}
+NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)|#?n/?a|null|none|", re.IGNORECASE)
+CLOCK = re.compile(r"\d{4}-\d\d-\d\d|\d:\d\d")  # dates and times of day
+NO_DATES = "; give times in seconds, not as dates"
+COMMENT = re.compile(r"\s*(#|%|//)+\s?")
+# MATLAB writes durations with their unit in every cell: 0.25 sec.
+CARRIED = re.compile(r"(?P<number>\S+)\s+(?P<unit>[^\W\d]\S*)")
+# A heading of a table separated by blanks: a word, with its unit if that is in brackets.
+WORD = re.compile(r"\S+(?:\s[\[(][^\])]*[\])])?")
+# Of the cells of a row of numbers all are; a table that has none may have columns of text among its numbers.
+WHOLLY, PARTLY = 0, 2
+
+Line = tuple[int, str]  # its number in the file from 1, its text
+Row = tuple[int, list[str]]
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table of text with its layout.
+
+    Attributes:
+        separator: a character; `BLANKS` for any run of blanks.
+        decimal: mark.
+        units: in the row under the headings, or in the cells; empty where there are none.
+        carried: units that the cells of each column end with; "" where they are bare numbers.
+        first: line with the first numbers.
+    """
+
+    path: Path
+    encoding: str
+    separator: str
+    decimal: str
+    headings: tuple[str, ...]
+    units: tuple[str, ...]
+    carried: tuple[str, ...]
+    first: int
+
+    def read(self, columns: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
+        """Values (T, columns), and the line of each row (T,); a million rows take a few seconds.
+
+        Raises:
+            InvalidInput: a cell that is no number, or more rows than may be kept.
+        """
+        numbers: list[int] = []
+
+        def texts() -> Iterator[str]:
+            numbers.clear()
+            for number, line in self._rows():
+                if len(numbers) == most:
+                    raise InvalidInput(f"it has more than {most} rows, which are all that is kept: thin it out")
+                numbers.append(number)
+                yield line
+
+        plain = texts() if self.decimal == "." else (line.replace(",", ".") for line in texts())
+        separator, places = None if self.separator == BLANKS else self.separator, [c.index for c in columns]
+        try:
+            values = np.loadtxt(plain, delimiter=separator, usecols=places, comments=None, quotechar='"', ndmin=2)
+        except InvalidInput:
+            raise
+        except ValueError:
+            rows = (cells(line, self.separator) for line in texts())
+            values = np.array([[self._number(row, column, numbers[-1]) for column in columns] for row in rows])
+        return values, np.array(numbers)
+
+    def _rows(self) -> Iterator[Line]:
+        """Lines with numbers. Spreadsheets end tables with rows of empty cells; comments may stand anywhere."""
+        void, width, blanks = f'{self.separator}" \t', len(self.headings), self.separator == BLANKS
+        for number, line in _lines(self.path, self.encoding):
+            if number < self.first or not line.strip(void) or COMMENT.match(line):
+                continue
+            if (len(line.split()) if blanks else line.count(self.separator) + 1) != width:
+                # Cells left out at the end of a row are empty; what stands beyond the last heading belongs nowhere.
+                row = cells(line, self.separator)
+                if any(row[width:]):
+                    raise InvalidInput(f"row {number} has {len(row)} cells, the table has {width} columns")
+            yield number, line
+
+    def _number(self, row: Sequence[str], column: Column, number: int) -> float:
+        """The number in a cell, in more ways than numpy reads them."""
+        cell = row[column.index] if column.index < len(row) else ""
+        if unit := self.carried[column.index]:
+            cell = cell.removesuffix(unit).rstrip()
+        if NUMBERS[self.decimal].fullmatch(cell):
+            # Fortran writes 1.5D+00.
+            return float(cell.replace(",", ".").replace("D", "E").replace("d", "e"))
+        if cell.lower().lstrip("+-") in ("nan", "inf", "infinity"):
+            return float(cell)
+        what = f"= {cell!r} is no number{NO_DATES if CLOCK.search(cell) else ''}" if cell else "is empty"
+        raise InvalidInput(f"row {number}: {column.target.name} {what}")
+
+
+def cells(line: str, separator: str) -> list[str]:
+    """The cells of a line, without the blanks around them."""
+    if separator == BLANKS:
+        return [cell.strip('"') for cell in line.split()]
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+
+
+# -- text ------------------------------------------------------------------------------------------------------------
+
+
+def _encoding_of(path: Path) -> str:
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    if not head.strip():
+        raise InvalidInput("it is empty")
+    for signature, what in SIGNATURES.items():
+        if head.startswith(signature):
+            raise InvalidInput(f"it is no table of text but {what}")
+    for mark, encoding in BOMS.items():
+        if head.startswith(mark):
+            return encoding
+    if b"\0" in head:
+        raise InvalidInput("it is no table of text: it holds zero bytes")
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "cp1252"  # what spreadsheets on Windows write
+    return "utf-8"
+
+
+def _lines(path: Path, encoding: str) -> Iterator[Line]:
+    """Lines that are not blank, of bounded length."""
+    with path.open(encoding=encoding) as file:
+        for number in count(1):
+            try:
+                line = file.readline(LONGEST_LINE + 1)
+            except UnicodeError:
+                raise InvalidInput(f"behind row {number}: it is no text in {encoding}") from None
+            if len(line) > LONGEST_LINE:
+                raise InvalidInput(f"row {number} is longer than {LONGEST_LINE} characters: it is no table")
+            if "\0" in line:
+                raise InvalidInput(f"row {number} holds zero bytes: it is no table of text")
+            if not line:
+                return
+            if not line.isspace():
+                yield number, line.rstrip("\n")
+
+
+# -- layout ----------------------------------------------------------------------------------------------------------
+
+
+def open_text(path: Path) -> Source:
+    """A table of text, with the layout that its beginning shows.
+
+    Raises:
+        InvalidInput: it is no text, or no table.
+    """
+    encoding = _encoding_of(path)
+    sample = list(islice(_lines(path, encoding), SAMPLE))
+    for least in (WHOLLY, PARTLY):
+        found = {way: _numeric_rows(sample, *way, least) for way in WRITTEN}
+        separator, decimal = max(WRITTEN, key=lambda way: len(found[way]))
+        if numeric := found[separator, decimal]:
+            break
+    else:
+        hint = NO_DATES if any(CLOCK.search(line) for _, line in sample) else ""
+        raise InvalidInput(f"there is no row of numbers with at least two columns in its first {SAMPLE} rows{hint}")
+    first, row = numeric[0]
+    above = [(number, _heading_cells(line, separator)) for number, line in sample if number < first]
+    headings, units = _headings(above, NUMBERS[decimal], len(row))
+    carried = tuple(_carried_unit(cell, NUMBERS[decimal]) for cell in row)
+    units = units or (carried if any(carried) else ())
+    there = TextTable(path, encoding, separator, decimal, headings, units, carried, first)
+    marks = {".": "decimal points", ",": "decimal commas"}
+    return Source(f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", headings, units, there.read)
+
+
+def _numeric_rows(sample: Sequence[Line], separator: str, decimal: str, least: int) -> list[Row]:
+    """Rows of numbers of the most common width; `least` of their cells are numbers, or all of them (`WHOLLY`)."""
+    rows = [(number, cells(line, separator)) for number, line in sample if not COMMENT.match(line)]
+    numeric = [(number, row) for number, row in rows if len(row) > 1 and _is_numeric(row, NUMBERS[decimal], least)]
+    width = Counter(len(row) for _, row in numeric).most_common(1)
+    return [(number, row) for number, row in numeric if len(row) == width[0][0]]
+
+
+def _is_numeric(row: Sequence[str], pattern: re.Pattern[str], least: int) -> bool:
+    found = [bool(pattern.fullmatch(cell)) for cell in row]
+    if least != WHOLLY:
+        return sum(found) + sum(bool(_carried_unit(cell, pattern)) for cell in row) >= least
+    return any(found) and all(ok or NOT_FINITE.fullmatch(cell) for ok, cell in zip(found, row, strict=True))
+
+
+def _carried_unit(cell: str, pattern: re.Pattern[str]) -> str:
+    """The unit behind the number in a cell; empty without."""
+    match = CARRIED.fullmatch(cell)
+    return match["unit"] if match and pattern.fullmatch(match["number"]) and is_unit(match["unit"]) else ""
+
+
+def _heading_cells(line: str, separator: str) -> list[str]:
+    text = COMMENT.sub("", line.strip(), count=1) if COMMENT.match(line) else line
+    return WORD.findall(text) if separator == BLANKS else cells(text, separator)
+
+
+def _headings(above: Sequence[Row], pattern: re.Pattern[str], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Headings and units from the rows above the numbers; without any, the columns' numbers from 1."""
+    texts = [row for row in above if not any(map(pattern.fullmatch, row[1]))]
+    fitting = [row for row in texts if len(row[1]) == width]
+    if not fitting:
+        if wide := [row for row in texts if sum(map(bool, row[1])) > 1]:
+            number, row = wide[-1]
+            raise InvalidInput(
+                f"row {number} has {len(row)} headings, the rows of numbers have {width} cells "
+                "(decimal commas need another separator than a comma)"
+            )
+        return tuple(str(k + 1) for k in range(width)), ()
+    # The last row of names: above it there may be titles and remarks, under it units.
+    names = [row for row in fitting if None in map(bare_unit, row[1])]
+    place, headings = (names or fitting)[-1]
+    under = [row for row in above if row[0] > place]
+    if not under:
+        return tuple(headings), ()
+    number, row = under[0]
+    if len(under) > 1 or len(row) != width or None in map(bare_unit, row):
+        bad = next((cell for cell in row if not pattern.fullmatch(cell)), row[0])
+        raise InvalidInput(f"row {number}: {bad!r} is no number, and no unit under the headings of row {place}")
+    return tuple(headings), tuple(row)
