@@ -33,8 +33,7 @@ from conrod.mechanism.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute
-from conrod.mechanism.rolling import Rolling
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute, Rolling
 from conrod.scenes.catalogue import catalogue_scene
 from tests.support.energy import torque_from_energy
 from tests.support.swinging import chain, four_bar, pendulum, slider_crank

@@ -23,8 +23,7 @@ from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_ran
 from conrod.exact.linkage.outputs import Output, outputs
 from conrod.exact.linkage.quantities import instant_quantities, turn_quantities
 from conrod.exact.linkage.transmission import TransmissionAngle, least_transmission_angle, transmission_angles
-from conrod.mechanism.mechanism import Mechanism
-from conrod.mechanism.rolling import Rolling
+from conrod.mechanism.mechanism import Mechanism, Rolling
 from conrod.scenes import SCENES
 
 TURN = 2.0 * math.pi

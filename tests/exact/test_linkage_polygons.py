@@ -29,8 +29,7 @@ from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity
 from conrod.exact.linkage.state import LinkageState, left_of, linkage_state
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile
-from conrod.mechanism.mechanism import Mechanism, ObservedPoint
-from conrod.mechanism.rolling import Rolling
+from conrod.mechanism.mechanism import Mechanism, ObservedPoint, Rolling
 
 LINKAGES = [
     four_bar(0.1, 0.3, 0.25, 0.3),

@@ -20,10 +20,9 @@ from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_je
 from conrod.exact.motion import Array
 from conrod.mechanism import motion_laws
 from conrod.mechanism.cam import symmetric_cam
-from conrod.mechanism.cam_law import TURN, LawProfile, Segment
-from conrod.mechanism.cam_shape import can_roll, check_cut, concave_reason
+from conrod.mechanism.cam_law import TURN, LawProfile, can_roll, check_cut, concave_reason
 from conrod.mechanism.mechanism import CamContact
-from conrod.mechanism.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS
+from conrod.mechanism.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS, Segment
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.frame.scene_summary import dead_centres, jumps
 from conrod.studies.validation.kinematic_proof import validate_kinematic

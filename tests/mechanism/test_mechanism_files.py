@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, Prismatic, Rack, Revolute, Rolling
 from conrod.scenes.described_scene import read_scene, scene_of
 from tests.support.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 

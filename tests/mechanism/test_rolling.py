@@ -28,8 +28,7 @@ from rolling_machines import (
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
 from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic, Rack, Rolling
 from conrod.runs.outcome import joint_gaps
 
 ANGLES = np.linspace(-7.0, 15.0, 37)

@@ -24,6 +24,7 @@ from conrod.report.validation.report import KIND
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import (
+    CHAIN,
     catalogue_heading,
     catalogue_names,
     catalogue_scene,
@@ -31,7 +32,6 @@ from conrod.scenes.catalogue import (
     dynamics_names,
     scene_named,
 )
-from conrod.scenes.catalogue.chain import CHAIN
 from conrod.scenes.catalogue.page import page
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses

@@ -10,8 +10,7 @@ import pytest
 
 from audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
 from conrod.exact.linkage.state import LinkState, left_of
-from conrod.mechanism.mechanism import Mechanism, Prismatic, Revolute
-from conrod.mechanism.rolling import Mesh
+from conrod.mechanism.mechanism import Mechanism, Mesh, Prismatic, Revolute
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import catalogue_scene
 from tests.support.document_machines import state, turning

@@ -24,6 +24,7 @@ from conrod.exact.dynamics.line import Line
 from conrod.exact.motion import Array
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
 from conrod.scenes.catalogue import (
+    MOST_CHAIN,
     catalogue_heading,
     catalogue_names,
     catalogue_scene,
@@ -31,13 +32,12 @@ from conrod.scenes.catalogue import (
     dynamics_names,
     scene_named,
 )
-from conrod.scenes.catalogue.chain import MOST
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.frame.resolve_arguments import select_scenes
 from tests.support.command_line import conrod
 
 NAMES = dynamics_names()
-QUICK = tuple(name for name in NAMES if name != f"four-bar-chain-{MOST}")  # which is that of 2, and slow
+QUICK = tuple(name for name in NAMES if name != f"four-bar-chain-{MOST_CHAIN}")  # which is that of 2, and slow
 GRAVITY = 9.81
 SAMPLES = {"saw-coasting": 601, "press-cutting": 601, "slider-crank-spring": 601}
 # Times [s] that show what a scene is about.

@@ -23,8 +23,8 @@ from conrod.mechanism.mechanism import (
     Pose,
     Prismatic,
     Revolute,
+    Rolling,
 )
-from conrod.mechanism.rolling import Rolling
 
 RPM = 2.0 * math.pi / 60.0
 

@@ -17,8 +17,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 
 DIGITS = 40
 WALK_STEP = 0.02  # [rad]

@@ -9,8 +9,18 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.exact.reference import GenericReference
-from conrod.mechanism.mechanism import Body, Driver, Joint, Mechanism, ObservedPoint, Pose, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import (
+    Body,
+    Driver,
+    Joint,
+    Mechanism,
+    ObservedPoint,
+    Pose,
+    Prismatic,
+    Rack,
+    Revolute,
+    Rolling,
+)
 
 SPEED = 5.0  # [rad/s]
 GRAVITY = (0.0, -9.81)

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile
-from conrod.mechanism.cam_law import LawProfile
-from conrod.mechanism.cam_shape import Profile, concave_reason
+from conrod.mechanism.cam_law import LawProfile, Profile, concave_reason
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic
 
 

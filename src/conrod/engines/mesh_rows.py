@@ -14,8 +14,7 @@ import numpy as np
 from conrod.engines.tree import Branch, Tree
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
-from conrod.mechanism.rolling import Mesh, Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Point, Prismatic, Rack, Revolute, Rolling
 
 SAME_PLACE = 1e-12  # of the largest coordinate of a point on a body
 

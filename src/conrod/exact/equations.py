@@ -11,8 +11,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.elimination import Elimination, Entry, PivotOrder
 from conrod.exact.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.exact.motion import BREAK_WIDTH, Array, Side
-from conrod.mechanism.mechanism import GROUND, HigherPair, Joint, Mechanism
-from conrod.mechanism.rolling import Mesh, Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, HigherPair, Joint, Mechanism, Mesh, Rack, Rolling
 
 NEWTON_STEPS = 30
 # Newton converges quadratically: after a step this small (lengths against the mechanism's size) its square is left.

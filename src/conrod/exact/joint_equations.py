@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from conrod.exact.jet import Array, Jet, direction, reciprocal, sine_cosine, square_root
 from conrod.mechanism.cam_law import LawProfile
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,10 @@ class Arc:
         """The turn of the normal along the arc [rad]."""
         return self.stop - self.start
 
+    def point(self, normal: float) -> tuple[float, float]:
+        """The point (x, y) [m] with an outward normal [rad]."""
+        return (self.centre[0] + self.radius * math.cos(normal), self.centre[1] + self.radius * math.sin(normal))
+
 
 @dataclass(frozen=True)
 class CamProfile:

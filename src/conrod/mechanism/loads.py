@@ -62,11 +62,9 @@ class Elastic:
     rest: float = 0.0  # [m] or [rad]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
-        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(-self.stiffness * (value - self.rest))
 
     def energy(self, value: Array) -> Array:
-        """Stored [J]."""
         return np.asarray(0.5 * self.stiffness * (value - self.rest) ** 2)
 
 
@@ -77,7 +75,6 @@ class Viscous:
     damping: float  # [N s/m] or [N m s/rad]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
-        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(-self.damping * rate)
 
 
@@ -88,11 +85,9 @@ class Steady:
     size: float  # [N] or [N m]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
-        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(self.size + 0.0 * value)
 
     def energy(self, value: Array) -> Array:
-        """Stored [J]."""
         return np.asarray(-self.size * value)
 
 
@@ -104,7 +99,6 @@ class Friction:
     creep: float  # [m/s] or [rad/s], the rate below which it has not come up yet
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
-        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(-self.size * np.tanh(rate / self.creep))
 
 
@@ -116,7 +110,6 @@ class SpeedLine:
     idle: float  # [rad/s], where it gives nothing
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
-        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         return np.asarray(self.size * (1.0 - rate / self.idle))
 
 
@@ -134,7 +127,6 @@ class StrokePulse:
     sense: int  # +1: resists growth of xi; -1: resists its fall
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
-        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         share = np.clip((value - self.start) / (self.stop - self.start), 0.0, 1.0)
         cuts = np.asarray(rate) * self.sense > 0.0
         return np.asarray(np.where(cuts, -self.sense * self.peak * np.sin(math.pi * share) ** 2, 0.0))
@@ -149,18 +141,14 @@ class TimePulse:
     stop: float  # [s]
 
     def force(self, value: Array, rate: Array, time: Array) -> Array:
-        """Force along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI."""
         share = np.clip((time - self.start) / (self.stop - self.start), 0.0, 1.0)
         return np.asarray(self.peak * np.sin(math.pi * share) ** 2 + 0.0 * value)
 
 
+# `force` is along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI; `energy` [J] is
+# what a conservative one stores.
 Law: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse
 CONSERVATIVE = (Elastic, Steady)
-
-
-def bodies_of(coordinate: Coordinate) -> tuple[str, ...]:
-    """Names of the bodies that determine a coordinate."""
-    return (coordinate.body,) if isinstance(coordinate, Displacement) else (coordinate.a, coordinate.b)
 
 
 @dataclass(frozen=True)
@@ -189,15 +177,9 @@ class Load:
             raise InvalidInput(f"idle of {self.name} = 0: the speed at which a motor gives nothing is another one")
 
     def check(self, bodies: Collection[str]) -> None:
-        """Refuse what acts on no body of a machine, or between a body and itself.
-
-        Args:
-            bodies: names of all bodies, the ground among them.
-
-        Raises:
-            InvalidInput: names the load and the body.
-        """
-        ends = bodies_of(self.along)
+        """Refuse what acts on none of a machine's bodies, the ground among them, or between a body and itself."""
+        along = self.along
+        ends = (along.body,) if isinstance(along, Displacement) else (along.a, along.b)
         for name in ends:
             if name not in bodies:
                 raise unknown_choice(f"body of the load {self.name}", name, bodies)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -62,3 +63,18 @@ LAWS: dict[str, Callable[[Array, int], Array]] = {
     CYCLOIDAL: cycloidal,
     **{name: _of(coefficients) for name, coefficients in POLYNOMIALS.items()},
 }
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A part of the cam's turn in which one law holds."""
+
+    law: str  # one of `LAWS`
+    over: float  # [rad], cam angle
+    lift: float  # [m], positive: away from the shaft
+
+    def height(self, x: Array, order: int) -> Array:
+        """Height above the segment's start and its derivatives by the cam angle, at a part x of the segment."""
+        if self.law == DWELL:
+            return np.zeros(np.shape(x))
+        return self.lift / self.over**order * LAWS[self.law](x, order)

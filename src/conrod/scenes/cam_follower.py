@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
@@ -48,12 +47,12 @@ class CamFollower(Scene):
     gravity, and is the same for both engines and all presets.
     """
 
-    kind: ClassVar[str] = "cam-follower"
-    title: ClassVar[str] = "Cam with roller follower (by contact)"
-    source: ClassVar[str] = "document 004 (flank radius and base radius of a symmetric cam), Figure 5"
-    drawn_at: ClassVar[float] = 120.0
-    output: ClassVar[str] = "roller"
-    description: ClassVar[str] = (
+    kind = "cam-follower"
+    title = "Cam with roller follower (by contact)"
+    source = "document 004 (flank radius and base radius of a symmetric cam), Figure 5"
+    drawn_at = 120.0
+    output = "roller"
+    description = (
         "A symmetric disc cam with a translating radial roller follower: base circle {base_radius}, two "
         "flanks of {flank_radius} and a nose of {nose_radius} at {centre_distance} from the shaft, all "
         "tangent to each other; roller {roller_radius}; {speed}. In both engines the cam drives the follower "
@@ -61,7 +60,7 @@ class CamFollower(Scene):
         "centre at a known distance from the centre of the active arc, and not the document's truncated "
         "series."
     )
-    frame: ClassVar[str] = (
+    frame = (
         "shaft at the origin, x right, y up; the roller's centre moves on x = 0 at (0, base + roller + lift)."
         " The crank angle t is the document's theta: 0 in the middle of the dwell, 180 deg with the nose up; "
         "the cam turns counter-clockwise."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -14,12 +15,13 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.equations import check_meshes
+from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side, diameter
 from conrod.exact.reference import GenericReference
+from conrod.mechanism.files import Description, read_description
 from conrod.mechanism.files.toml_file import read_tables
 from conrod.mechanism.mechanism import Mechanism, Pose
 from conrod.mechanism.parameters import Parameter
-from conrod.scenes.description import Description, check_reach, check_travel, read_description
 from conrod.scenes.scene import CANONICAL, SAMPLES_PER_TURN, Scene
 
 # A body that Newton iteration turns by more than this from its given start has gone to another assembly.
@@ -27,6 +29,8 @@ STRAYED = math.radians(60.0)
 # Smallest singular value of the scaled equations: below it, something moves though the crank is held.
 SINGULAR = 1e-9
 POSE_DIGITS = 9  # of a start pose [m, rad]
+# Errors are measured over the travel of a point: over less than this part of the size, rounding alone is 1e-10.
+LEAST_TRAVEL = 1e-6
 SCENES_KEPT = 128  # of those that came from another process
 
 
@@ -46,8 +50,13 @@ class DescribedScene(Scene):
     speed: float = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "speed", self.described.speed)
+        about = self.described
+        for name in ("title", "source", "assumptions", "frame", "output", "speed"):
+            object.__setattr__(self, name, getattr(about, name))
+        object.__setattr__(self, "kind", about.name)
         super().__post_init__()
+        # Reports fill parameters in where braces stand; a file has none to fill in.
+        object.__setattr__(self, "description", (about.about + self._changes()).replace("{", "{{").replace("}", "}}"))
 
     def __reduce__(self) -> tuple[object, ...]:
         # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
@@ -65,44 +74,16 @@ class DescribedScene(Scene):
 
     # -- facts ---------------------------------------------------------------------------------------------------
 
-    @property
-    def kind(self) -> str:
-        return self.described.name
-
-    @property
-    def title(self) -> str:
-        return self.described.title
-
-    @property
-    def source(self) -> str:
-        return self.described.source
-
-    @property
-    def output(self) -> str:
-        return self.described.output
-
-    @property
-    def description(self) -> str:
-        # Reports fill parameters in where braces stand; a file has none to fill in.
-        return " ".join([self.described.about, *self._changes()]).replace("{", "{{").replace("}", "}}")
-
-    @property
-    def assumptions(self) -> tuple[str, ...]:
-        return self.described.assumptions
-
-    def _changes(self) -> list[str]:
+    def _changes(self) -> str:
+        """Words on change points; empty where there are none."""
         angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]
-        if not angles:
-            return []
         listed = " and ".join([", ".join(angles[:-1]), angles[-1]] if angles[1:] else angles)
-        return [
-            f"Change points: at crank angles of {listed} deg the linkage could go on in another assembly as well; the "
+        if not angles:
+            return ""
+        return (
+            f" Change points: at crank angles of {listed} deg the linkage could go on in another assembly as well; the "
             "exact motion is the smooth continuation."
-        ]
-
-    @property
-    def frame(self) -> str:
-        return self.described.frame
+        )
 
     @property
     def span(self) -> tuple[float, float] | None:
@@ -201,8 +182,46 @@ class DescribedScene(Scene):
                     f"start.{body}.turn = {math.degrees(hint.turn):.6g} deg leads to an assembly where it is "
                     f"{math.degrees(hint.turn + off):.6g} deg: give it nearer to the one that is meant"
                 )
-        check_reach(self.kinematics)
-        check_travel(self.kinematics)
+        _check_reach(self.kinematics)
+        _check_travel(self.kinematics)
+
+
+def _check_reach(kinematics: Kinematics) -> None:
+    """Refuse an input that does not reach all crank angles of its turn, or of its pass.
+
+    Raises:
+        InvalidInput: says how far it reaches.
+    """
+    span = kinematics.mechanism.driver.span
+    if span is None and kinematics.turns_fully:
+        return
+    if span is not None:
+        with suppress(InvalidInput):
+            kinematics.poses(np.array(span))
+            return
+    turn = 2.0 * math.pi
+    low, high = (math.degrees(kinematics.reach(goal)) for goal in (-turn, turn))
+    wanted = "turn fully"
+    if span is not None:
+        wanted = f"pass from {math.degrees(span[0]):.6g} to {math.degrees(span[1]):.6g} deg"
+    raise InvalidInput(
+        f"driver: the crank cannot {wanted}: from its start it reaches {low:.2f} to {high:.2f} deg on this assembly; "
+        "give driver.from and driver.to within that, for one pass"
+    )
+
+
+def _check_travel(kinematics: Kinematics) -> None:
+    """Refuse an observed point that stands still.
+
+    Raises:
+        InvalidInput: names it.
+    """
+    for name, travel in kinematics.lengths.items():
+        if travel < LEAST_TRAVEL * kinematics.size:
+            raise InvalidInput(
+                f"observed.{name}: the point moves {travel:.3g} m in all, too little to normalise errors by: observe "
+                f"points that move by a millionth of the machine's size, {kinematics.size:.3g} m, at least"
+            )
 
 
 @lru_cache(SCENES_KEPT)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -28,17 +27,17 @@ class Saw(Scene):
     rod and its centre of gravity. The document gives no masses; these are conrod's. SI throughout.
     """
 
-    kind: ClassVar[str] = "saw"
-    title: ClassVar[str] = "Power hacksaw (offset slider-crank)"
-    source: ClassVar[str] = "document 002 (kinematic simulation of a power hacksaw by complex numbers), section 3"
-    output: ClassVar[str] = "C"
-    description: ClassVar[str] = (
+    kind = "saw"
+    title = "Power hacksaw (offset slider-crank)"
+    source = "document 002 (kinematic simulation of a power hacksaw by complex numbers), section 3"
+    output = "C"
+    description = (
         "A power hacksaw: a crank disc of radius {crank} turns at {speed} and moves the slider with the saw "
         "blade, C, through a connecting rod of {rod}. The slide runs {offset} above the shaft (an offset "
         "slider-crank, so that the two strokes take different times). M is the middle of the rod and its "
         "centre of gravity."
     )
-    frame: ClassVar[str] = (
+    frame = (
         "the slider C is at (0, 0) for crank angle 0 and moves along x; y is up. The shaft is at (sqrt(l² - "
         "e²) - r, -e), the crank pin at the shaft + r (cos t, sin t)."
     )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from conrod.exact.motion import Array, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.exact.reference import ExactReference
-from conrod.mechanism.parameters import Parameter, check_ranges, parameters_of
+from conrod.mechanism.parameters import Parameter, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.
@@ -29,45 +29,18 @@ class Scene(ExactReference):
     closed_form: ClassVar[bool] = True  # whether its motion is known without the generic solver
     drawn_at: ClassVar[float] = 60.0  # [deg], a crank angle at which the links stand clear of each other and the frame
 
-    # What a class of scenes says of itself, as class variables; a scene that a file describes says it for itself.
-
-    @property
-    @abstractmethod
-    def kind(self) -> str:
-        """Name of the kind of machine."""
-
-    @property
-    @abstractmethod
-    def title(self) -> str:
-        """Heading of a report."""
-
-    @property
-    @abstractmethod
-    def source(self) -> str:
-        """Document, and what was taken from it."""
-
-    @property
-    @abstractmethod
-    def output(self) -> str:
-        """The observed point that does the machine's work."""
-
-    @property
-    @abstractmethod
-    def description(self) -> str:
-        """For the report; {parameter} stands for a parameter's value with its unit."""
-
-    @property
-    @abstractmethod
-    def frame(self) -> str:
-        """Origin, axes and the crank angle's sense, for the report."""
-
-    @property
-    def assumptions(self) -> tuple[str, ...]:
-        """Assumptions where the source is silent, a sentence or clause each."""
-        return ()
+    # What a class of scenes says of itself; a scene that a file describes says it for itself.
+    kind: str  # name of the kind of machine
+    title: str  # heading of a report
+    source: str  # document, and what was taken from it
+    output: str  # the observed point that does the machine's work
+    description: str  # for the report; {parameter} stands for a parameter's value with its unit
+    frame: str  # origin, axes and the crank angle's sense
+    assumptions: tuple[str, ...] = ()  # where the source is silent, a sentence or clause each
 
     def __post_init__(self) -> None:
-        check_ranges(self)
+        for name, parameter in parameters_of(type(self)).items():
+            parameter.check(getattr(self, name))
         self._check_geometry()
 
     def __reduce__(self) -> tuple[object, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -27,17 +26,17 @@ class ShearPress(Scene):
     Lengths in m, speed in rad/s, SI throughout.
     """
 
-    kind: ClassVar[str] = "shear-press"
-    title: ClassVar[str] = "Shear press (in-line slider-crank)"
-    source: ClassVar[str] = "document 000 (analysis of a steel-plate shear press), sections IV.1 and IV.2"
-    drawn_at: ClassVar[float] = 50.0
-    output: ClassVar[str] = "A"
-    description: ClassVar[str] = (
+    kind = "shear-press"
+    title = "Shear press (in-line slider-crank)"
+    source = "document 000 (analysis of a steel-plate shear press), sections IV.1 and IV.2"
+    drawn_at = 50.0
+    output = "A"
+    description = (
         "A steel-plate shear press: a crank of {crank} turns at {speed} and moves the slider with the upper "
         "blade, A, through a connecting rod of {rod}. The slide's line passes through the shaft. G is the "
         "rod's centre of gravity, a third of the rod from the crank pin."
     )
-    frame: ClassVar[str] = (
+    frame = (
         "shaft at the origin, x right, y up. The crank angle t counts clockwise from the upward vertical, so "
         "that the crank pin is at (r sin t, r cos t). The slider A moves on x = 0 above the shaft."
     )

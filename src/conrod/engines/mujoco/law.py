@@ -31,7 +31,7 @@ from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, 
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.mechanism.rolling import Mesh
+from conrod.mechanism.mechanism import Mesh
 
 RK4_LOCAL = 73.0 / 720.0
 CONTACT_LAW = (

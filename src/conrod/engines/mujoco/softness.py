@@ -31,8 +31,7 @@ from conrod.engines.open_joints import OpenJoints
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import INERTIAS, MASSES, CamContact, Mechanism, Revolute
-from conrod.mechanism.rolling import Mesh, Rack, Rolling
+from conrod.mechanism.mechanism import INERTIAS, MASSES, CamContact, Mechanism, Mesh, Rack, Revolute, Rolling
 
 LAW = "constraint model: violation of spring, impedance and regularisation under the forces that the motion takes"
 SAMPLES = 360  # in a turn

@@ -10,8 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco.closures import add, numbers, short
 from conrod.engines.tree import Tree
-from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute, pins_of
-from conrod.mechanism.rolling import Mesh, Rolling
+from conrod.mechanism.mechanism import GROUND, Mesh, Prismatic, Revolute, Rolling, pins_of
 
 # MuJoCo refuses a bar between two pins of one place, as a crank has whose arc is about its own axis.
 LEAST_BAR = 1e-3  # of its width

@@ -14,8 +14,7 @@ from conrod.engines.mesh_rows import carrier_of
 from conrod.engines.pymunk.built import Build
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Mechanism, Prismatic
-from conrod.mechanism.rolling import Mesh, Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Rack, Rolling
 
 RACK_REFUSAL = "pymunk has no joint that ties the way along a line to a turn, which a rack needs"
 # What is left of a weight [m] that rounding alone keeps from being zero, of the largest.

@@ -17,9 +17,8 @@ from conrod.engines.pymunk.gears import gear_joints
 from conrod.engines.pymunk.model_edits import dress
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array
-from conrod.mechanism.cam_shape import Profile
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.cam_law import Profile
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
 
 ROUNDING = 0.9
 WEDGE_FACETS = 240

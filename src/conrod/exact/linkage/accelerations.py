@@ -10,8 +10,7 @@ import numpy as np
 from conrod.exact.linkage.centres import joint_centre
 from conrod.exact.linkage.state import LinkageState, left_of
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.mechanism.rolling import Mesh, Rack, Rolling
+from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Mesh, Point, Prismatic, Rack, Revolute, Rolling
 
 # A point slower than this share of the linkage's own speed stands still, and its path has no direction.
 AT_REST = 1e-12

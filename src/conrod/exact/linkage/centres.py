@@ -16,8 +16,7 @@ import numpy as np
 
 from conrod.exact.linkage.state import LinkageState, left_of, link_numbers
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
 
 CentreKind = Literal["fixed", "permanent", "contact", "secondary"]
 

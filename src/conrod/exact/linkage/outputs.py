@@ -11,8 +11,7 @@ import numpy as np
 
 from conrod.exact.linkage.course import TURN, Course, bisect
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Prismatic, Rack, Revolute, Rolling
 
 # A rate this much smaller than its largest is that of a link at rest.
 AT_REST = 1e-11

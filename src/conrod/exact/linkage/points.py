@@ -15,8 +15,7 @@ from conrod.exact.linkage.accelerations import coincident_point, rolling_acceler
 from conrod.exact.linkage.centres import SAME, joint_centre
 from conrod.exact.linkage.state import LinkageState, link_numbers
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.mechanism.rolling import Mesh
+from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Mesh, Point, Prismatic, Revolute
 
 POLE = "O"  # of a polygon
 

@@ -1,1 +1,206 @@
-"""Mechanism files: TOML, read into checked data, table by table."""
+"""Mechanism files: the checked content of one, in order whatever its own; see docs/mechanism-files.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.files.bodies import Places, read_bodies, read_ground
+from conrod.mechanism.files.fields import SHOWN, Fields, Numbers, check_name
+from conrod.mechanism.files.joints import read_drive, read_joints
+from conrod.mechanism.files.loads import read_loads
+from conrod.mechanism.files.start_poses import Hint, fitted, placed, read_start
+from conrod.mechanism.mechanism import (
+    GROUND,
+    Body,
+    Driver,
+    HigherPair,
+    Joint,
+    Mechanism,
+    ObservedPoint,
+    Revolute,
+)
+from conrod.mechanism.parameters import Parameter
+
+FREE_FALL = Parameter("m/s^2", 0.0, 1e5, magnitude=True)
+FRAME = "the ground's frame in the file: x to the right, y up; the crank angle counts from the start poses, {sense}"
+# Names that models in engines have uses of their own for.
+WORLD, CRANK = "world", "crank"
+
+
+@dataclass(frozen=True)
+class Description:
+    """A file that was read."""
+
+    name: str
+    title: str
+    source: str
+    about: str
+    assumptions: tuple[str, ...]
+    frame: str
+    mechanism: Mechanism  # with approximate start poses
+    speed: float  # of the crank [rad/s]
+    output: str  # the observed point that does the machine's work
+    hints: Mapping[str, Hint]  # of the start poses, by body
+    values: Mapping[str, float]  # all numbers of the file, SI, by place
+    facts: Mapping[str, Parameter]
+
+    @property
+    def rates(self) -> dict[str, float]:
+        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with."""
+        return {name: hint.rate for name, hint in self.hints.items() if hint.rate is not None}
+
+
+def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) -> Description:
+    """The description that a file's tables give, with some of its numbers given anew.
+
+    Raises:
+        InvalidInput: names the field and what was expected.
+    """
+    numbers = Numbers(given_anew)
+    fields = Fields(given, "", numbers)
+    name = fields.text("name")
+    check_name("name", name)
+    title, source = fields.text("title"), fields.text("source")
+    about, assumptions = fields.text("description", title + "."), fields.texts("assumptions")
+    mechanism, speed, hints = _mechanism(fields, name)
+    sense = "counter-clockwise" if mechanism.driver.sense > 0 else "clockwise"
+    frame = fields.text("frame", FRAME.format(sense=sense))
+    output = _output(fields, mechanism)
+    fields.end()
+    unknown = given_anew.keys() - numbers.values.keys()
+    if unknown:
+        raise unknown_choice("parameter", min(unknown)[:SHOWN], numbers.values)
+    return Description(
+        name, title, source, about, assumptions, frame, mechanism, speed, output, hints, numbers.values, numbers.facts
+    )
+
+
+def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, Hint]]:
+    bodies, points = read_bodies(fields)
+    places = Places({**points, GROUND: read_ground(fields)})
+    joints, to_fit = read_joints(fields, places)
+    driver, speed = read_drive(fields, joints)
+    bodies, joints = _ordered(bodies, joints, driver)
+    names = tuple(body.name for body in bodies)
+    hints = read_start(fields, places, crank=names[0])
+    if fields.truth("drawn"):
+        if driver.start or any(hint.tells_pose for hint in hints.values()):
+            raise InvalidInput(
+                "drawn = true: all points are where they are at the start; leave out start and driver.start"
+            )
+        poses = dict.fromkeys(names, (0.0, 0.0, 0.0))
+    else:
+        poses = placed(names, joints, driver, hints)
+    mechanism = Mechanism(
+        name,
+        bodies,
+        tuple(fitted(joint, poses) if joint.name in to_fit else joint for joint in joints),
+        driver,
+        poses,
+        _observed(fields, places),
+        fields.pair("gravity", FREE_FALL, "acceleration of free fall", (0.0, 0.0)),
+        *read_loads(fields, places, names),
+    )
+    _check_names(mechanism)
+    return mechanism, speed, hints
+
+
+# -- order -----------------------------------------------------------------------------------------------------------
+
+
+def _ordered(
+    bodies: tuple[Body, ...], joints: tuple[Joint, ...], driver: Driver
+) -> tuple[tuple[Body, ...], tuple[Joint, ...]]:
+    """Bodies as a search in breadth from the crank finds them, and each body's joints with it; ties by name.
+
+    Engines solve joints one after the other, and results depend on the order where they stop early: so that of a file
+    must not count, and this one follows the motion. A pin's body `a` is the one that is reached first.
+
+    Raises:
+        InvalidInput: a body has no joint, or its mobility is not one.
+    """
+    joined = {body for joint in joints for body in (joint.a, joint.b)}
+    for body in bodies:
+        if body.name not in joined:
+            raise InvalidInput(f"bodies.{body.name}: no joint holds it")
+    _check_mobility(bodies, joints)
+    by_name = sorted(joints, key=lambda joint: (joint.name != driver.joint, joint.name))
+    reached = [body for body in (by_name[0].a, by_name[0].b) if body != GROUND]
+    taken: list[Joint] = []
+    for name in reached:
+        here = [joint for joint in by_name if name in (joint.a, joint.b) and joint not in taken]
+        taken += here
+        new = {body: None for joint in here for body in (joint.a, joint.b) if body != GROUND and body not in reached}
+        reached += new
+    loose = sorted({body.name for body in bodies} - set(reached))
+    if loose:
+        raise InvalidInput(
+            f"bodies.{loose[0]}: no chain of joints leads to it from the crank {reached[0]!r}: it would not move"
+        )
+    place = {name: k for k, name in enumerate([GROUND, *reached])}
+    ordered = sorted(bodies, key=lambda body: place[body.name])
+    return tuple(ordered), tuple(_turned(joint, place) for joint in taken)
+
+
+def _turned(joint: Joint, place: dict[str, int]) -> Joint:
+    if isinstance(joint, Revolute) and place[joint.a] > place[joint.b]:
+        return replace(joint, a=joint.b, b=joint.a, point_a=joint.point_b, point_b=joint.point_a)
+    return joint
+
+
+def _check_mobility(bodies: tuple[Body, ...], joints: tuple[Joint, ...]) -> None:
+    higher = sum(isinstance(joint, HigherPair) for joint in joints)
+    lower = len(joints) - higher
+    mobility = 3 * len(bodies) - 2 * lower - higher
+    count = f"mobility {mobility}: 3 x {len(bodies)} moving bodies - 2 x {lower} lower - {higher} higher pairs"
+    if mobility > 1:
+        raise InvalidInput(f"{count}; one driven crank needs exactly 1: more joints, or fewer bodies, are wanted")
+    if mobility < 1:
+        raise InvalidInput(
+            f"{count}; it cannot move, or only because of special lengths, which is not supported: exactly 1 is needed"
+        )
+
+
+# -- names -----------------------------------------------------------------------------------------------------------
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    """Refuse names that a model in an engine has two uses for."""
+    if WORLD in mechanism.body_index:
+        raise InvalidInput(f"bodies.{WORLD}: MuJoCo has this name for the ground; give it another one")
+    for joint in mechanism.joints:
+        if joint.name == CRANK and joint.name != mechanism.driver.joint:
+            raise InvalidInput(f"joints.{CRANK}: models have this name for the driven joint; give it another one")
+    for observed in mechanism.observed:
+        if observed.name in mechanism.body_index:
+            raise InvalidInput(f"observed.{observed.name}: a body has this name; give the point another one")
+
+
+def _observed(fields: Fields, places: Places) -> tuple[ObservedPoint, ...]:
+    table = fields.table("observed")
+    found = []
+    for name in table.names():
+        if name == "output" and name not in fields and table.raw(name) in table.names():
+            raise InvalidInput(f"{table.at(name)}: as a field of the file it stands before the first [table]")
+        place = places.field(table, name)
+        if place.body == GROUND:
+            raise InvalidInput(f"{table.at(name)}: a point of the ground does not move")
+        found.append(ObservedPoint(name, place.body, place.point))
+    if not found:
+        raise InvalidInput('there are no observed points: give [observed] with lines like C = "slider.C"')
+    return tuple(found)
+
+
+def _output(fields: Fields, mechanism: Mechanism) -> str:
+    names = [observed.name for observed in mechanism.observed]
+    if len(names) == 1 and "output" not in fields:
+        return names[0]
+    if "output" not in fields:
+        raise InvalidInput(
+            f"there is no 'output', which is needed with several observed points: one of {', '.join(sorted(names))}; "
+            "it stands before the first [table]"
+        )
+    return fields.choice("output", names)

@@ -7,11 +7,10 @@ from itertools import pairwise
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.cam import Arc, CamProfile, symmetric_cam
-from conrod.mechanism.cam_law import TURN, LawProfile, Segment
-from conrod.mechanism.cam_shape import Profile, check_cut
-from conrod.mechanism.files.fields import Fields
-from conrod.mechanism.files.numbers import ANGLE, COORDINATE, LENGTH, Measure, shown
-from conrod.mechanism.motion_laws import DWELL, LAWS
+from conrod.mechanism.cam_law import TURN, LawProfile, Profile, check_cut
+from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, Fields
+from conrod.mechanism.motion_laws import DWELL, LAWS, Segment
+from conrod.mechanism.parameters import Parameter
 
 MOST_ARCS, MOST_SEGMENTS = 2000, 100
 # Of the largest radius: what written digits may leave between the end of an arc and the start of the next.
@@ -20,18 +19,14 @@ JOINED = 1e-6
 CLOSED = 1e-6
 # A motion is sampled every half degree where its joints are looked for.
 SHORTEST = math.radians(1.0)
-OVER = Measure("rad", SHORTEST, TURN)
-SENSES = {"counter-clockwise": 1, "clockwise": -1}
+OVER = Parameter("rad", SHORTEST, TURN)
 
 
 def read_profile(fields: Fields, roller_radius: float) -> Profile:
-    """The profile of a cam, in the frame of its body.
-
-    Args:
-        roller_radius: of the roller that a motion law's profile is made for [m].
+    """The profile of a cam, in the frame of its body, for a roller [m].
 
     Raises:
-        InvalidInput: it is not closed, not convex, or something in it cannot be used.
+        InvalidInput: it is not closed, not convex, the roller would cut into it, or something cannot be used.
     """
     profile: Profile
     match fields.choice("kind", ("symmetric", "arcs", "law")):
@@ -65,23 +60,21 @@ def _symmetric(fields: Fields) -> CamProfile:
 
 
 def _arcs(fields: Fields) -> CamProfile:
-    given = fields.raw("arcs")
-    if not isinstance(given, list) or not 1 <= len(given) <= MOST_ARCS:
-        raise InvalidInput(f"{fields.at('arcs')} = {shown(given)}: a list of 1 to {MOST_ARCS} arcs is wanted")
-    arcs = tuple(_arc(Fields(some, f"{fields.at('arcs')}[{k}]", fields.numbers)) for k, some in enumerate(given))
+    place = fields.at("arcs")
+    arcs = tuple(_arc(some) for some in fields.tables("arcs", "arcs", MOST_ARCS))
     turn = arcs[-1].stop - arcs[0].start
-    if not math.isclose(turn, 2.0 * math.pi, abs_tol=JOINED):
+    if not math.isclose(turn, TURN, abs_tol=JOINED):
         raise InvalidInput(
-            f"{fields.at('arcs')}: their normals turn by {math.degrees(turn):.9g} deg from the first start to the last "
-            "stop; a closed profile has 360 deg"
+            f"{place}: their normals turn by {math.degrees(turn):.9g} deg from the first start to the last stop; a "
+            "closed profile has 360 deg"
         )
     largest = max(arc.radius for arc in arcs)
     for k, (arc, following) in enumerate(pairwise([*arcs, arcs[0]])):
-        after = following.start if k + 1 < len(arcs) else following.start + 2.0 * math.pi
-        gap = math.dist(_point(arc, arc.stop), _point(following, following.start))
+        after = following.start if k + 1 < len(arcs) else following.start + TURN
+        gap = math.dist(arc.point(arc.stop), following.point(following.start))
         if abs(after - arc.stop) > JOINED or gap > JOINED * largest:
             raise InvalidInput(
-                f"{fields.at('arcs')}[{k}]: it is not tangent to the next one: a gap of {gap:.3g} m and "
+                f"{place}[{k}]: it is not tangent to the next one: a gap of {gap:.3g} m and "
                 f"{math.degrees(after - arc.stop):.3g} deg between them"
             )
     return CamProfile(arcs)
@@ -95,17 +88,12 @@ def _arc(fields: Fields) -> Arc:
         fields.number("stop", ANGLE, "direction of the normal where an arc of the cam ends"),
     )
     fields.end()
-    if not 0.0 < arc.extent <= 2.0 * math.pi + JOINED:
+    if not 0.0 < arc.extent <= TURN + JOINED:
         raise InvalidInput(f"{fields.place}: stop must be after start, by 360 deg at most: arcs go counter-clockwise")
     return arc
 
 
-def _point(arc: Arc, normal: float) -> tuple[float, float]:
-    return (arc.centre[0] + arc.radius * math.cos(normal), arc.centre[1] + arc.radius * math.sin(normal))
-
-
 def _law(fields: Fields, roller_radius: float) -> LawProfile:
-    """The profile of a law, for a roller [m]; refused where the roller would cut into the cam."""
     base = fields.number("base_radius", LENGTH, "base radius of the cam")
     offset = fields.number("offset", COORDINATE, "offset of the follower's line from the shaft, to the left of it", 0.0)
     begin = fields.number("begin", ANGLE, "direction in the cam's frame where its first segment begins", 0.0)
@@ -120,35 +108,25 @@ def _law(fields: Fields, roller_radius: float) -> LawProfile:
 
 
 def _segments(fields: Fields) -> tuple[Segment, ...]:
-    given, place = fields.raw("segments"), fields.at("segments")
-    if not isinstance(given, list) or not 1 <= len(given) <= MOST_SEGMENTS:
-        raise InvalidInput(f"{place} = {shown(given)}: a list of 1 to {MOST_SEGMENTS} segments is wanted")
-    tables = [Fields(some, f"{place}[{k}]", fields.numbers) for k, some in enumerate(given)]
+    place, tables = fields.at("segments"), fields.tables("segments", "segments", MOST_SEGMENTS)
     laws = [some.choice("law", LAWS) for some in tables]
-    overs = _closed(
-        place, [_read(some, "over", OVER, "cam angle of a segment of the cam") for some in tables], "over", TURN
-    )
-    lifts = [
-        0.0 if law == DWELL else _read(some, "lift", COORDINATE, "lift in a segment of the cam")
+    given = [some.optional("over", OVER, "cam angle of a segment of the cam") for some in tables]
+    overs = _closed(place, given, "over", TURN)
+    given = [
+        0.0 if law == DWELL else some.optional("lift", COORDINATE, "lift in a segment of the cam")
         for some, law in zip(tables, laws, strict=True)
     ]
     for some in tables:
         some.end()
-    closed = _closed(place, lifts, "lift", 0.0)
+    lifts = _closed(place, given, "lift", 0.0)
     for k, over in enumerate(overs):
         if over < SHORTEST * (1.0 - CLOSED):
             raise InvalidInput(f"{place}[{k}].over is left with {math.degrees(over):.6g} deg: at least 1 deg is needed")
-    return tuple(Segment(law, over, lift) for law, over, lift in zip(laws, overs, closed, strict=True))
-
-
-def _read(fields: Fields, name: str, measure: Measure, meaning: str) -> float | None:
-    """A number that may be left out."""
-    fields.may_hold(name)
-    return fields.number(name, measure, meaning) if name in fields else None
+    return tuple(Segment(law, over, lift) for law, over, lift in zip(laws, overs, lifts, strict=True))
 
 
 def _closed(place: str, given: list[float | None], name: str, whole: float) -> list[float]:
-    """The numbers of all segments; the one that is left out, or the last that is none, takes what closes the cam."""
+    """The numbers of all segments; the one that is left out, or the last that is not 0, takes what closes the cam."""
     missing = [k for k, some in enumerate(given) if some is None]
     if len(missing) > 1:
         raise InvalidInput(
@@ -156,16 +134,14 @@ def _closed(place: str, given: list[float | None], name: str, whole: float) -> l
             "of one at most it follows from the others"
         )
     numbers = [some for some in given if some is not None]
-    left = whole - math.fsum(numbers)
+    total = math.fsum(numbers)
+    left = whole - total
     if missing:
         return [left if some is None else some for some in given]
     if abs(left) > CLOSED * (whole or max(map(abs, numbers), default=0.0)):
-        raise InvalidInput(f"{place}: {_sum_of(name, math.fsum(numbers))}; leave {name} out of one segment to close it")
+        found = f"{total:.9g} m, and a closed cam comes back to 0"
+        if name == "over":
+            found = f"{math.degrees(total):.9g} deg, and a cam's turn has 360 deg"
+        raise InvalidInput(f"{place}: {name} adds up to {found}; leave {name} out of one segment to close it")
     last = max((k for k, some in enumerate(numbers) if some != 0.0), default=0)
     return [some + left if k == last else some for k, some in enumerate(numbers)]
-
-
-def _sum_of(name: str, total: float) -> str:
-    if name == "over":
-        return f"over adds up to {math.degrees(total):.9g} deg, and a cam's turn has 360 deg"
-    return f"lift adds up to {total:.9g} m, and a closed cam comes back to 0"

@@ -1,26 +1,86 @@
-"""One table of a file, from which known fields are taken; what is left over is an error."""
+"""One table of a file, from which known fields are taken; what is left over is an error.
+
+Each number is a parameter, by its place in the file, so that any of them can be given anew.
+"""
 
 from __future__ import annotations
 
+import datetime
+import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism.files.numbers import COORDINATE, SHOWN, Measure, Numbers, shown
 from conrod.mechanism.mechanism import Point
+from conrod.mechanism.parameters import Parameter
+from conrod.mechanism.units import parse_quantity
+
+LENGTH = Parameter("m", 1e-9, 1e6)
+COORDINATE = Parameter("m", 0.0, 1e6, magnitude=True)
+ANGLE = Parameter("rad", 0.0, 1e3, magnitude=True)
+SPEED = Parameter("rad/s", 1e-6, 1e6, magnitude=True)
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 LONGEST_TEXT = 2000
-COORDINATES = 2
+SHOWN = 60  # characters of a value in a message
+SENSES = {"counter-clockwise": 1, "clockwise": -1}
+_KINDS: dict[type, str] = {
+    list: "list", dict: "table", datetime.datetime: "date", datetime.date: "date", datetime.time: "time of day",
+}  # fmt: skip
+
+
+@dataclass
+class Numbers:
+    """All numbers that were read, by their place in the file.
+
+    `given_anew` count instead of the file's own; `values` are those that count, all SI; `facts` their unit and range.
+    """
+
+    given_anew: Mapping[str, float] = field(default_factory=dict)
+    values: dict[str, float] = field(default_factory=dict)
+    facts: dict[str, Parameter] = field(default_factory=dict)
+
+    def take(self, place: str, given: object, kind: Parameter, meaning: str, name: str = "") -> float:
+        """The number at a place [SI]; `name` is that of the parameter, where it is another than the place.
+
+        Raises:
+            InvalidInput: it is none, has another unit's dimension, or is out of range.
+        """
+        fact = replace(kind, name=place, meaning=meaning)
+        value = _number(place, given, kind.unit)
+        fact.check(value)
+        name = name or place
+        if name in self.given_anew:
+            value = self.given_anew[name]
+            fact.check(value)
+        self.values[name], self.facts[name] = float(value), replace(fact, name=name)
+        return float(value)
+
+
+def _number(place: str, given: object, unit: str) -> float:
+    if isinstance(given, str) and len(given) <= SHOWN:
+        return parse_quantity(place, given, unit)
+    if isinstance(given, bool) or not isinstance(given, (int, float)):
+        wanted = f"; give it in {unit}, or as text with a unit" if unit and not isinstance(given, str) else ""
+        raise InvalidInput(f"{place} = {shown(given)} is not a number{wanted}")
+    try:
+        return float(given)
+    except OverflowError:
+        raise InvalidInput(f"{place} is a whole number of too many digits") from None
+
+
+def shown(given: object) -> str:
+    """A value of a file in a message: one short line."""
+    # A list may hold anything, of any depth: its size says enough.
+    text = f"a {_KINDS[type(given)]}" if type(given) in _KINDS else repr(given)
+    text = text.lower() if isinstance(given, bool) else text
+    return text if len(text) <= SHOWN else f"{text[: SHOWN - 4]}...{text[-1]}"
 
 
 class Fields:
-    """A table with its place in the file.
-
-    Raises:
-        InvalidInput: on construction, what stands there is no table.
-    """
+    """A table with its place in the file; its methods raise InvalidInput, which names the place and what is wanted."""
 
     def __init__(self, given: object, place: str, numbers: Numbers) -> None:
         if not isinstance(given, dict):
@@ -37,34 +97,17 @@ class Fields:
         return f"{self.place}.{name}" if self.place else name
 
     def raw(self, name: str) -> Any:
-        """A field as it stands.
-
-        Raises:
-            InvalidInput: there is none.
-        """
+        """A field as it stands, which has to be there."""
         self._known.add(name)
         if name not in self._given:
+            near = difflib.get_close_matches(name, [key for key in self._given if len(key) <= SHOWN], n=1, cutoff=0.7)
+            meant = f"; is {near[0]!r} meant for it?" if near else ""
             where = f"{self.place}: " if self.place else ""
-            near = self._misspelt(name)
-            raise InvalidInput(f"{where}there is no {name!r}, which is needed{near}")
+            raise InvalidInput(f"{where}there is no {name!r}, which is needed{meant}")
         return self._given[name]
 
-    def _misspelt(self, name: str) -> str:
-        import difflib
-
-        near = difflib.get_close_matches(name, [key for key in self._given if len(key) <= SHOWN], n=1, cutoff=0.7)
-        return f"; is {near[0]!r} meant for it?" if near else ""
-
-    def may_hold(self, *names: str) -> None:
-        """Fields that are known, though nothing may have asked for them."""
-        self._known.update(names)
-
     def end(self) -> None:
-        """Refuse what nobody asked for.
-
-        Raises:
-            InvalidInput: names the first unknown field, and the nearest known one.
-        """
+        """Refuse what nobody asked for, by the first unknown field and the nearest known one."""
         for name in self._given:
             if name not in self._known:
                 where = f" in {self.place}" if self.place else ""
@@ -75,9 +118,7 @@ class Fields:
     def text(self, name: str, default: str | None = None) -> str:
         """A text in one line; what is left out is an error without a default."""
         self._known.add(name)
-        if default is not None and name not in self:
-            return default
-        return one_line(self.at(name), self.raw(name))
+        return default if default is not None and name not in self else one_line(self.at(name), self.raw(name))
 
     def texts(self, name: str) -> tuple[str, ...]:
         """A list of texts, empty where it is left out."""
@@ -102,27 +143,41 @@ class Fields:
             raise unknown_choice(self.at(name), given[:SHOWN], words)
         return given
 
-    def number(self, name: str, measure: Measure, meaning: str, default: float | None = None) -> float:
+    def number(self, name: str, kind: Parameter, meaning: str, default: float | None = None) -> float:
         """A quantity, SI; what is left out is an error without a default."""
         self._known.add(name)
         given = self.raw(name) if default is None or name in self else default
-        return self.numbers.take(self.at(name), given, measure, meaning)
+        return self.numbers.take(self.at(name), given, kind, meaning)
 
-    def pair(self, name: str, measure: Measure, meaning: str, default: Point | None = None) -> Point:
+    def optional(self, name: str, kind: Parameter, meaning: str) -> float | None:
+        """A quantity, SI, that is no parameter where it is left out."""
+        self._known.add(name)
+        return self.number(name, kind, meaning) if name in self else None
+
+    def listed(self, name: str, wanted: str, least: int = 2, most: int = 2, kind: type = object) -> list[Any]:
+        """A list of so many entries of a kind; `wanted` says in the message what they are."""
+        given = self.raw(name)
+        if (
+            not isinstance(given, list)
+            or not least <= len(given) <= most
+            or not all(isinstance(x, kind) for x in given)
+        ):
+            raise InvalidInput(f"{self.at(name)} = {shown(given)}: {wanted}")
+        return given
+
+    def pair(self, name: str, kind: Parameter, meaning: str, default: Point | None = None) -> Point:
         """Two quantities, along x and along y."""
         self._known.add(name)
-        given = self.raw(name) if default is None or name in self else list(default)
-        return self._pair(given, self.at(name), measure, meaning)
-
-    def _pair(self, given: object, place: str, measure: Measure, meaning: str) -> Point:
-        if isinstance(given, list) and len(given) == COORDINATES + 1 and measure is COORDINATE:
-            raise InvalidInput(
-                f"{place} has three coordinates: only planar mechanisms can be described, give [x, y], with decimal "
-                "points"
-            )
-        if not isinstance(given, list) or len(given) != COORDINATES:
-            raise InvalidInput(f"{place} = {shown(given)}: two numbers are wanted, [x, y]")
-        x, y = (self.numbers.take(f"{place}.{a}", v, measure, meaning) for a, v in zip("xy", given, strict=True))
+        given: Sequence[object] = default or ()
+        if default is None or name in self:
+            three = isinstance(self.raw(name), list) and len(self.raw(name)) == 3
+            if three and kind is COORDINATE:
+                raise InvalidInput(
+                    f"{self.at(name)} has three coordinates: only planar mechanisms can be described, give [x, y], "
+                    "with decimal points"
+                )
+            given = self.listed(name, "two numbers are wanted, [x, y]")
+        x, y = (self.numbers.take(f"{self.at(name)}.{a}", v, kind, meaning) for a, v in zip("xy", given, strict=True))
         return (x, y)
 
     # -- tables --------------------------------------------------------------------------------------------------
@@ -132,12 +187,18 @@ class Fields:
         self._known.add(name)
         return Fields(self._given.get(name, {}), self.at(name), self.numbers)
 
-    def names(self) -> tuple[str, ...]:
-        """Names of all that stands in this table, in alphabetical order: that of declaration means nothing.
+    def tables(self, name: str, wanted: str, most: int) -> list[Fields]:
+        """The tables in a list of at least one."""
+        given = self.listed(name, f"a list of 1 to {most} {wanted} is wanted", 1, most)
+        return [Fields(some, f"{self.at(name)}[{k}]", self.numbers) for k, some in enumerate(given)]
 
-        Raises:
-            InvalidInput: one cannot be a name.
-        """
+    def named(self, name: str) -> dict[str, Fields]:
+        """Tables in a table by name, in alphabetical order: that of declaration means nothing."""
+        whole = self.table(name)
+        return {some: whole.table(some) for some in whole.names()}
+
+    def names(self) -> tuple[str, ...]:
+        """Names of all that stands in this table, in alphabetical order."""
         for name in self._given:
             check_name(self.place, name)
         self._known.update(self._given)
@@ -145,11 +206,7 @@ class Fields:
 
 
 def check_name(place: str, name: str) -> None:
-    """Refuse what cannot be a name.
-
-    Raises:
-        InvalidInput: says what a name is made of.
-    """
+    """Refuse what cannot be a name; raises InvalidInput that says what a name is made of."""
     if not NAME.fullmatch(name):
         raise InvalidInput(
             f"{place}: {shown(name)} cannot be a name: up to 40 letters (a to z), digits, '-' and '_', beginning "

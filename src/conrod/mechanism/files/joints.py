@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.files.bodies import ORIGIN, BodyPoint, Places, check_apart
 from conrod.mechanism.files.cams import read_profile
-from conrod.mechanism.files.fields import Fields
-from conrod.mechanism.files.numbers import ANGLE, COORDINATE, LENGTH, SHOWN, SPEED, shown
-from conrod.mechanism.files.places import ORIGIN, BodyPoint, Places, check_apart
-from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, SHOWN, SPEED, Fields
+from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Rack, Revolute, Rolling
 
 MOST_JOINTS = 200
 # What others call the kinds, and what is none.
@@ -28,43 +25,25 @@ SPATIAL = {"spherical": 3, "ball": 3, "cylindrical": 2, "universal": 2, "helical
 FREEDOMS = {"revolute": 1, "prismatic": 1, "gear": 5, "rack": 5, "rolling": 5, "cam": 5}
 
 
-@dataclass(frozen=True)
-class Read:
-    """The joints of a file.
-
-    Attributes:
-        joints: in alphabetical order.
-        to_fit: names of those that roll, whose offset is what the start poses leave.
-    """
-
-    joints: tuple[Joint, ...]
-    to_fit: frozenset[str]
-
-
-def read_joints(fields: Fields, places: Places) -> Read:
-    """All joints by name.
+def read_joints(fields: Fields, places: Places) -> tuple[tuple[Joint, ...], frozenset[str]]:
+    """All joints in alphabetical order, and the names of those that roll with the offset that the start poses leave.
 
     Raises:
         InvalidInput: names what cannot be used.
     """
-    table = fields.table("joints")
-    names = table.names()
-    if len(names) > MOST_JOINTS:
-        raise InvalidInput(f"there are {len(names)} joints: at most {MOST_JOINTS} are read")
-    inside = {name: table.table(name) for name in names}
-    kinds = {name: some.text("kind") for name, some in inside.items()}
+    tables = fields.named("joints")
+    if len(tables) > MOST_JOINTS:
+        raise InvalidInput(f"there are {len(tables)} joints: at most {MOST_JOINTS} are read")
+    kinds = {name: table.text("kind") for name, table in tables.items()}
     _check_planar(kinds, len(places.of_body))
-    joints, to_fit = [], set()
-    for name, some in inside.items():
+    joints = []
+    for name, table in tables.items():
         if kinds[name] not in _READERS:
-            raise _unknown_kind(some.at("kind"), kinds[name])
-        joints.append(_READERS[kinds[name]](some, name, places))
-        if isinstance(joints[-1], Rolling | Rack):
-            some.may_hold("offset")
-            if "offset" not in some:
-                to_fit.add(name)
-        some.end()
-    return Read(tuple(joints), frozenset(to_fit))
+            raise _unknown_kind(table.at("kind"), kinds[name])
+        joints.append(_READERS[kinds[name]](table, name, places))
+        table.end()
+    rolling = {joint.name for joint in joints if isinstance(joint, Rolling | Rack)}
+    return tuple(joints), frozenset(name for name in rolling if "offset" not in tables[name])
 
 
 def _unknown_kind(place: str, kind: str) -> InvalidInput:
@@ -103,14 +82,12 @@ def _prismatic(fields: Fields, name: str, places: Places) -> Prismatic:
 
 def _line(fields: Fields, name: str, places: Places) -> tuple[BodyPoint, float]:
     """A line on a body: a point of it and a direction, or two points."""
-    given = fields.raw(name)
-    if not isinstance(given, list):
+    if not isinstance(fields.raw(name), list):
         place = places.field(fields, name)
         return place, fields.number("direction", ANGLE, f"direction of the line on {place.body}")
     if "direction" in fields:
         raise InvalidInput(f"{fields.at('direction')}: {name} tells the direction by two points; leave one of them out")
-    if len(given) != 2:
-        raise InvalidInput(f"{fields.at(name)} = {shown(given)}: one point with a direction, or two points are wanted")
+    given = fields.listed(name, "one point with a direction, or two points are wanted")
     start, stop = (places.found(f"{fields.at(name)}[{k}]", some) for k, some in enumerate(given))
     if start.body != stop.body or math.dist(start.point, stop.point) < LENGTH.lowest:
         raise InvalidInput(f"{fields.at(name)}: two different points of one body are wanted")
@@ -119,9 +96,7 @@ def _line(fields: Fields, name: str, places: Places) -> tuple[BodyPoint, float]:
 
 def _gear(fields: Fields, name: str, places: Places) -> Rolling:
     first, second = places.pair(fields, "wheels")
-    radii = fields.raw("radii")
-    if not isinstance(radii, list) or len(radii) != 2:
-        raise InvalidInput(f"{fields.at('radii')} = {shown(radii)}: the pitch radii of the two wheels are wanted")
+    radii = fields.listed("radii", "the pitch radii of the two wheels are wanted")
     signed = [
         fields.numbers.take(f"{fields.at('radii')}.{k}", some, LENGTH, f"pitch radius of {wheel.body}")
         for k, (some, wheel) in enumerate(zip(radii, (first, second), strict=True))
@@ -142,7 +117,7 @@ def _rolling(fields: Fields, name: str, places: Places) -> Rolling:
 
 
 def _offset(fields: Fields) -> float:
-    return fields.number("offset", COORDINATE, "what has rolled off at the start") if "offset" in fields else 0.0
+    return fields.optional("offset", COORDINATE, "what has rolled off at the start") or 0.0
 
 
 def _rack(fields: Fields, name: str, places: Places) -> Rack:
@@ -173,16 +148,8 @@ _READERS: dict[str, Callable[[Fields, str, Places], Joint]] = {
 }
 
 
-SENSES = {"counter-clockwise": 1, "clockwise": -1}
-SPEED_PARAMETER = "speed"  # what all scenes call it; in the file it stands at driver.speed
-
-
 def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float]:
-    """The driver, and the crank speed [rad/s].
-
-    Raises:
-        InvalidInput: names what cannot be used.
-    """
+    """The driver, and the crank speed [rad/s]; raises InvalidInput as `read_joints`."""
     table = fields.table("driver")
     name = table.text("joint")
     joint = next((joint for joint in joints if joint.name == name), None)
@@ -196,7 +163,8 @@ def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float
         )
     sense = SENSES[table.choice("sense", SENSES, "counter-clockwise")]
     meaning = "crank speed; negative is the other sense of rotation"
-    speed = table.numbers.take(table.at("speed"), table.raw("speed"), SPEED, meaning, SPEED_PARAMETER)
+    # All scenes call it speed.
+    speed = table.numbers.take(table.at("speed"), table.raw("speed"), SPEED, meaning, "speed")
     start = table.number("start", ANGLE, "turn of the crank at crank angle 0", 0.0)
     span = None
     if "from" in table or "to" in table:

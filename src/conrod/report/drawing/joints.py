@@ -7,8 +7,7 @@ from typing import assert_never
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Revolute, pins_of, to_world
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of, to_world
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.link_shapes import link_shape
 from conrod.report.drawing.slides import Slide, slide_of, slot_ends, ways

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Revolute, to_world
-from conrod.mechanism.rolling import Mesh, Rolling
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Mesh, Point, Pose, Revolute, Rolling, to_world
 from conrod.report.drawing.label_placement import LabelPlacement
 
 MM = 1e3

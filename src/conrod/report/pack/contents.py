@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from conrod.errors import InvalidInput
-from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.folder import document_in
 from conrod.report.pack.export import as_csv, as_npz, exact_columns

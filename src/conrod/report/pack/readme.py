@@ -11,8 +11,7 @@ from conrod.engines import engine_named, engine_names
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps
 from conrod.mechanism.cam_law import LawProfile
-from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Revolute
-from conrod.mechanism.rolling import Rack, Rolling
+from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 from conrod.report import numbers
 from conrod.report.numbers import ROUNDING
 from conrod.report.scene_words import described, parameters_table
