@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid
-from conrod.report.charts.layout import NORMS, log_axis, rows_axis
+from conrod.report.charts.layout import NORMS, Layout, log_axis, rows_axis
 from conrod.report.charts.styles import colour, preset_title
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
@@ -27,12 +26,13 @@ SHOWN = {
     "regularisation, this step": ("D", 4.5, "what regularisation changes"),
     "stabilisation, this step": ("v", 6.0, "what stabilisation changes"),
 }
+LANE = 0.14  # of a row: the parts above each other
 
 
 def title_of(budget: ErrorBudget) -> str:
     """Engine, preset and steps."""
     steps = budget.settings.get("steps_per_revolution")
-    return f"{preset_title(budget.engine, budget.preset)}" + ("" if steps is None else f", {steps} steps")
+    return preset_title(budget.engine, budget.preset) + ("" if steps is None else f", {steps} steps")
 
 
 def budget_table(budget: ErrorBudget) -> Table:
@@ -53,12 +53,10 @@ def setting_value(value: Any) -> str:
     match value:
         case None:
             return "none"
-        case bool():
-            return "yes" if value else "no"
         case float():
             return numbers.quantity(value, 3)
         case list() | tuple():
-            return "(" + ", ".join(setting_value(part) for part in value) + ")"
+            return "(" + ", ".join(map(setting_value, value)) + ")"
         case _:
             return str(value)
 
@@ -77,16 +75,17 @@ def _norm(norm: Norm) -> str:
 
 
 def _law(part: Part) -> list[str]:
-    predicted = numbers.measured(part.predicted)
-    if part.predicted is None or part.norms is None:
-        return [predicted, ""]
-    position = part.norms["position"]
-    if not position.resolved:
-        return [predicted, "not named: not resolved"]
-    # Two sizes that are both rounding agree about nothing.
-    if position.max < numbers.ROUNDING:
-        return [predicted, "not named: rounding"]
-    return [predicted, "the law's" if part.named else "not named: the law does not give the size"]
+    """The size that the law predicts, and whether it names the cause."""
+    position = part.norms["position"] if part.norms is not None else None
+    if part.predicted is None or position is None:
+        named = ""
+    elif not position.resolved:
+        named = "not named: not resolved"
+    elif position.max < numbers.ROUNDING:  # two sizes that are both rounding agree about nothing
+        named = "not named: rounding"
+    else:
+        named = "the law's" if part.named else "not named: the law does not give the size"
+    return [numbers.measured(part.predicted), named]
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
@@ -100,50 +99,38 @@ def known_budgets(study: SweepStudy) -> list[ErrorBudget]:
 def budgets_figure(study: SweepStudy) -> Figure:
     """The parts of every known budget beside each other, a panel for each quantity."""
     budgets = known_budgets(study)
-    height = 0.95 * len(budgets) + 1.5
-    figure = Figure(figsize=(10.5, height))
-    panels = figure.subplots(1, 3, sharey=True)
-    for axes, quantity in zip(panels, QUANTITIES, strict=True):
+    rows = 0.95 * len(budgets)
+    layout = Layout(10.5, rows + 1.3)
+    for k, quantity in enumerate(QUANTITIES):
+        axes = layout.axes(1.7 + 2.95 * k, 0.5, 2.75, rows)
+        sizes = [0.0]
         for place, budget in enumerate(budgets):
-            _draw(axes, place, budget, quantity)
-        _error_axis(axes, _largest(budgets, quantity))
+            known = {part.name: part.norms[quantity] for part in budget.parts if part.norms is not None}
+            hue = colour(budget.engine)
+            for lane, (name, (marker, size, _)) in enumerate(SHOWN.items()):
+                if name in known:
+                    sizes.append(known[name].max)
+                    filled = known[name].resolved and known[name].max >= numbers.ROUNDING
+                    style = _mark(marker, size, hue) | {"markerfacecolor": hue if filled else "white"}
+                    at = place + LANE * (lane - 0.5 * (len(SHOWN) - 1))
+                    axes.plot(on_log_grid(np.array([known[name].max])), [at], **style)
+        # From rounding on; a shade where only rounding is.
+        top = int(np.ceil(np.log10(max(*sizes, 1e3 * numbers.ROUNDING)) - 1e-6))
+        lowest = round(np.log10(numbers.ROUNDING))
+        edge = 10.0 ** (lowest - 0.6)
+        ticks = [10.0**n for n in range(lowest, top + 1, max(1, (top - lowest) // 4))]
+        log_axis(axes, (edge, 10.0 ** (top + 0.4)), ticks)
+        axes.axvspan(edge, numbers.ROUNDING, color="#eeeeee", zorder=0, linewidth=0)
         axes.set_xlabel(f"{quantity}, max / {NORMS[quantity]}")
-        rows_axis(axes, [title_of(budget).replace(", ", ",\n") for budget in budgets], 0.45)
+        rows_axis(axes, [title_of(budget).replace(", ", ",\n") if k == 0 else "" for budget in budgets], 0.45)
         axes.grid(visible=False, axis="y")
         for place in range(len(budgets) - 1):
             axes.axhline(place + 0.5, color="#bbbbbb", linewidth=0.6)
-    handles, labels = panels[0].get_legend_handles_labels()
-    known = dict(zip(labels, handles, strict=True))
-    at = (0.5, 1.0 - 0.05 / height)
-    figure.legend(list(known.values()), list(known), loc="upper center", ncol=3, bbox_to_anchor=at)
-    figure.subplots_adjust(left=0.16, right=0.98, top=1.0 - 0.72 / height, bottom=0.5 / height, wspace=0.08)
-    return figure
+    handles = [Line2D([], [], label=words, **_mark(marker, size, "#444444")) for marker, size, words in SHOWN.values()]
+    layout.legend(handles, 3)
+    return layout.figure
 
 
-def _largest(budgets: Sequence[ErrorBudget], quantity: str) -> float:
-    sizes = [part.norms[quantity].max for budget in budgets for part in budget.parts if part.norms is not None]
-    return max([*sizes, 1e3 * numbers.ROUNDING])
-
-
-def _draw(axes: Axes, place: int, budget: ErrorBudget, quantity: str) -> None:
-    known = {part.name: part.norms[quantity] for part in budget.parts if part.norms is not None}
-    for lane, (name, (marker, size, words)) in enumerate(SHOWN.items()):
-        if name not in known:
-            continue
-        norm, hue = known[name], colour(budget.engine)
-        axes.plot(
-            on_log_grid(np.array([norm.max])), [place + 0.14 * (lane - 0.5 * (len(SHOWN) - 1))], linestyle="none",
-            marker=marker, markersize=size, color=hue, markeredgewidth=2.0 if marker == "|" else 1.0,
-            markerfacecolor=hue if norm.resolved and norm.max >= numbers.ROUNDING else "white",
-        )  # fmt: skip
-        if place == 0:
-            axes.plot([], [], linestyle="none", marker=marker, markersize=size, color="#444444", label=words)
-
-
-def _error_axis(axes: Axes, largest: float) -> None:
-    """A logarithmic axis from rounding on; a shade where only rounding is."""
-    lowest, top = round(np.log10(numbers.ROUNDING)), int(np.ceil(np.log10(largest) - 1e-6))
-    edge = 10.0 ** (lowest - 0.6)
-    decades = range(lowest, top + 1, max(1, (top - lowest) // 4))
-    log_axis(axes, (edge, 10.0 ** (top + 0.4)), [10.0**k for k in decades])
-    axes.axvspan(edge, numbers.ROUNDING, color="#eeeeee", zorder=0, linewidth=0)
+def _mark(marker: str, size: float, hue: str) -> dict[str, Any]:
+    wide = 2.0 if marker == "|" else 1.0
+    return {"linestyle": "none", "marker": marker, "markersize": size, "color": hue, "markeredgewidth": wide}

@@ -16,8 +16,7 @@ from conrod.report.sweep import tables
 from conrod.report.sweep.bands import bands_figure, rows_of, shares_table
 from conrod.report.sweep.budgets import budget_table, budgets_figure, known_budgets, title_of
 from conrod.report.sweep.orders import TOLERANCES, orders_figure, orders_table, principal_paths
-from conrod.report.sweep.selection import placed_points
-from conrod.report.sweep.sentences import more_sentences, sentences
+from conrod.report.sweep.points import placed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
@@ -33,8 +32,7 @@ def _page(part: Part[SweepStudy]) -> Page:
         "sweep",
         study=study,
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
-        findings=sentences(study),
-        more=more_sentences(study),
+        findings=tables.findings(study),
         figures=figures,
         tables=tables,
         command=part.command,
@@ -42,7 +40,6 @@ def _page(part: Part[SweepStudy]) -> Page:
         placed=len(placed),
         failed=sum(not p.point.completed for p in placed),
         untimed=sum(p.estimated and p.point.completed for p in placed),
-        preset_orders=orders_table(study, presets_only=True),
         orders=orders_table(study),
         shares=shares_table(study),
         budgets=[_budget(budget) for budget in study.budgets],
@@ -74,7 +71,7 @@ def _budget(budget: ErrorBudget) -> tuple[str, str, Table, list[str]]:
 
 def _summary(study: SweepStudy) -> dict[str, Any]:
     return {
-        "findings": [*sentences(study), *more_sentences(study)],
+        "findings": tables.findings(study),
         "cheapest": tables.cheapest_rows(study, "position", TOLERANCES),
         "engines": dict(study.engines),
         "machine": study.machine,

@@ -1,15 +1,20 @@
-"""Tables of a sweep: points worth choosing, runs that failed, knobs, masses and gravity, transfers, predictions."""
+"""Tables of a sweep: choices, what each preset and knob does, what failed, masses and gravity, transfers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import groupby
 
+from conrod.engines.presets import STOCK
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
-from conrod.report.sweep.selection import (
+from conrod.report.charts.styles import engine_title, preset_title
+from conrod.report.sweep.orders import order_words
+from conrod.report.sweep.points import (
+    TOLERANCES,
     cheapest_within,
-    labelled_points,
-    most_accurate,
+    front_points,
+    least_error,
+    preset_curves,
     rule_of,
     timed_engines,
     tolerance,
@@ -17,17 +22,20 @@ from conrod.report.sweep.selection import (
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.recommend.transfer import Transfer
-from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint
+from conrod.studies.sweep.error_budget import ErrorBudget
+from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule
 from conrod.studies.sweep.sensitivity import GRAVITY, Sensitivity, Variation
+from conrod.studies.validation.refinement import PATHS
 
-MORE_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9)
+QUANTITY, ALLOWED = "position", 1e-6  # that presets and knobs are compared at
 STEPS = "steps per revolution"
 COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
 CHEAPEST_HEAD = ["within", "engine", "cheapest settings", STEPS, "error", *COST_HEAD]
-
-
 FRONT_HEAD = ["point", "setting", "steps/rev", "position", "velocity", "accel.", "ms/rev", "ratio"]
 RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
+
+
+# -- choices -----------------------------------------------------------------------------------------------------------
 
 
 def front_table(study: SweepStudy) -> Table:
@@ -37,35 +45,39 @@ def front_table(study: SweepStudy) -> Table:
             point.label,
             f"{point.engine}: {point.rule}" + (f" [{point.preset}]" if point.preset else ""),
             str(point.steps_per_revolution),
-            *(numbers.measured(point.error(quantity)) for quantity in QUANTITIES),
+            *_errors(point),
             *(numbers.measured(None if point.cost is None else 1e3 * point.cost), numbers.measured(point.ratio)),
         ]
-        for point, _ in labelled_points(study, ("position",))
+        for point, fronts in front_points(study)
+        if "position" in fronts
     ]
     title = f"{study.name}: settings that none beats in both cost and position"
     return table(FRONT_HEAD, rows, right=FRONT_HEAD[2:], title=title)
 
 
-def labelled_table(study: SweepStudy) -> Table:
-    """Every point on the front of its engine for a quantity: those that the diagram names."""
+def fronts_table(study: SweepStudy) -> Table:
+    """Every point on the front of its engine for a quantity."""
     rows = [
         [
             point.label,
             engine_title(point.engine),
             rule_of(point),
             str(point.steps_per_revolution),
-            *(numbers.measured(point.error(quantity)) for quantity in QUANTITIES),
-            *costs_of(point),
+            *_errors(point),
+            *_costs(point),
             ", ".join(f"**{q}**" if on_all else q for q, on_all in fronts.items()),
         ]
-        for point, fronts in labelled_points(study)
+        for point, fronts in front_points(study)
     ]
     head = ["point", "engine", "settings", STEPS, *(f"{q} error" for q in QUANTITIES), *COST_HEAD]
     return table([*head, "on the front for"], rows, right=head[3:])
 
 
-def costs_of(point: SweptPoint) -> list[str]:
-    """Two cells: CPU time of a revolution, and the same in steps of the engine's reference loop."""
+def _errors(point: SweptPoint) -> list[str]:
+    return [numbers.measured(point.error(quantity)) for quantity in QUANTITIES]
+
+
+def _costs(point: SweptPoint) -> list[str]:
     return [numbers.duration(point.cost), numbers.measured(point.ratio)]
 
 
@@ -77,26 +89,131 @@ def cheapest_rows(study: SweepStudy, quantity: str, tolerances: Sequence[float])
     rows, beyond = [], set[str]()
     for allowed in sorted(tolerances, reverse=True):
         for engine in (e for e in timed_engines(study) if e not in beyond):
-            best = cheapest_within(study, quantity, allowed, engine)
-            rows.append([tolerance(allowed), engine_title(engine), *_choice(study, quantity, best, engine)])
+            best = cheapest_within(study.points, quantity, allowed, engine)
             if best is None:
                 beyond.add(engine)
+                least = numbers.measured(least_error(study, quantity, engine))
+                choice = [f"none of the grid; the least error is {least}", *[numbers.MISSING] * 4]
+            else:
+                choice = [f"{rule_of(best)} ({best.label})", str(best.steps_per_revolution)]
+                choice += [numbers.measured(best.error(quantity)), *_costs(best)]
+            rows.append([tolerance(allowed), engine_title(engine), *choice])
     return rows
-
-
-def _choice(study: SweepStudy, quantity: str, best: SweptPoint | None, engine: str) -> list[str]:
-    if best is None:
-        nearest = most_accurate(study, quantity, engine)
-        reached = numbers.measured(None if nearest is None else nearest.error(quantity))
-        return [f"none of the grid; the least error is {reached}", *[numbers.MISSING] * 4]
-    steps, error = str(best.steps_per_revolution), numbers.measured(best.error(quantity))
-    return [f"{rule_of(best)} ({best.label})", steps, error, *costs_of(best)]
 
 
 def cheapest_table(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Table:
     """The cheapest setting of each engine for several tolerances of each quantity."""
-    rows = [[q, *row] for q in quantities for row in cheapest_rows(study, q, MORE_TOLERANCES)]
+    rows = [[q, *row] for q in quantities for row in cheapest_rows(study, q, TOLERANCES)]
     return table(["error of", *CHEAPEST_HEAD], rows, right=CHEAPEST_HEAD[3:])
+
+
+def findings(study: SweepStudy) -> list[str]:
+    """For each engine with timings the cheapest setting within the tolerance, and whether it gets there as it comes."""
+    found = []
+    for engine in timed_engines(study):
+        best = cheapest_within(study.points, QUANTITY, ALLOWED, engine)
+        least, stock = (least_error(study, QUANTITY, engine, preset) for preset in (None, STOCK))
+        title, error = engine_title(engine), f"position error of {tolerance(ALLOWED)} L"
+        if best is None:
+            text = (
+                f"**No setting of {title} in the grid has a {error} or less**; the least is {numbers.measured(least)}."
+            )
+        else:
+            setting = f"{rule_of(best)}, at {best.steps_per_revolution} steps per revolution ({best.label})"
+            cost = numbers.duration(best.cost)
+            text = f"**The cheapest setting of {title} for a {error}** is {setting}: {cost} of CPU time a revolution."
+        never = f" The {STOCK} settings never get there: their least error is {numbers.measured(stock)} L."
+        found.append(text + (never if stock is not None and stock > ALLOWED else ""))
+    return found
+
+
+# -- presets and knobs -------------------------------------------------------------------------------------------------
+
+
+def presets_table(study: SweepStudy) -> Table:
+    """What each preset's position error does as the step is refined, what it is made of, and what it depends on."""
+    rules = {(rule.engine, rule.name): rule for rule in study.rules}
+    budgets = {(budget.engine, budget.preset): budget for budget in study.budgets}
+    sensitivities = {(one.engine, one.preset): one for one in study.sensitivities}
+    found = {(one.engine, one.label, one.path): one.shares.get(QUANTITY) for one in study.both_ways}
+    rows = []
+    for curve in preset_curves(study):
+        preset, rule = (curve.engine, curve.preset), rules.get((curve.engine, curve.rule))
+        shares = [found.get((*preset, path)) for path in PATHS]
+        rows.append(
+            [
+                preset_title(*preset),
+                order_words(rule, study.points_of(rule), QUANTITY) if rule else numbers.MISSING,
+                *_parts(budgets.get(preset)),
+                *(numbers.percent(share.share) if share else numbers.MISSING for share in shares),
+                _dependence(sensitivities[preset]) if preset in sensitivities else numbers.MISSING,
+            ]
+        )
+    head = ["preset", "position error, as the step is refined", "at", "whole", "iteration", "step", "model", "law"]
+    return table([*head, *(f"seen, {path}" for path in PATHS), "masses and gravity"], rows, right=head[2:])
+
+
+def _parts(budget: ErrorBudget | None) -> list[str]:
+    """Steps, the position error at them, its parts, and the size of the model's part by the engine's law."""
+    if budget is None:
+        return [numbers.MISSING] * 6
+    norms = {part.name: part.norms[QUANTITY] for part in budget.parts if part.norms is not None}
+    sizes = [
+        numbers.MISSING if norm is None else numbers.measured(norm.max) if norm.resolved else "not resolved"
+        for norm in map(norms.get, ("total", "iteration", "step", "model"))
+    ]
+    steps = budget.settings.get("steps_per_revolution", numbers.MISSING)
+    return [str(steps), *sizes, numbers.measured(budget.part("model").predicted)]
+
+
+def _dependence(sensitivity: Sensitivity) -> str:
+    """Largest factor by which any error changes, and what the runs are that fail."""
+    # Where the drive faltered, a change is not the joints'.
+    changed = [v for v in sensitivity.variations[1:] if v.outcome != COMPLETED or v.drive_kept]
+    ratios = [r for v in changed for q in QUANTITIES if (r := v.ratios.get(q))]
+    failed = [f"{variation_name(sensitivity, v)}: `{v.outcome}`" for v in changed if v.outcome != COMPLETED]
+    factor = [f"x {numbers.measured(max(max(ratio, 1.0 / ratio) for ratio in ratios))}"] if ratios else []
+    return "; ".join([*factor, *failed]) or numbers.MISSING
+
+
+def knobs_table(study: SweepStudy) -> Table:
+    """What each knob is worth: the cheapest settings for a position error of 1e-6, and without it."""
+    rules = {(rule.engine, rule.name): rule for rule in study.rules}
+    rows = []
+    for engine in timed_engines(study):
+        best = cheapest_within(study.points, QUANTITY, ALLOWED, engine)
+        if best is None:
+            continue
+        for knob, value in rules[engine, best.rule].knobs.items():
+            others = [p for p in study.points if p.engine == engine and _way(p, knob, rules) != _way(best, knob, rules)]
+            other = cheapest_within(others, QUANTITY, ALLOWED, engine)
+            if other:
+                factor = (other.cost or 0.0) / (best.cost or 1.0)
+                order, other_order = (
+                    numbers.order(rules[engine, p.rule].orders[QUANTITY].claimed) for p in (best, other)
+                )
+                setting = f"{rule_of(other)}, {other.steps_per_revolution} steps ({other.label})"
+                cells = [
+                    value,
+                    order,
+                    setting,
+                    other_order,
+                    f"{numbers.duration(other.cost)} (x {numbers.measured(factor)})",
+                ]
+            elif others:
+                cells = [value, numbers.MISSING, "none reaches it", *[numbers.MISSING] * 2]
+            else:
+                continue
+            rows.append([engine_title(engine), f"`{knob}`", *cells])
+    head = ["engine", "knob", "set to", "order", "cheapest where it is set otherwise", "order then", "cost then"]
+    return table(head, rows)
+
+
+def _way(point: SweptPoint, knob: str, rules: Mapping[tuple[str, str], SweptRule]) -> str | None:
+    """What a knob is set to; `hardened 1e-9` and `hardened 1e-6` are one way of setting it."""
+    value = rules[point.engine, point.rule].knobs.get(knob)
+    word = (value or "").partition(" ")[0]
+    return word if word.isalpha() else value
 
 
 # -- the grid ----------------------------------------------------------------------------------------------------------
@@ -109,50 +226,48 @@ def failures_table(study: SweepStudy) -> Table:
         points = study.points_of(rule)
         failed = sum(not point.completed for point in points)
         if failed:
+            ends = [_span(list(group)) for _, group in groupby(points, lambda p: p.outcome)]
             counted = f"{failed} of {len(points)}"
-            rows.append([engine_title(rule.engine), rule.name, counted, "; ".join(outcome_spans(points))])
+            rows.append([engine_title(rule.engine), rule.name, counted, "; ".join(filter(None, ends))])
     return table(["engine", "settings", "runs that did not complete", f"{STEPS}: how they ended"], rows)
 
 
-def outcome_spans(points: Sequence[SweptPoint]) -> list[str]:
-    """Neighbouring numbers of steps with one outcome, together: `20 to 100: diverged`."""
-    groups: list[list[SweptPoint]] = []
-    for point in points:
-        if groups and groups[-1][0].outcome == point.outcome:
-            groups[-1].append(point)
-        else:
-            groups.append([point])
-    spans = []
-    for group in (group for group in groups if not group[0].completed):
-        first, last = group[0].steps_per_revolution, group[-1].steps_per_revolution
-        reasons = {point.reason for point in group if point.outcome == "unsupported"}
-        reason = f" ({next(iter(reasons))})" if len(reasons) == 1 else ""
-        spans.append(f"{first if first == last else f'{first} to {last}'}: {group[0].outcome}{reason}")
-    return spans
+def _span(group: Sequence[SweptPoint]) -> str:
+    """Neighbouring numbers of steps with one outcome: `20 to 100: diverged`; empty where the runs completed."""
+    first, last = group[0], group[-1]
+    if first.completed:
+        return ""
+    steps = dict.fromkeys(point.steps_per_revolution for point in (first, last))
+    reasons = {point.reason for point in group if point.outcome == "unsupported"}
+    reason = f" ({reasons.pop()})" if len(reasons) == 1 else ""
+    return f"{' to '.join(map(str, steps))}: {first.outcome}{reason}"
 
 
-def knobs_table(study: SweepStudy) -> Table:
+def swept_table(study: SweepStudy) -> Table:
     """Knobs and their values, the number of steps among them."""
     rows = []
     for engine in study.engines:
         steps = sorted({point.steps_per_revolution for point in study.points if point.engine == engine})
         rows.append([engine_title(engine), STEPS, ", ".join(map(str, steps))])
-        rules = [rule for rule in study.rules if rule.engine == engine]
-        for knob in dict.fromkeys(name for rule in rules for name in rule.knobs):
-            values = dict.fromkeys(rule.knobs[knob] for rule in rules if knob in rule.knobs)
-            rows.append([engine_title(engine), f"`{knob}`", ", ".join(values)])
+        values: dict[str, dict[str, None]] = {}
+        for rule in (rule for rule in study.rules if rule.engine == engine):
+            for knob, value in rule.knobs.items():
+                values.setdefault(knob, {})[value] = None
+        rows += [[engine_title(engine), f"`{knob}`", ", ".join(found)] for knob, found in values.items()]
     return table(["engine", "knob", "values"], rows)
 
 
-def grid_words(study: SweepStudy) -> str:
-    """Numbers of settings and runs, in a sentence."""
-    parts = []
+def counts_table(study: SweepStudy) -> Table:
+    """Numbers of settings and runs of each engine, and what a sweep has that it lacks."""
+    rows = []
     for engine in study.engines:
         points = [point for point in study.points if point.engine == engine]
-        completed, rules = sum(point.completed for point in points), len({point.rule for point in points})
-        parts.append(f"{engine_title(engine)} {rules} settings in {len(points)} runs, of which {completed} completed")
-    parts += [f"{engine_title(engine)} unsupported: {why}" for engine, why in study.unsupported.items()]
-    return f"The grid `{study.grid}`: " + "; ".join(parts) + "."
+        counts = (len({point.rule for point in points}), len(points), sum(point.completed for point in points))
+        rows.append([engine_title(engine), *map(str, counts), study.unsupported.get(engine, "")])
+    rows += [[engine_title(e), *["0"] * 3, why] for e, why in study.unsupported.items() if e not in study.engines]
+    return table(
+        ["engine", "settings", "runs", "completed", "unsupported"], rows, right=["settings", "runs", "completed"]
+    )
 
 
 # -- masses, gravity and transfers -------------------------------------------------------------------------------------
@@ -164,9 +279,11 @@ def variations_table(study: SweepStudy) -> Table:
     for sensitivity in study.sensitivities:
         steps = str(sensitivity.settings.get("steps_per_revolution", numbers.MISSING))
         for variation in sensitivity.variations:
+            drive = numbers.MISSING if variation.outcome != COMPLETED else numbers.measured(variation.drive)
+            drive += ": too much, no statement" if variation.drive_kept is False else ""
+            errors = [_varied(variation, quantity) for quantity in QUANTITIES]
             name = variation_name(sensitivity, variation)
-            errors = [_error(variation, quantity) for quantity in QUANTITIES]
-            rows.append([engine_title(sensitivity.engine), sensitivity.preset, steps, name, *errors, _drive(variation)])
+            rows.append([engine_title(sensitivity.engine), sensitivity.preset, steps, name, *errors, drive])
     head = ["engine", "preset", STEPS, "change", *(f"{q} error (ratio)" for q in QUANTITIES)]
     return table([*head, "ripple of the drive"], rows)
 
@@ -178,18 +295,12 @@ def variation_name(sensitivity: Sensitivity, variation: Variation) -> str:
     return variation.name if variation.value is None else f"{variation.name} ({numbers.quantity(variation.value)} kg)"
 
 
-def _error(variation: Variation, quantity: str) -> str:
+def _varied(variation: Variation, quantity: str) -> str:
     if variation.errors is None:
         return variation.outcome
     ratio = variation.ratios.get(quantity)
     factor = "" if ratio is None else f" (x {numbers.measured(ratio)})"
     return f"{numbers.measured(variation.errors[quantity])}{factor}"
-
-
-def _drive(variation: Variation) -> str:
-    if variation.outcome != COMPLETED:
-        return numbers.MISSING
-    return numbers.measured(variation.drive) + ("" if variation.drive_kept else ": too much, no statement")
 
 
 def transfers_table(transfers: Sequence[Transfer]) -> Table:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,19 +15,32 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
 from conrod.report.charts.layout import NORMS, Layout, log_axis, preset_handles, rows_axis
 from conrod.report.charts.styles import colour, engine_title, outcome_mark, preset_style
-from conrod.report.sweep.labels import name_curves, name_points
-from conrod.report.sweep.selection import Placed, placed_points, preset_curves, timed_engines
+from conrod.report.sweep.points import (
+    TOLERANCES,
+    Placed,
+    cheapest_within,
+    placed_points,
+    preset_curves,
+    timed_engines,
+)
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
+
+Place = tuple[float, float]  # in a panel [pt]
 
 FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
 APART = (0.0, 0.24, -0.24)  # failed runs of one cost, in lanes
 
 WIDTH, PANEL_HEIGHT, LANE_HEIGHT = 10.5, 4.9, 0.26  # [inch]
-LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 1.2, 1.05, 0.3, 1.5  # margins [inch]
+LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.95, 1.05, 0.3, 1.5  # margins [inch]
 PANEL_WIDTH = WIDTH - LEFT - RIGHT
 POINTS = 72.0  # in an inch
+NAME_SIZE = 7.0  # [pt]
+MARKED = 4.5  # half the side of a marked point [pt]
+# From a point to its name, best first: a front has nothing of its own below it and to its left.
+DIRECTIONS = ((-0.8, -0.6), (-1.0, 0.0), (-0.3, -1.0), (-0.9, 0.45), (0.3, -1.0), (0.9, -0.45), (0.0, 1.0), (0.9, 0.45))
+DISTANCES = (16.0, 22.0, 30.0, 40.0, 52.0)  # [pt]
 OUTWARD = (40.0, 80.0, 120.0)  # of the axes in steps of the reference loops [pt]
 
 
@@ -97,26 +110,21 @@ def _draw_strip(axes: Axes, placed: Sequence[Placed], ends: Sequence[str]) -> No
 
 def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
     """A logarithmic axis of CPU time, with its decades in words."""
-    decades = _log_axis(axes, limits)
-    axes.set_xticks([10.0**k for k in decades], [_decade_of_time(10.0**k) for k in decades])
+    decades = _decades(limits)
+    log_axis(axes, limits, decades, [numbers.duration(x).replace(".0", "") for x in decades])
 
 
-def _log_axis(axes: Axes, limits: tuple[float, float]) -> range:
-    log_axis(axes, limits)
-    return range(int(np.ceil(np.log10(limits[0]))), int(np.floor(np.log10(limits[1]))) + 1)
-
-
-def _decade_of_time(seconds: float) -> str:
-    unit, factor = ("µs", 1e6) if seconds < 0.9e-3 else ("ms", 1e3) if seconds < 0.9 else ("s", 1.0)
-    return f"{seconds * factor:.0f} {unit}"
+def _decades(limits: tuple[float, float]) -> list[float]:
+    first, last = (round_(np.log10(end)) for round_, end in zip((np.ceil, np.floor), limits, strict=True))
+    return [10.0**k for k in range(int(first), int(last) + 1)]
 
 
 def _reference_axes(axes: Axes, study: SweepStudy, limits: tuple[float, float]) -> None:
     """The same axis in steps of each engine's reference loop: a figure that carries to other machines."""
     for (engine, step), outward in zip(study.reference_seconds.items(), OUTWARD, strict=False):
         other = axes.twiny()
-        decades = _log_axis(other, (limits[0] / step, limits[1] / step))
-        other.set_xticks([10.0**k for k in decades], [f"{10.0**k:.0f}" if 0 <= k < 4 else f"1e{k}" for k in decades])
+        own = (limits[0] / step, limits[1] / step)
+        log_axis(other, own, _decades(own), [numbers.quantity(x) for x in _decades(own)])
         other.grid(visible=False)
         other.xaxis.set_ticks_position("bottom")
         other.xaxis.set_label_position("bottom")
@@ -143,12 +151,11 @@ def _draw_panel(axes: Axes, study: SweepStudy, placed: Sequence[Placed], quantit
     for curve in preset_curves(study):
         points = [p for p in curve.points if p.completed and p.label in costs]
         _plot(axes, points, costs, quantity, preset_style(curve.engine, curve.preset) if points else {})
-    name_points(axes, study, placed, quantity, (PANEL_WIDTH * POINTS, PANEL_HEIGHT * POINTS))
-    name_curves(axes, study, costs, quantity)
+    _name_points(axes, study, costs, quantity)
 
 
 def _plot(
-    axes: Axes, points: Sequence[SweptPoint], costs: dict[str, float], quantity: str, style: dict[str, Any]
+    axes: Axes, points: Sequence[SweptPoint], costs: Mapping[str, float], quantity: str, style: dict[str, Any]
 ) -> None:
     axes.plot(on_log_grid(np.array([costs[p.label] for p in points])), _errors(points, quantity), **style)
 
@@ -168,6 +175,39 @@ def _front_style(engine: str) -> dict[str, Any]:
     line = {"color": colour(engine), "linewidth": 2.2, "alpha": 0.9, "zorder": 6, "linestyle": "-"}
     dots = {"marker": look_of(engine).dot, "markersize": 4.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
     return {**line, **dots}
+
+
+# -- names -------------------------------------------------------------------------------------------------------------
+
+
+def name_offsets(texts: Sequence[str], at: Sequence[Place]) -> list[Place]:
+    """Offset [pt] of the centre of each name from its point [pt], where it covers no name before it and no point."""
+    half = 0.5 * np.array([0.75 * NAME_SIZE * max(map(len, texts), default=0), 1.3 * NAME_SIZE])
+    taken, offsets = [(np.asarray(point), half + MARKED) for point in at], []
+    for point in at:
+        tries = [np.multiply(distance, direction) for distance in DISTANCES for direction in DIRECTIONS]
+        free = [one for one in tries if all((abs(point + one - place) >= r).any() for place, r in taken)]
+        best = (free or tries)[0]
+        taken.append((point + best, 2.0 * half))
+        offsets.append((float(best[0]), float(best[1])))
+    return offsets
+
+
+def _name_points(axes: Axes, study: SweepStudy, costs: Mapping[str, float], quantity: str) -> None:
+    """The labels of the cheapest points within some tolerances, which a table explains."""
+    chosen = [cheapest_within(study.points, quantity, e, engine) for engine in study.engines for e in TOLERANCES]
+    points = list({point.label: point for point in chosen if point is not None}.values())
+    places = [(float(on_log_grid(np.array(costs[p.label]))), float(_errors([p], quantity)[0])) for p in points]
+    ends = np.log10([axes.get_xlim(), axes.get_ylim()])
+    size = np.array([PANEL_WIDTH, PANEL_HEIGHT]) * POINTS
+    at = [tuple((np.log10(place) - ends[:, 0]) / np.ptp(ends, axis=1) * size) for place in places]
+    for point, place, offset in zip(points, places, name_offsets([p.label for p in points], at), strict=True):
+        line = {"arrowstyle": "-", "color": colour(point.engine), "linewidth": 0.4, "shrinkB": 2.0}
+        axes.annotate(
+            point.label, place, xytext=offset, textcoords="offset points", fontsize=NAME_SIZE, ha="center",
+            va="center", zorder=8, color=colour(point.engine), arrowprops=line,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8},
+        )  # fmt: skip
 
 
 def _legend(study: SweepStudy) -> list[Line2D]:

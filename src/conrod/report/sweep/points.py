@@ -1,9 +1,9 @@
-"""Points of a sweep that are worth naming: on a front, of a preset, the cheapest within a tolerance."""
+"""Points of a sweep that are worth naming: of a preset, on a front, the cheapest within a tolerance."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from statistics import median
 
@@ -11,10 +11,7 @@ from conrod.report import numbers
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
-# The divisor of an error, in words that follow a number.
-UNITS: Mapping[str, str] = {"position": "L", "velocity": "ω L", "acceleration": "ω² L"}
-
-Among = Callable[[SweptPoint], bool]
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9)
 
 
 @dataclass(frozen=True)
@@ -44,48 +41,38 @@ def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def labelled_points(
-    study: SweepStudy, quantities: Sequence[str] = QUANTITIES
-) -> tuple[tuple[SweptPoint, Mapping[str, bool]], ...]:
+def front_points(study: SweepStudy) -> list[tuple[SweptPoint, Mapping[str, bool]]]:
     """Every point on the front of its engine for some quantity, cheapest first within its engine.
 
     Returns:
         Points, each with the quantities on whose front of its engine it is, and whether on that of all engines too.
     """
     named: dict[str, tuple[SweptPoint, dict[str, bool]]] = {}
-    for quantity in quantities:
+    for quantity in QUANTITIES:
         overall = {p.label for p in study.front(quantity)}
         for engine in study.engines:
             for point in study.front(quantity, engine):
                 named.setdefault(point.label, (point, {}))[1][quantity] = point.label in overall
     order = list(study.engines)
-    return tuple(sorted(named.values(), key=lambda entry: (order.index(entry[0].engine), entry[0].cost or 0.0)))
+    return sorted(named.values(), key=lambda entry: (order.index(entry[0].engine), entry[0].cost or 0.0))
 
 
-def cheapest_within(
-    study: SweepStudy, quantity: str, allowed: float, engine: str, among: Among = lambda point: True
-) -> SweptPoint | None:
+def cheapest_within(points: Iterable[SweptPoint], quantity: str, allowed: float, engine: str) -> SweptPoint | None:
     """The cheapest point of an engine whose error of a quantity is within a tolerance; None where there is none."""
-    within = [
-        p for p in study.points
-        if p.engine == engine and p.cost is not None and p.completed and among(p)
-        and (p.error(quantity) or 0.0) <= allowed
-    ]  # fmt: skip
+    timed = [p for p in points if p.engine == engine and p.cost is not None and p.completed]
+    within = [p for p in timed if (p.error(quantity) or 0.0) <= allowed]
     return min(within, key=lambda p: (p.cost or 0.0, p.error(quantity) or 0.0), default=None)
 
 
-def most_accurate(study: SweepStudy, quantity: str, engine: str) -> SweptPoint | None:
-    """The completed point of an engine with the least error of a quantity; None where there is none."""
-    completed = [p for p in study.points if p.completed and p.engine == engine]
-    return min(completed, key=lambda p: p.error(quantity) or 0.0, default=None)
+def least_error(study: SweepStudy, quantity: str, engine: str, preset: str | None = None) -> float | None:
+    """The least error of a quantity that any completed run of an engine has, or one of a preset; None without runs."""
+    runs = [p for p in study.points if p.completed and p.engine == engine and preset in (None, p.preset)]
+    return min((p.error(quantity) or 0.0 for p in runs), default=None)
 
 
 def timed_engines(study: SweepStudy) -> list[str]:
     """Engines of which a completed run was timed."""
     return [e for e in study.engines if any(p.engine == e and p.completed and p.cost is not None for p in study.points)]
-
-
-# -- costs of points that have none ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -112,34 +99,23 @@ def placed_points(study: SweepStudy) -> tuple[Placed, ...]:
     placed = []
     for engine in timed_engines(study):
         points = [point for point in study.points if point.engine == engine]
-        timed = [point for point in points if point.completed and point.cost is not None]
+        steps = {  # what one costs [s], by rule and number of them
+            (p.rule, p.steps_per_revolution): p.cost / p.steps_per_revolution
+            for p in points
+            if p.completed and p.cost is not None
+        }
         for point in points:
             if point.completed and point.cost is not None:
                 placed.append(Placed(point, point.cost, False))
-            else:
-                placed.append(Placed(point, point.steps_per_revolution * _step_cost(point, timed), True))
+                continue
+            count = point.steps_per_revolution
+            of_rule = {abs(math.log(n / count)): step for (rule, n), step in steps.items() if rule == point.rule}
+            step = of_rule[min(of_rule)] if of_rule else median(steps.values())
+            placed.append(Placed(point, count * step, True))
     return tuple(placed)
 
 
-def _step_cost(point: SweptPoint, timed: Sequence[SweptPoint]) -> float:
-    """CPU time of a step [s]."""
-    of_rule = [other for other in timed if other.rule == point.rule]
-    if not of_rule:
-        return median(_cost_per_step(other) for other in timed)
-    target = math.log(point.steps_per_revolution)
-    return _cost_per_step(min(of_rule, key=lambda p: abs(math.log(p.steps_per_revolution) - target)))
-
-
-def _cost_per_step(point: SweptPoint) -> float:
-    return (point.cost or 0.0) / point.steps_per_revolution
-
-
 # -- names -------------------------------------------------------------------------------------------------------------
-
-
-def with_unit(value: float | None, quantity: str) -> str:
-    """A normalised error and what it is a share of: `0.043 L`."""
-    return f"{numbers.measured(value)} {UNITS[quantity]}"
 
 
 def tolerance(value: float) -> str:
@@ -150,9 +126,3 @@ def tolerance(value: float) -> str:
 def rule_of(point: SweptPoint) -> str:
     """The rule, marked where it is a preset."""
     return f"{point.rule} (`{point.preset}`)" if point.preset else point.rule
-
-
-def setting_of(point: SweptPoint) -> str:
-    """The rule, the preset that it is if it is one, and the steps: all that identifies a setting."""
-    named = f"`{point.preset}`, that is {point.rule}" if point.preset else point.rule
-    return f"{named}, at {point.steps_per_revolution} steps per revolution ({point.label})"
