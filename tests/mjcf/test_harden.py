@@ -12,9 +12,7 @@ import pytest
 
 from conrod.exact.motion import Array
 from conrod.mjcf.harden.closures import active_closures, loops_of, openings
-from conrod.mjcf.harden.measuring import edited
-from conrod.mjcf.harden.objections import to_know, touching_scaled
-from conrod.mjcf.harden.recipe import RESIDUE, Recipe, Weights, recipe_for
+from conrod.mjcf.harden.recipe import RESIDUE, Recipe, Weights, edited, recipe_for, to_know, touching_scaled
 from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.mjcf.harden.runs import Pace, start_of, swing
 from conrod.mjcf.harden.study import binary, harden_file
@@ -188,7 +186,7 @@ def test_a_weld_is_told_in_metres_and_radians() -> None:
     data.qpos[0] = 0.01
     mujoco.mju_axisAngle2Quat(data.qpos[3:], np.array([0.0, 0.0, 1.0]), 0.3)
     mujoco.mj_fwdPosition(model, data)
-    assert [loop.unit for loop in loops_of(model, closures)] == ["m", "rad"]
+    assert [loop.unit for loop in loops_of(closures)] == ["m", "rad"]
     assert openings(model, data, closures) == pytest.approx([0.01, 0.3])
 
 

@@ -14,9 +14,7 @@ import pytest
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures, compliance, openings
-from conrod.mjcf.harden.measuring import edited
-from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know
-from conrod.mjcf.harden.recipe import recipe_for
+from conrod.mjcf.harden.recipe import edited, nothing_to_do, recipe_for, soft_on_purpose, to_know
 from conrod.mjcf.harden.results import Request
 from conrod.mjcf.harden.runs import Pace, start_of
 from conrod.mjcf.harden.study import harden_file

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from conrod.mjcf.lint.findings import Harm, Report, Request
-from conrod.mjcf.lint.linting import lint
-from conrod.mjcf.lint.rules import RULES
+from conrod.mjcf.lint.linting import RULES, lint
 from tests.support.planted_models import (
     MJCF,
     PLANTED,

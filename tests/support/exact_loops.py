@@ -9,7 +9,7 @@ import numpy as np
 
 from conrod.engines.mujoco.mobility import equality_jacobian
 from conrod.exact.motion import Array
-from conrod.mjcf.harden.runs import STATE
+from conrod.mjcf.runs import STATE
 
 
 class ExactLoops:

@@ -1,4 +1,4 @@
-"""Equality constraints of a compiled MuJoCo model: what they tie together, their rows, and how far they are open."""
+"""Equality constraints of a compiled MuJoCo model: what they tie together, how far they are open, and a closed pose."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ KINDS = {
 }
 # A row whose entries are all below this share of the largest entry of all rows says nothing: rounding is 1e-16 of it.
 EMPTY = 1e-12
+PASSES = 50
+REDUNDANT = 1e-9  # singular values below this share of the largest are redundant rows
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,10 @@ class Rows:
         """Rank of all rows."""
         return jacobian_rank(self.jacobian)
 
+    def rank_without(self, gone: list[int]) -> int:
+        """Rank of the rows of all but some equalities."""
+        return jacobian_rank(self.jacobian[~np.isin(self.ids, gone)])
+
 
 def rows_at(model: mujoco.MjModel, data: mujoco.MjData) -> Rows:
     """Equality constraints in data that `mj_forward` has made."""
@@ -76,11 +82,22 @@ def openings(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 def lengths(model: mujoco.MjModel, ids: NDArray[np.int_], values: Array) -> Array:
     """Length (neq,) of the translational part, the first three, of each connect's or weld's values (r,)."""
-    found = np.zeros(model.neq)
-    for index in range(model.neq):
-        if ties_bodies(model, index):
-            found[index] = np.linalg.norm(values[ids == index][:3])
-    return found
+    tied = [ties_bodies(model, index) for index in range(model.neq)]
+    return np.array([tied[i] * np.linalg.norm(values[ids == i][:3]) for i in range(model.neq)], dtype=float)
+
+
+def close_loops(model: mujoco.MjModel, data: mujoco.MjData, closed: float) -> bool:
+    """Move data to the nearest pose in which no equality is open by more, by Newton iteration; False for none."""
+    for _ in range(PASSES):
+        mujoco.mj_fwdPosition(model, data)
+        rows = rows_at(model, data)
+        if not (np.isfinite(rows.gaps).all() and np.isfinite(rows.jacobian).all()):
+            return False
+        if np.abs(rows.gaps).max(initial=0.0) <= closed:
+            return True
+        step = -np.linalg.lstsq(rows.jacobian, rows.gaps, rcond=REDUNDANT)[0]
+        mujoco.mj_integratePos(model, data.qpos, step, 1.0)
+    return False
 
 
 def kind_of(model: mujoco.MjModel, index: int) -> str:
@@ -99,6 +116,16 @@ def bodies_of(model: mujoco.MjModel, index: int) -> tuple[int, int]:
     if model.eq_objtype[index] == mujoco.mjtObj.mjOBJ_SITE:
         return int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]])
     return ends
+
+
+def ties(model: mujoco.MjModel) -> list[tuple[int, tuple[int, int]]]:
+    """Active connects and welds, with the moving parts that they tie together: bodies, those without joints apart."""
+    found = []
+    for index in range(model.neq):
+        if ties_bodies(model, index) and model.eq_active0[index]:
+            one, other = bodies_of(model, index)
+            found.append((index, (int(model.body_weldid[one]), int(model.body_weldid[other]))))
+    return found
 
 
 def closure_name(model: mujoco.MjModel, index: int) -> str:

@@ -9,15 +9,11 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF
+from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, Spring
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import bodies_of, equality_rows, kind_of, owners, ties_bodies
 from conrod.mjcf.harden.results import Loop
 from conrod.own.models.loading import name_or_number
-
-# What MuJoCo clips impedances to (mjMINIMP, mjMAXIMP).
-LEAST_IMPEDANCE, MOST_IMPEDANCE = 1e-4, 0.9999
-
 
 Holder = Literal["body", "dof", "tendon"]
 
@@ -28,6 +24,7 @@ class Closure:
 
     Attributes:
         index: of the equality.
+        units: of its measures, "m" or "rad": a weld's place and its turn are two.
         holder, ends: whose inverse weights its regularisation is taken from, by index.
         curved: MuJoCo's acceleration of it lacks the part of the velocity: it opens with the square of its time
             constant, hardened or not.
@@ -36,6 +33,7 @@ class Closure:
     index: int
     name: str
     kind: str
+    units: tuple[str, ...]
     holder: Holder
     ends: tuple[int, ...]
     curved: bool = False
@@ -54,34 +52,34 @@ def closure(model: mujoco.MjModel, index: int) -> Closure:
     """An equality as a closure."""
     name, kind = name_or_number(model, "equality", index), kind_of(model, index)
     if ties_bodies(model, index):
-        return Closure(index, name, kind, "body", bodies_of(model, index))
+        return Closure(index, name, kind, ("m", "rad")[: 1 + (kind == "weld")], "body", bodies_of(model, index))
     ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
     bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
     if kind == "joint":
-        return Closure(index, name, kind, "dof", tuple(int(model.jnt_dofadr[joint]) for joint in ends), bent)
-    return Closure(index, name, kind, "tendon", ends, bent or any(not is_fixed(model, end) for end in ends))
+        rates = tuple(int(model.jnt_dofadr[joint]) for joint in ends)
+        return Closure(index, name, kind, _unit(model, ends[0]), "dof", rates, bent)
+    # The length of a fixed tendon is linear in joint coordinates.
+    first = [int(model.tendon_adr[tendon]) for tendon in ends]
+    fixed = [mujoco.mjtWrap(model.wrap_type[wrap]) == mujoco.mjtWrap.mjWRAP_JOINT for wrap in first]
+    units = _unit(model, int(model.wrap_objid[first[0]])) if fixed[0] else ("m",)
+    return Closure(index, name, kind, units, "tendon", ends, bent or not all(fixed))
 
 
-def called(model: mujoco.MjModel, sort: str, index: int) -> str:
-    """An element with its kind: "body crank", or "body 3" where it has no name."""
-    name = name_or_number(model, sort, index)
-    return name if name == f"{sort} {index}" else f"{sort} {name}"
-
-
-def is_fixed(model: mujoco.MjModel, tendon: int) -> bool:
-    """Return True where a tendon's length is linear in joint coordinates."""
-    return bool(mujoco.mjtWrap(model.wrap_type[model.tendon_adr[tendon]]) == mujoco.mjtWrap.mjWRAP_JOINT)
+def _unit(model: mujoco.MjModel, joint: int) -> tuple[str, ...]:
+    return ("rad",) if mujoco.mjtJoint(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE else ("m",)
 
 
 # -- softness --------------------------------------------------------------------------------------------------------
 
 
-def impedance(solimp: Array, violation: float = 0.0) -> float:
-    """MuJoCo's impedance d of a closed constraint, or of one that is wide open (`violation` infinite)."""
-    least, most = (float(np.clip(value, LEAST_IMPEDANCE, MOST_IMPEDANCE)) for value in solimp[:2])
-    if least == most or solimp[2] <= mujoco.mjMINVAL:
-        return 0.5 * (least + most)
-    return most if violation > 0.0 else least
+def impedance(solimp: Array) -> float:
+    """MuJoCo's impedance d of a closed constraint."""
+    return _spring(solimp).impedance(0.0)
+
+
+def _spring(solimp: Array) -> Spring:
+    least, most, width, midpoint, power = (float(value) for value in solimp)
+    return Spring.of(STOCK_SOLREF, (least, most, width, midpoint, power), 0.0)
 
 
 def compliance(solref: Array, solimp: Array, least_time: float) -> float:
@@ -90,37 +88,26 @@ def compliance(solref: Array, solimp: Array, least_time: float) -> float:
     A constraint at rest under a force f is open by f R / (k d), R = (1 - d) / d x (inverse weight),
     k = 1 / (d_max^2 x time constant^2 x damping ratio^2) (MuJoCo's documentation, "Computation", solver parameters).
     """
-    d, widest = impedance(solimp), impedance(solimp, np.inf)
+    d, widest = impedance(solimp), _spring(solimp).solimp[1]
     constant = max(float(solref[0]), least_time)
     return (1.0 - d) / d**2 * (widest * constant * float(solref[1])) ** 2
 
 
 def softer_than_stock(model: mujoco.MjModel, index: int) -> bool:
     """Return True where an equality gives way more than a stock one."""
-    least = refsafe_time(model)
+    unsafe = int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+    least = 0.0 if unsafe else 2.0 * float(model.opt.timestep)  # the least time constant that MuJoCo admits [s]
     stock = compliance(np.array(STOCK_SOLREF), np.array(STOCK_SOLIMP), least)
     # Twelve digits: what was written as stock is stock.
     return compliance(model.eq_solref[index], model.eq_solimp[index], least) > stock * (1.0 + 1e-12)
 
 
-def refsafe_time(model: mujoco.MjModel) -> float:
-    """The least time constant that MuJoCo admits [s]."""
-    unsafe = int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
-    return 0.0 if unsafe else 2.0 * float(model.opt.timestep)
-
-
 # -- how far they are open -------------------------------------------------------------------------------------------
 
 
-def loops_of(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[Loop, ...]:
-    """Measures of closures: a weld's place and its turn are two."""
-    found: list[Loop] = []
-    for one in closures:
-        if one.kind == "weld":
-            found += [Loop(one.name, one.kind, "m"), Loop(one.name, one.kind, "rad")]
-        else:
-            found.append(Loop(one.name, one.kind, _unit(model, one)))
-    return tuple(found)
+def loops_of(closures: Sequence[Closure]) -> tuple[Loop, ...]:
+    """Measures of closures."""
+    return tuple(Loop(one.name, one.kind, unit) for one in closures for unit in one.units)
 
 
 def openings(model: mujoco.MjModel, data: mujoco.MjData, closures: Sequence[Closure]) -> Array:
@@ -136,15 +123,3 @@ def openings(model: mujoco.MjModel, data: mujoco.MjData, closures: Sequence[Clos
         else:
             found.append(float(np.linalg.norm(gap)))
     return np.array(found)
-
-
-def _unit(model: mujoco.MjModel, one: Closure) -> str:
-    if one.kind == "connect":
-        return "m"
-    if one.kind == "joint":
-        joint = int(model.eq_obj1id[one.index])
-    elif is_fixed(model, one.ends[0]):
-        joint = int(model.wrap_objid[model.tendon_adr[one.ends[0]]])
-    else:
-        return "m"
-    return "rad" if mujoco.mjtJoint(model.jnt_type[joint]) == mujoco.mjtJoint.mjJNT_HINGE else "m"

@@ -1,7 +1,8 @@
-"""The changes to a compiled model that keep its loops closed, as an edit and as lines of Python."""
+"""The changes to a compiled model that keep its loops closed, as an edit and as Python; objections to them."""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,9 +11,10 @@ import mujoco
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.mjcf.harden.closures import Closure, Holder, called, impedance
+from conrod.mjcf.equalities import kind_of
+from conrod.mjcf.harden.closures import Closure, Holder, impedance, softer_than_stock
 from conrod.mjcf.harden.results import Request
-from conrod.own.models.loading import listed
+from conrod.own.models.loading import listed, name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
 # proportion to it; Newton's one iteration at MuJoCo's stock tolerance leaves one of rounding in inverse proportion,
@@ -21,7 +23,6 @@ from conrod.own.models.loading import listed
 RESIDUE = 1e-9
 # Time constant of closures, in steps, from which on slower ones closed no better (docs/hardening.md).
 STEPS = 10.0
-INTEGRATORS = ("RK4", "keep")
 
 
 @dataclass(frozen=True)
@@ -44,20 +45,14 @@ class Weights:
         arrays = (getattr(model, f"{holder}_invweight0")[list(chosen)] for holder, chosen in self.indices.items())
         return np.concatenate([np.ravel(array) for array in arrays])
 
-    def scale(self, model: mujoco.MjModel, factor: float) -> None:
-        """Multiply them, in place."""
-        for holder, chosen in self.indices.items():
-            getattr(model, f"{holder}_invweight0")[list(chosen)] *= factor
-
-    def names(self, model: mujoco.MjModel) -> tuple[str, ...]:
-        """Names of what they belong to; of a degree of freedom that of its joint."""
-        return tuple(name for holder in self.indices for name in self.names_of(model, holder))
-
-    def names_of(self, model: mujoco.MjModel, holder: Holder) -> tuple[str, ...]:
-        """Names of the bodies, joints or tendons among them."""
-        if holder == "dof":
-            return tuple(called(model, "joint", int(model.dof_jntid[dof])) for dof in self.indices[holder])
-        return tuple(called(model, holder, index) for index in self.indices[holder])
+    def names(self, model: mujoco.MjModel, *holders: Holder) -> tuple[str, ...]:
+        """Names of the bodies, joints or tendons among them, of all holders where none is given."""
+        found = []
+        for holder in holders or self.indices:
+            kind = "joint" if holder == "dof" else holder
+            owners = model.dof_jntid[list(self.indices[holder])] if holder == "dof" else self.indices[holder]
+            found += [_called(model, kind, int(owner)) for owner in owners]
+        return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -82,29 +77,33 @@ class Recipe:
         """Nothing but the weights."""
         return replace(self, time_constants=(), integrator="", newton=False)
 
-    def apply(self, model: mujoco.MjModel) -> None:
-        """Edit a model in place."""
-        self.weights.scale(model, self.factor)
-        for index, constant in self.time_constants:
-            model.eq_solref[index, 0] = constant
-        if self.integrator:
-            model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{self.integrator}")
-        if self.newton:
-            model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+
+def edited(model: mujoco.MjModel, recipe: Recipe | None) -> mujoco.MjModel:
+    """A copy of a model with a recipe applied."""
+    changed = copy.copy(model)
+    if recipe is None:
+        return changed
+    for holder, chosen in recipe.weights.indices.items():
+        getattr(changed, f"{holder}_invweight0")[list(chosen)] *= recipe.factor
+    for index, constant in recipe.time_constants:
+        changed.eq_solref[index, 0] = constant
+    if recipe.integrator:
+        changed.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{recipe.integrator}")
+    if recipe.newton:
+        changed.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    return changed
 
 
 def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure], request: Request) -> Recipe:
     """The edit that hardens closures, of which there is at least one, as asked."""
     stiffest = max(impedance(model.eq_solimp[one.index]) for one in closures)
-    newton = mujoco.mjtSolver(model.opt.solver) == mujoco.mjtSolver.mjSOL_NEWTON
+    runge_kutta = mujoco.mjtIntegrator(model.opt.integrator) == mujoco.mjtIntegrator.mjINT_RK4
     return Recipe(
         factor=float(f"{min(1.0, RESIDUE * stiffest / (1.0 - stiffest)):.3g}"),
         weights=Weights.of(closures),
         time_constants=tuple(_time_constants(model, closures, request.solref)),
-        integrator="RK4"
-        if request.integrator == "RK4" and mujoco.mjtIntegrator(model.opt.integrator) != mujoco.mjtIntegrator.mjINT_RK4
-        else "",
-        newton=not newton,
+        integrator="RK4" if request.integrator == "RK4" and not runge_kutta else "",
+        newton=mujoco.mjtSolver(model.opt.solver) != mujoco.mjtSolver.mjSOL_NEWTON,
     )
 
 
@@ -124,9 +123,6 @@ def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: s
     return changed
 
 
-# -- as Python -------------------------------------------------------------------------------------------------------
-
-
 def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
     """Lines that make the edit, ready to paste; with the whole path of the file they give the same model anywhere."""
     reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
@@ -138,11 +134,11 @@ def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
     ]
     for holder, indices in recipe.weights.indices.items():
         if indices:
-            names = _on_one_line(recipe.weights.names_of(model, holder))
+            names = _comment(recipe.weights.names(model, holder))
             lines.append(f"model.{holder}_invweight0[{list(indices)}] *= {recipe.factor!r}  # {names}")
     for constant in dict.fromkeys(constant for _, constant in recipe.time_constants):
         slowed = [index for index, value in recipe.time_constants if value == constant]
-        names = _on_one_line(tuple(called(model, "equality", index) for index in slowed))
+        names = _comment([_called(model, "equality", index) for index in slowed])
         lines.append(f"model.eq_solref[{slowed}, 0] = {constant!r}  # {names}")
     if recipe.integrator:
         lines.append(f"model.opt.integrator = mujoco.mjtIntegrator.mjINT_{recipe.integrator}")
@@ -151,6 +147,92 @@ def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _on_one_line(names: tuple[str, ...]) -> str:
+def _comment(names: Sequence[str]) -> str:
     """Names as a comment: a line break in one would end it."""
     return " ".join(listed(names).split())
+
+
+def _called(model: mujoco.MjModel, sort: str, index: int) -> str:
+    """An element with its kind: "body crank", or "body 3" where it has no name."""
+    name = name_or_number(model, sort, index)
+    return name if name == f"{sort} {index}" else f"{sort} {name}"
+
+
+# -- objections ------------------------------------------------------------------------------------------------------
+
+# A weight of less than this share of what MuJoCo would give it has been scaled.
+SCALED = 0.5
+
+
+def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
+    """Reason why a model cannot be hardened, forced or not; empty where it can."""
+    if model.body_invweight0.dtype != np.float64:
+        return "this build of MuJoCo calculates in single precision, where hardening costs more digits than it gives"
+    if not closures:
+        if off := [name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i)]:
+            return f"none of its equality constraints is active at the start: {listed(off)}"
+        return "it has no closed loop: nothing to harden (joints of its tree are exact as they are)"
+    made, weights = copy.copy(model), Weights.of(closures)
+    mujoco.mj_setConst(made, mujoco.MjData(made))
+    stock = weights.values(made)
+    there = stock > 0.0
+    if not there.any():
+        return "what its closures hold has no inverse weight: nothing to harden"
+    share = float((weights.values(model)[there] / stock[there]).max())
+    return f"it is hardened already: its weights are {share:.1e} of what they were" if share < SCALED else ""
+
+
+def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
+    """Closures that seem to be meant to give way."""
+    given, softer, dragged = list[str](), list[str](), list[str]()
+    for one in closures:
+        if one.holder == "body" and any(model.body_mocapid[body] >= 0 for body in one.ends):
+            dragged.append(one.name)
+        elif model.eq_solref[one.index, 0] <= 0.0:
+            given.append(one.name)
+        elif softer_than_stock(model, one.index):
+            softer.append(one.name)
+    reasons = (
+        (given, "stiffness and damping are given as such (solref <= 0)"),
+        (softer, "softer than MuJoCo's stock setting"),
+        (dragged, "it drags a body after a mocap body"),
+    )
+    return tuple(f"{listed(names)}: {why}, so meant to give way" for names, why in reasons if names)
+
+
+def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
+    """Limits of the hardened model."""
+    names = [name_or_number(model, "equality", index) for index in range(model.neq)]
+    known = [bool(kind_of(model, index)) for index in range(model.neq)]
+    # The larger contact dimension of two geoms counts, so that one of 1 may well slide with friction.
+    slides = bool(np.any(model.geom_condim > 1) or np.any(model.pair_dim > 1))
+    found = (
+        (
+            [one.name for one in closures if one.curved],
+            "MuJoCo's acceleration of it lacks the part of the velocity: hardened or not, it opens with the square of "
+            "its time constant, so that is kept; the reference has this error too, so the drift does not show it",
+        ),
+        (
+            [name for i, name in enumerate(names) if known[i] and not model.eq_active0[i]],
+            "not active at the start, so not hardened",
+        ),
+        ([name for i, name in enumerate(names) if not known[i]], "of a flex, so not hardened"),
+        (_colliding(model, Weights.of(closures)) if slides else [], "contacts with friction harden there too"),
+    )
+    return tuple(f"{listed(which)}: {what}" for which, what in found if which)
+
+
+def touching_scaled(model: mujoco.MjModel, weights: Weights) -> tuple[str, ...]:
+    """Geoms that can collide and joint limits whose own weights are scaled."""
+    joints = sorted({int(model.dof_jntid[dof]) for dof in weights.indices["dof"]})
+    limits = [f"limit of {_called(model, 'joint', joint)}" for joint in joints if model.jnt_limited[joint]]
+    return (*_colliding(model, weights), *limits)
+
+
+def _colliding(model: mujoco.MjModel, weights: Weights) -> list[str]:
+    if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONTACT):
+        return []
+    able = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    able[[*model.pair_geom1, *model.pair_geom2]] = True
+    held = np.isin(model.geom_bodyid, weights.indices["body"])
+    return [_called(model, "geom", int(geom)) for geom in np.flatnonzero(able & held)]

@@ -127,7 +127,8 @@ class HardenedModel:
         lines: Python that does it.
         variants: as it is, weights alone, hardened.
         travel: the longest way of a body in the reference [m].
-        reference_known_to: how far the reference is known [m]; None where it broke.
+        reference_known_to: how far the two references are apart [m], or the rounding of a position where that is more;
+            None where one of them broke.
         energy_without: what was left out of the copies whose energy was looked at.
         energy_note: why the energy says nothing; empty where it does.
         touching_scaled: geoms that can collide and limits that harden with the loops.

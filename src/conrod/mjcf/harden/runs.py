@@ -1,9 +1,9 @@
-"""Runs of a model that nothing drives: the state that they start from, and what loops, contacts and limits do."""
+"""Runs of a model that nothing drives: their start, and what loops, contacts, limits and the energy do."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -11,17 +11,13 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import rows_at
+from conrod.mjcf.equalities import REDUNDANT, close_loops, rows_at
 from conrod.mjcf.harden.closures import Closure, loops_of, openings
 from conrod.mjcf.harden.results import Loop, Touching
-from conrod.mjcf.stepping import broken
+from conrod.mjcf.runs import STATE, broken, data_at, state_of
 from conrod.own.models.loading import keyframe_to_start_from, start_words
 
-STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # all that a step depends on
 CLOSED = 1e-12  # of the model's size
-PASSES = 50
-# Singular values below this share of the largest are redundant rows.
-REDUNDANT = 1e-9
 LIMITS = (mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT, mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 
 
@@ -30,7 +26,6 @@ class Start:
     """State from which runs start.
 
     Attributes:
-        state: as `mj_setState` takes it.
         name: what a user calls it.
         given: largest opening of the pose as given, by unit.
         closed: whether the loops could be closed; the state is as given where they could not.
@@ -56,15 +51,15 @@ def start_of(model: mujoco.MjModel, keyframe: str | None, closures: Sequence[Clo
         mujoco.mj_resetDataKeyframe(model, data, index)
     data.ctrl[:] = 0.0
     mujoco.mj_fwdPosition(model, data)
-    given = largest_by_unit(loops_of(model, closures), openings(model, data, closures))
-    closed, changed = _closed(model, data, closures), 0.0
-    if closed is not None:
-        fastest = float(np.abs(data.qvel).max(initial=0.0))
-        changed = float(np.abs(closed[1] - data.qvel).max()) / fastest if fastest else 0.0
-        data.qpos[:], data.qvel[:] = closed
-    state = np.empty(mujoco.mj_stateSize(model, STATE))
-    mujoco.mj_getState(model, data, state, STATE)
-    return Start(state, start_words(model, index), given, closed is not None, changed)
+    given, name = largest_by_unit(loops_of(closures), openings(model, data, closures)), start_words(model, index)
+    before = state_of(model, data)
+    if not close_loops(model, data, CLOSED * float(model.stat.extent)):
+        return Start(before, name, given, closed=False)
+    jacobian, fastest = rows_at(model, data).jacobian, float(np.abs(data.qvel).max(initial=0.0))
+    parting = np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
+    data.qvel[:] -= parting
+    changed = float(np.abs(parting).max()) / fastest if fastest else 0.0
+    return Start(state_of(model, data), name, given, True, changed)
 
 
 def largest_by_unit(loops: Sequence[Loop], found: Sequence[float] | Array) -> dict[str, float]:
@@ -73,28 +68,6 @@ def largest_by_unit(loops: Sequence[Loop], found: Sequence[float] | Array) -> di
     for loop, value in zip(loops, found, strict=False):
         largest[loop.unit] = max(largest.get(loop.unit, 0.0), float(value))
     return largest
-
-
-def _closed(model: mujoco.MjModel, data: mujoco.MjData, closures: Sequence[Closure]) -> tuple[Array, Array] | None:
-    """Coordinates and rates of the nearest state with closed loops, by Newton iteration; None where there is none."""
-    bare = copy.copy(model)
-    bare.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT)
-    aside = mujoco.MjData(bare)
-    mujoco.mj_copyData(aside, bare, data)
-    mine = [one.index for one in closures]
-    for _ in range(PASSES):
-        mujoco.mj_fwdPosition(bare, aside)
-        rows = rows_at(bare, aside)
-        kept = np.isin(rows.ids, mine)
-        jacobian, gaps = rows.jacobian[kept], rows.gaps[kept]
-        if np.abs(gaps).max(initial=0.0) <= CLOSED * float(model.stat.extent):
-            parting = np.linalg.lstsq(jacobian, jacobian @ aside.qvel, rcond=REDUNDANT)[0]
-            return aside.qpos.copy(), aside.qvel - parting
-        step = -np.linalg.lstsq(jacobian, gaps, rcond=REDUNDANT)[0]
-        mujoco.mj_integratePos(bare, aside.qpos, step, 1.0)
-        if not np.all(np.isfinite(aside.qpos)):
-            break
-    return None
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------
@@ -142,33 +115,40 @@ class Swing:
 
 def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Swing:
     """Run a model from a state; it ends at the first warning of numbers that are none."""
-    run = paced(model, pace)
-    data, aside = mujoco.MjData(run), mujoco.MjData(run)
-    mujoco.mj_setState(run, data, state, STATE)
-    points, gaps, rubs, passes = list[Array](), list[Array](), list[Touching](), list[int]()
-    steps, broke = 0, ""
-    with warnings_kept_quiet():
-        for sample in range(pace.samples + 1):
-            look_at(run, data, aside)
-            points.append(aside.xipos[run.body_weldid > 0].copy())
-            gaps.append(openings(run, aside, closures))
-            rubs.append(touching(aside))
-            if sample == pace.samples:
-                break
-            mujoco.mj_step(run, data, pace.stride)
-            broke = broken(data)
-            if broke:
-                break
-            passes.append(int(data.solver_niter.max(initial=0)))
-            steps += pace.stride
+    points, gaps, rubs, passes, broke = list[Array](), list[Array](), list[tuple[float, ...]](), list[int](), ""
+    for data, aside in _sampled(model, state, pace):
+        if broke := broken(data):
+            break
+        points.append(aside.xipos[model.body_weldid > 0].copy())
+        gaps.append(openings(model, aside, closures))
+        rubs.append(_touching(aside))
+        passes.append(int(data.solver_niter.max(initial=0)))
+    contacts, penetration, limits, excess = np.max(rubs, axis=0).tolist()
     return Swing(
         np.array(points),
         np.array(gaps),
-        steps,
+        pace.stride * (len(points) - 1),
         broke,
-        most_touching(rubs),
-        float(np.mean(passes)) if passes else 0.0,
+        Touching(int(contacts), penetration, int(limits), excess),
+        float(np.mean(passes[1:])) if passes[1:] else 0.0,
     )
+
+
+def _sampled(model: mujoco.MjModel, state: Array, pace: Pace) -> Iterator[tuple[mujoco.MjData, mujoco.MjData]]:
+    """Data of a run at its samples, and data with the constraints of that state: the run's own are of the step before.
+
+    The first that are broken are the last.
+    """
+    run = paced(model, pace)
+    data, aside = data_at(run, state), mujoco.MjData(run)
+    with warnings_kept_quiet():
+        for sample in range(pace.samples + 1):
+            if sample:
+                mujoco.mj_step(run, data, pace.stride)
+            if not broken(data):
+                mujoco.mj_setState(run, aside, state_of(run, data), STATE)
+                mujoco.mj_fwdPosition(run, aside)
+            yield data, aside
 
 
 def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
@@ -179,29 +159,64 @@ def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
     return run
 
 
-def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
-    """Make the constraints of the present state: those in the data of a run belong to the instant before."""
-    aside.qpos[:], aside.qvel[:], aside.eq_active[:] = data.qpos, data.qvel, data.eq_active
-    aside.mocap_pos[:], aside.mocap_quat[:] = data.mocap_pos, data.mocap_quat
-    mujoco.mj_fwdPosition(model, aside)
-
-
-def touching(data: mujoco.MjData) -> Touching:
-    """Contacts and limits that act in data whose constraints were made."""
+def _touching(data: mujoco.MjData) -> tuple[float, ...]:
+    """The fields of `Touching` in data whose constraints were made."""
     acting = data.contact.efc_address >= 0
     depths = -np.asarray(data.contact.dist)[acting]
-    types = data.efc_type[: data.nefc]
-    beyond = -data.efc_pos[: data.nefc][(types == LIMITS[0]) | (types == LIMITS[1])]
-    return Touching(
-        int(acting.sum()), float(depths.max(initial=0.0)), int(np.sum(beyond > 0.0)), float(beyond.max(initial=0.0))
-    )
+    beyond = -data.efc_pos[: data.nefc][np.isin(data.efc_type[: data.nefc], LIMITS)]
+    return (acting.sum(), depths.max(initial=0.0), np.sum(beyond > 0.0), beyond.max(initial=0.0))
 
 
-def most_touching(looks: Sequence[Touching]) -> Touching:
-    """The most of each."""
-    return Touching(
-        max(look.contacts for look in looks),
-        max(look.penetration for look in looks),
-        max(look.limits for look in looks),
-        max(look.excess for look in looks),
+# -- energy ------------------------------------------------------------------------------------------------------------
+
+BIT = mujoco.mjtDisableBit
+# Of the largest energy: where what is exchanged is less than this share of it, rounding hides the drift.
+HIDDEN = 1e-9
+
+
+def conservative(model: mujoco.MjModel) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+    """A copy without what takes or gives energy, and the names of what was left out of it."""
+    flags, bare = int(model.opt.disableflags), copy.copy(model)
+    bare.opt.disableflags |= int(
+        BIT.mjDSBL_CONTACT | BIT.mjDSBL_LIMIT | BIT.mjDSBL_FRICTIONLOSS | BIT.mjDSBL_DAMPER | BIT.mjDSBL_ACTUATION
     )
+    # MuJoCo's potential energy does not know of the gravity that it takes away.
+    bare.body_gravcomp[:] = 0.0
+    bare.opt.density = bare.opt.viscosity = 0.0
+    bare.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    collides = model.geom_contype.any() or model.geom_conaffinity.any() or model.npair
+    left_out = {
+        "contacts": collides and not flags & int(BIT.mjDSBL_CONTACT),
+        "limits": (model.jnt_limited.any() or model.tendon_limited.any()) and not flags & int(BIT.mjDSBL_LIMIT),
+        "friction": model.dof_frictionloss.any() or model.tendon_frictionloss.any(),
+        "damping": model.dof_damping.any() or model.tendon_damping.any(),
+        "actuators": model.nu,
+        "gravity compensation": model.body_gravcomp.any(),
+        "fluid": model.opt.density or model.opt.viscosity,
+    }
+    return bare, tuple(name for name, there in left_out.items() if there)
+
+
+def energy_drift(model: mujoco.MjModel, state: Array, pace: Pace) -> tuple[float | None, str]:
+    """Largest change of the energy over the kinetic energy exchanged, in a run of a conservative copy of a model.
+
+    Returns:
+        None where it says nothing, and why.
+    """
+    found = []
+    for data, aside in _sampled(model, state, pace):
+        if broken(data):
+            return None, "without them a run breaks off"
+        mujoco.mj_fwdVelocity(model, aside)
+        mujoco.mj_energyPos(model, aside)
+        mujoco.mj_energyVel(model, aside)
+        found.append(aside.energy.copy())
+    potential, kinetic = np.array(found).T
+    exchanged = float(kinetic.max() - kinetic.min())
+    largest = float(max(np.abs(potential).max(), kinetic.max()))
+    if exchanged == 0.0:
+        return None, "nothing moves"
+    if exchanged <= HIDDEN * largest:
+        return None, f"of {largest:.1e} J only {exchanged:.1e} J are exchanged: rounding hides it"
+    total = potential + kinetic
+    return float(np.abs(total - total[0]).max()) / exchanged, ""

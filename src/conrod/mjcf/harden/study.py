@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -11,9 +11,17 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures, loops_of
-from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, edited, measure, stands
-from conrod.mjcf.harden.objections import nothing_to_do, soft_on_purpose, to_know, touching_scaled
-from conrod.mjcf.harden.recipe import Recipe, python_lines, recipe_for
+from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, measured, stands
+from conrod.mjcf.harden.recipe import (
+    Recipe,
+    edited,
+    nothing_to_do,
+    python_lines,
+    recipe_for,
+    soft_on_purpose,
+    to_know,
+    touching_scaled,
+)
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
 from conrod.mjcf.harden.runs import Pace, Start, largest_by_unit, start_of
 from conrod.own.models.loading import check_finite, keyframe_to_start_from, load_model
@@ -38,27 +46,31 @@ def harden_file(path: Path, request: Request) -> HardenedModel:
         InvalidInput: the model cannot be loaded or says what is no number, has no such keyframe, or the run would be
             too short or too long.
     """
+    # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
+    model = load_model(path.absolute())
     try:
-        return _hardened(path, request)
+        check_finite(model)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+    try:
+        return _hardened(path, model, request)
     except mujoco.FatalError as error:
         raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
 
 
-def _hardened(path: Path, request: Request) -> HardenedModel:
-    model = _checked_model(path)
+def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedModel:
     keyframe_to_start_from(model, request.keyframe)
     pace = pace_of(model, request.seconds)
     closures = active_closures(model)
     notes = to_know(model, closures)
-    found = HardenedModel(str(path), mujoco.__version__)
+    found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
     if reason := nothing_to_do(model, closures):
-        return replace(found, refusals=(reason,), warnings=notes)
+        return replace(found, refusals=(reason,))
     soft = soft_on_purpose(model, closures)
     if soft and not request.force:
-        return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft), warnings=notes)
+        return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
     recipe = recipe_for(model, closures, request)
     start = start_of(model, request.keyframe, closures)
-    measured = measure(model, closures, recipe, start.state, pace)
     found = replace(
         found,
         size=float(model.stat.extent),
@@ -67,13 +79,13 @@ def _hardened(path: Path, request: Request) -> HardenedModel:
         start=start.name,
         start_opening=start.given,
         start_closed=start.closed,
-        loops=loops_of(model, closures),
+        loops=loops_of(closures),
         factor=recipe.factor,
         scaled=recipe.weights.names(model),
         lines=python_lines(model, recipe, path.absolute()),
         touching_scaled=touching_scaled(model, recipe.weights),
-        **{field.name: getattr(measured, field.name) for field in fields(measured)},
     )
+    found = measured(found, model, closures, recipe, start.state, pace)
     before, after = (next(v for v in found.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
     harm = _harm(found, before, after, _advice(model, recipe))
     refused = bool(harm) and not request.force
@@ -85,16 +97,6 @@ def _hardened(path: Path, request: Request) -> HardenedModel:
         cost=cost(model, recipe, start.state, pace) if runs else None,
         content=None if refused or not request.content else binary(edited(model, recipe)),
     )
-
-
-def _checked_model(path: Path) -> mujoco.MjModel:
-    # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
-    model = load_model(path.absolute())
-    try:
-        check_finite(model)
-    except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}") from None
-    return model
 
 
 def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:

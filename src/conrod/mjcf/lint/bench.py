@@ -1,25 +1,114 @@
-"""A model on the bench: its own run, and runs and timings of edited copies of it."""
+"""A model on the bench, with its run, edited copies of it, their runs and costs; and what a rule is.
+
+All runs are from one start, for the same time, and observe the same points.
+"""
 
 from __future__ import annotations
 
-import copy
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
+from conrod.exact.motion import Array
+from conrod.mjcf.equalities import Rows, openings, rows_at
 from conrod.mjcf.lint.document import Document
-from conrod.mjcf.lint.edits import Edit, Remove, SetOption, set_option
-from conrod.mjcf.lint.runs import Observed, Poses, Run, Start, largest_change, run
-from conrod.mjcf.stepping import looping_stepper
+from conrod.mjcf.lint.findings import Change, Edit, Finding, Note, SetOption
+from conrod.mjcf.runs import BROKEN, STATE, broken, data_at, looping_stepper, state_of
 from conrod.own.models.loading import name_or_number
+from conrod.own.models.points import FoundPoint
 from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
 UNCHANGED = 1e-9
+SAMPLES = 400
+LOOKS = 40
+# Of a model of many coordinates fewer, or their ranks would take longer than its run.
+FEWEST, COORDINATES = 3, 100
+BOUNDLESS = 1e300  # stands for infinity, which JSON has not
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that was made.
+
+    Attributes:
+        states: (S, n) at samples, evenly spaced, the first is the start.
+        points: (S, p, 3) [m], what is observed.
+        sensors: (S, n), as MuJoCo gives them after the step that leaves the sample: they belong to the sample.
+        steps: that were made before anything broke.
+        touched: how many steps a pair of geoms was in contact.
+        warnings: of the engine, and how often.
+        finite: whether all positions are.
+    """
+
+    states: Array
+    points: Array
+    sensors: Array
+    steps: int
+    touched: dict[tuple[int, int], int]
+    warnings: dict[str, int]
+    finite: bool
+
+    @property
+    def broke(self) -> bool:
+        """True where the engine gave up, or should have."""
+        return not self.finite or any(name in self.warnings for name in BROKEN)
+
+    @property
+    def travel(self) -> float:
+        """The longest way [m] of a point from where it was at the start."""
+        return float(np.linalg.norm(self.points - self.points[0], axis=2).max()) if self.points.size else 0.0
+
+
+def run(model: mujoco.MjModel, start: Array, steps: int, observed: Sequence[FoundPoint] = ()) -> Run:
+    """Step a model; ends early where the engine warns of numbers that are none."""
+    data = data_at(model, start)
+    every = max(1, -(-steps // SAMPLES))
+    states, sensors, touched, done = list[Array](), list[Array](), dict[tuple[int, int], int](), 0
+    with warnings_kept_quiet():
+        for step in range(steps):
+            if step % every == 0:
+                if broken(data):
+                    break
+                states.append(state_of(model, data))
+            mujoco.mj_step(model, data)
+            done += 1
+            if data.ncon:
+                # A contact within its margin that makes no force has no row.
+                acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
+                for pair in {(min(geoms), max(geoms)) for geoms in acting}:
+                    touched[pair] = touched.get(pair, 0) + 1
+            if step % every == 0:
+                sensors.append(data.sensordata.copy())
+        counts = {name: int(data.warning.number[kind]) for name, kind in WARNINGS.items()}
+        points = _places(model, states, observed)
+    return Run(
+        np.reshape(states, (len(states), len(start))),
+        points,
+        np.array(sensors),
+        done,
+        touched,
+        {name: count for name, count in counts.items() if count},
+        bool(np.isfinite(data.qpos).all() and np.isfinite(points).all()),
+    )
+
+
+def _places(model: mujoco.MjModel, states: Sequence[Array], observed: Sequence[FoundPoint]) -> Array:
+    """Places (S, p, 3) [m] of points, or of the origins and centres of gravity of all bodies that can move."""
+    # In data of their own: after a step, positions in the data of the run belong to the instant before it.
+    aside, moving = mujoco.MjData(model), model.body_weldid > 0
+    places = []
+    for state in states:
+        mujoco.mj_setState(model, aside, state, STATE)
+        mujoco.mj_kinematics(model, aside)
+        every = [point.position(aside) for point in observed] or np.vstack([aside.xpos[moving], aside.xipos[moving]])
+        places.append(np.array(every))
+    return np.array(places)
 
 
 @dataclass(frozen=True)
@@ -37,7 +126,7 @@ class Trial:
     cost: PairedCost | None = None
 
     @property
-    def told_change(self) -> float | str:
+    def evidence(self) -> float | str:
         """The change as evidence."""
         return "not run" if self.change is None else self.change
 
@@ -46,129 +135,122 @@ class Trial:
         return self.change is not None and self.change <= share
 
 
+@dataclass(frozen=True, eq=False)
 class Bench:
     """Everything that rules ask of a model.
 
     Attributes:
         document: the file.
-        drive: edits that every copy has: those that make the crank keep its speed, or that make the model run at all.
-        model: compiled with the drive.
         start: state that all runs start from.
+        steps: of the run.
+        observed: points that are observed; every body where there is none.
         keyframe: index of the keyframe that the start is taken from; None where it is the model's own pose.
-        steps: of the model's own run.
+        edits: of the file, among them those that make the crank keep its speed.
+        clock: for the costs.
+        copies: of the model with further edits, each on a bench of its own.
     """
 
-    def __init__(
-        self,
-        document: Document,
-        start: Start,
-        steps: int,
-        observed: Observed,
-        *,
-        keyframe: int | None,
-        drive: tuple[Edit, ...],
-        clock: Clock,
-    ) -> None:
-        self.document, self.start, self.steps, self.observed = document, start, steps, observed
-        self.keyframe, self.drive, self._clock = keyframe, drive, clock
-        self._other_steps: dict[float, Bench] = {}
-        self._runs: dict[tuple[Edit, ...], Run] = {}
-        self._poses: dict[tuple[Edit, ...], Poses] = {}
-        self._models: dict[tuple[Edit, ...], mujoco.MjModel] = {}
-        self._compiled: dict[tuple[Edit, ...], mujoco.MjModel] = {}  # without edits of options
+    document: Document
+    start: Array
+    steps: int
+    observed: tuple[FoundPoint, ...]
+    keyframe: int | None
+    edits: tuple[Edit, ...]
+    clock: Clock
+    copies: dict[tuple[tuple[Edit, ...], int], Bench] = field(default_factory=dict)
 
-    @property
-    def model(self) -> mujoco.MjModel:
-        """The model itself."""
-        return self.copy(())
-
-    @property
-    def run(self) -> Run:
-        """The model's own run."""
-        return self.run_of(())
-
-    @property
-    def poses(self) -> Poses:
-        """Constraints along the model's own run."""
-        return self.poses_of(())
-
-    def copy(self, edits: Sequence[Edit]) -> mujoco.MjModel:
-        """The model with edits.
-
-        Raises:
-            ValueError: it does not compile.
-        """
-        key = tuple(edits)
-        if key not in self._models:
-            options = [edit for edit in (*self.drive, *key) if isinstance(edit, SetOption) and edit.of_compiled]
-            hard = tuple(edit for edit in (*self.drive, *key) if edit not in options)
-            if hard not in self._compiled:
-                self._compiled[hard] = self.document.compiled(hard) if hard else self.document.model
-            model = copy.copy(self._compiled[hard])
-            for edit in options:
-                set_option(model, edit)
-            self._models[key] = model
-        return self._models[key]
-
-    def run_of(self, edits: Sequence[Edit]) -> Run:
-        """Run of the model with edits."""
-        key = tuple(edits)
-        if key not in self._runs:
-            self._runs[key] = run(self.copy(key), self.start, self.steps, self.observed)
-        return self._runs[key]
-
-    def poses_of(self, edits: Sequence[Edit]) -> Poses:
-        """Constraints along the run with edits."""
-        key = tuple(edits)
-        if key not in self._poses:
-            self._poses[key] = Poses(self.copy(key), self.start, self.run_of(key))
-        return self._poses[key]
+    def edited(self, edits: Sequence[Edit], steps: int | None = None) -> Bench:
+        """The model with further edits, for the same time."""
+        key = (*self.edits, *edits), steps or self.steps
+        if key not in self.copies:
+            self.copies[key] = replace(self, edits=key[0], steps=key[1])
+        return self.copies[key]
 
     def with_step(self, step: float) -> Bench:
-        """Bench of the same model with another step [s], for the same time."""
-        if step in self._other_steps:
-            return self._other_steps[step]
-        steps = max(1, round(self.steps * float(self.model.opt.timestep) / step))
-        other = self.with_edits((SetOption(("option",), "timestep", repr(step)),))
-        other.steps, other._other_steps = steps, self._other_steps
-        self._other_steps[step] = other
-        return other
+        """The model with another step [s]."""
+        option = SetOption(("option",), "timestep", repr(step))
+        return self.edited((option,), max(1, round(self.steps * self.step / step)))
 
-    def with_edits(self, edits: Sequence[Edit]) -> Bench:
-        """The model with edits, on a bench of its own."""
-        other = Bench(
-            self.document,
-            self.start,
-            self.steps,
-            self.observed,
-            keyframe=self.keyframe,
-            drive=(*self.drive, *edits),
-            clock=self._clock,
-        )
-        other._compiled = self._compiled
-        return other
+    @cached_property
+    def model(self) -> mujoco.MjModel:
+        """The model, compiled.
+
+        Raises:
+            ValueError: the edits do not compile.
+        """
+        return self.document.compiled(self.edits) if self.edits else self.document.model
+
+    @property
+    def step(self) -> float:
+        """Step of the model [s]."""
+        return float(self.model.opt.timestep)
+
+    # -- the run -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def run(self) -> Run:
+        """The model's run."""
+        return run(self.model, self.start, self.steps, self.observed)
+
+    def poses(self, every: int = 0) -> Iterator[mujoco.MjData]:
+        """Data of poses along the run, with all that `mj_forward` makes; one object, used again and again.
+
+        Args:
+            every: take every so manieth sample, 0 for some `LOOKS` poses.
+        """
+        data = data_at(self.model, self.start)
+        looks = min(LOOKS, max(FEWEST, LOOKS * COORDINATES**2 // self.model.nv**2))
+        for state in self.run.states[:: every or max(1, len(self.run.states) // looks)]:
+            mujoco.mj_setState(self.model, data, state, STATE)
+            mujoco.mj_forward(self.model, data)
+            yield data
+
+    @cached_property
+    def rows(self) -> list[Rows]:
+        """Equality constraints at each look."""
+        return [rows_at(self.model, data) for data in self.poses()]
+
+    @cached_property
+    def openings(self) -> Array:
+        """Opening (samples, neq) [m] of each connect or weld; 0 for other equalities and those that are off."""
+        found = [openings(self.model, data) for data in self.poses(1)]
+        return np.reshape(found, (len(found), self.model.neq))
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom that the closures leave, at the pose where they leave the fewest."""
+        coordinates = int(self.model.nv)
+        return min((coordinates - rows.rank for rows in self.rows), default=coordinates)
 
     # -- measures ----------------------------------------------------------------------------------------------------
 
     @cached_property
     def size(self) -> float:
         """Size of the machine [m]: the diagonal of the box about its moving bodies and their joints, at the start."""
-        data = self.start.data(self.model)
+        data = data_at(self.model, self.start)
         mujoco.mj_kinematics(self.model, data)
         moving = self.model.body_weldid > 0
         places = np.concatenate([data.xpos[moving], data.xipos[moving], data.xanchor])
         size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
         return size if size > 0.0 else float(self.model.stat.extent)
 
-    @cached_property
-    def scale(self) -> float:
-        """Length [m] that changes of positions are relative to: the observed travel; of what stands, the size."""
-        travel = self.run.travel
-        return travel if travel > UNCHANGED * self.size else self.size
-
     def change(self, edits: Sequence[Edit]) -> float:
         """The largest change of the observed positions that edits make, over the travel."""
-        return relative(largest_change(self.run, self.run_of(edits)) / self.scale)
+        return self.change_to(self.edited(edits).run)
+
+    def change_from(self, start: Array) -> float:
+        """The same of another start."""
+        return self.change_to(run(self.model, start, self.steps, self.observed))
+
+    def change_to(self, other: Run) -> float:
+        """The same of another run; beyond all bounds where one of the two broke earlier."""
+        one = self.run.points
+        if len(one) != len(other.points):
+            return BOUNDLESS
+        largest = float(np.linalg.norm(one - other.points, axis=2).max()) if one.size else 0.0
+        # What stands has no travel.
+        share = largest / (self.run.travel if self.run.travel > UNCHANGED * self.size else self.size)
+        return share if math.isfinite(share) else BOUNDLESS
 
     def trial(self, edits: Sequence[Edit]) -> Trial:
         """Change and cost of edits, where the file has a place for all of them."""
@@ -178,16 +260,16 @@ class Bench:
 
     def cost(self, edits: Sequence[Edit]) -> PairedCost:
         """Cost of a step of the model over one with edits."""
-        own, edited = (looping_stepper(model, self.start.put, self.steps) for model in (self.model, self.copy(edits)))
-        return paired_cost(own, edited, clock=self._clock)
+        own, edited = (looping_stepper(one.model, self.start, self.steps) for one in (self, self.edited(edits)))
+        return paired_cost(own, edited, clock=self.clock)
 
     def cost_of(self, kind: str, indices: Sequence[int]) -> PairedCost | None:
         """Cost of elements together; None where they cannot be left out without making another machine."""
-        edits = tuple(Remove(kind, index, name_or_number(self.model, kind, index)) for index in indices)
+        edits = tuple(Change(kind, index, name_or_number(self.model, kind, index)) for index in indices)
         if self.run.broke or not self.document.can_make(edits):
             return None
         try:
-            without = self.copy(edits)
+            without = self.edited(edits).model
         except ValueError:
             return None
         if not np.array_equal(without.body_inertia, self.model.body_inertia) or self.change(edits) > 0.0:
@@ -195,6 +277,37 @@ class Bench:
         return self.cost(edits)
 
 
-def relative(change: float) -> float:
-    """A number that goes into JSON: infinity is none."""
-    return change if math.isfinite(change) else 1e300
+Judge = Callable[[Bench], Iterator[Finding | Note]]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One kind of trouble that a model is searched for.
+
+    Attributes:
+        name: for the command line and for results.
+        finds: in words, as docs/lint.md has it.
+        judge: looks at a model on the bench.
+        why: what it finds is harmful, where the finding does not say more.
+        needs_motion: whether it needs a run that does not break.
+    """
+
+    name: str
+    finds: str
+    judge: Judge
+    why: str = ""
+    needs_motion: bool = True
+
+    def answers(self, bench: Bench) -> Iterator[Finding | Note]:
+        """Findings and notes of a model, with the rule's name and reason."""
+        for answer in self.judge(bench):
+            match answer:
+                case Note():
+                    yield replace(answer, rule=self.name)
+                case Finding():
+                    yield replace(answer, rule=self.name, why=answer.why or self.why)
+
+
+def rule(name: str, finds: str, why: str = "", needs_motion: bool = True) -> Callable[[Judge], Rule]:
+    """Make a rule of a function that judges a model; its entry in `RULES` has it judged."""
+    return lambda judge: Rule(name, finds, judge, why, needs_motion)

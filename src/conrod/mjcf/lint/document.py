@@ -20,13 +20,14 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput
-from conrod.mjcf.lint.edits import Edit, Exclude, Remove, SetAttribute, SetOption
+from conrod.mjcf.lint.findings import Change, Edit, Exclude, SetOption
 from conrod.own.models.loading import load_model
 
 Element = ElementTree.Element
 INCLUDES_DEEP = 32  # MuJoCo refuses a file that includes itself, so this is never reached by one that loads
 # Elements that stand for others which MuJoCo makes.
 MACROS = ("composite", "flexcomp", "attach")
+IN_BODIES = {"body": "body", "geom": "geom", "joint": "joint", "freejoint": "joint"}
 GIVEN = "conrod-lint-"  # begins the names that elements without one have while they are numbered
 
 
@@ -43,30 +44,19 @@ class Document:
             raise InvalidInput(f"{path}: a binary model cannot be taken apart; give the MJCF that it was made from")
         self.model = load_model(path)
         self.folder = path.resolve().parent
-        self._root = self._read(path.resolve(), path.name)
+        self._root = _read(path.resolve(), path.name)
         if self._root.tag != "mujoco":
             raise InvalidInput(
                 f"{path}: <{self._root.tag}> is no MJCF; mj_saveLastXML writes MJCF of what MuJoCo loads"
             )
         self._include(self._root, self.folder, 0)
         try:
-            self._places = self._find_places()
+            numbered, self._places = self._find_places()
+            difference = differing(self.model, numbered)
         except ValueError as error:
             difference = " ".join(str(error).split())
-        else:
-            difference = differing(self.model, self._numbered)
         if difference:
             raise InvalidInput(f"{path}: with its includes put in place it is another model ({difference})")
-
-    # -- reading -----------------------------------------------------------------------------------------------------
-
-    def _read(self, path: Path, shown: str) -> Element:
-        parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
-        try:
-            root: Element = ElementTree.parse(path, parser).getroot()
-        except (ElementTree.ParseError, OSError, UnicodeError) as error:
-            raise InvalidInput(f"{shown}: it is not well-formed XML: {error}") from None
-        return root
 
     def _include(self, parent: Element, folder: Path, depth: int) -> None:
         if depth > INCLUDES_DEEP:
@@ -81,15 +71,13 @@ class Document:
             # MuJoCo looks beside the including file first, then beside the model file.
             name = child.get("file", "")
             path = next((p for p in (folder / name, self.folder / name) if p.is_file()), folder / name)
-            root = self._read(path, name)
+            root = _read(path, name)
             self._include(root, path.parent, depth + 1)
             parent[position : position + 1] = list(root)
             position += len(root)
 
-    # -- what is where -----------------------------------------------------------------------------------------------
-
-    def _find_places(self) -> dict[tuple[str, int], int]:
-        """Places in the tree of the elements of the compiled model, by kind and index.
+    def _find_places(self) -> tuple[mujoco.MjModel, dict[tuple[str, int], int]]:
+        """The compiled tree, and places in the tree of its elements by kind and index.
 
         Elements without a name get one for the while, which numbers them in the compiled model.
         """
@@ -97,10 +85,9 @@ class Document:
         by_name: dict[tuple[str, str], int] = {}
         order = {element: k for k, element in enumerate(root.iter())}
         for kind, element in _elements(root):
-            if element.get("name") is None:
-                element.set("name", f"{GIVEN}{order[element]}-")
-            by_name[kind, element.attrib["name"]] = order[element]
-        model = self._numbered = self._compiled(root, self.folder)
+            name = element.attrib.setdefault("name", f"{GIVEN}{order[element]}-")
+            by_name[kind, name] = order[element]
+        model = _compiled(root, self.folder)
         counts = {"body": model.nbody, "joint": model.njnt, "geom": model.ngeom, "equality": model.neq}
         counts |= {"sensor": model.nsensor, "key": model.nkey}
         places = {}
@@ -112,7 +99,7 @@ class Document:
                 place = int(given[1]) if given else by_name.get((kind, name))
                 if place is not None:
                     places[kind, index] = place
-        return places
+        return model, places
 
     def can_edit(self, kind: str, index: int) -> bool:
         """Return True where an element stands in the file as such, rather than being made by the compiler."""
@@ -120,16 +107,9 @@ class Document:
 
     def can_make(self, edits: Sequence[Edit]) -> bool:
         """Return True where all elements of edits stand in the file."""
-        places: list[tuple[str, int]] = []
-        for edit in edits:
-            match edit:
-                case SetAttribute() | Remove():
-                    places.append((edit.kind, edit.index))
-                case Exclude():
-                    places += [("body", index) for index in edit.indices if index]
-                case SetOption():
-                    pass
-        return all(place in self._places for place in places)
+        changed = [(edit.kind, edit.index) for edit in edits if isinstance(edit, Change)]
+        excluded = [("body", body) for edit in edits if isinstance(edit, Exclude) for body in edit.indices if body]
+        return all(place in self._places for place in (*changed, *excluded))
 
     # -- editing -----------------------------------------------------------------------------------------------------
 
@@ -139,7 +119,7 @@ class Document:
         Raises:
             ValueError: it does not compile.
         """
-        return self._compiled(self._edited(edits), folder or self.folder)
+        return _compiled(self._edited(edits), folder or self.folder)
 
     def text(self, edits: Sequence[Edit], comment: str) -> str:
         """The file with edits; a comment says at its top what they are."""
@@ -153,10 +133,9 @@ class Document:
         """Edits that let a file in another folder find the assets."""
         if folder == self.folder:
             return ()
-        compilers = [element for element in self._root if element.tag == "compiler"]
         edits = []
         for attribute in ("meshdir", "texturedir"):
-            given = [c.get(attribute, c.get("assetdir")) for c in compilers]
+            given = [c.get(attribute, c.get("assetdir")) for c in self._root if c.tag == "compiler"]
             last = next((value for value in reversed(given) if value is not None), "")
             edits.append(SetOption(("compiler",), attribute, os.path.relpath(self.folder / last, folder)))
         return tuple(edits)
@@ -167,18 +146,17 @@ class Document:
         parents = {child: parent for parent in elements for child in parent}
         for edit in edits:
             match edit:
-                case SetAttribute():
-                    elements[self._places[edit.kind, edit.index]].set(edit.attribute, edit.value)
-                case Remove():
+                case Change():
                     element = elements[self._places[edit.kind, edit.index]]
-                    parents[element].remove(element)
+                    if edit.attribute:
+                        element.set(edit.attribute, edit.value)
+                    else:
+                        parents[element].remove(element)
                 case SetOption():
                     _option(root, edit.path).set(edit.attribute, edit.value)
                 case Exclude():
-                    names = [self._body_name(elements, index) for index in edit.indices]
-                    ElementTree.SubElement(
-                        _option(root, ("contact",)), "exclude", {"body1": names[0], "body2": names[1]}
-                    )
+                    one, other = (self._body_name(elements, index) for index in edit.indices)
+                    ElementTree.SubElement(_option(root, ("contact",)), "exclude", {"body1": one, "body2": other})
                 case _:
                     assert_never(edit)
         return root
@@ -186,14 +164,7 @@ class Document:
     def _body_name(self, elements: list[Element], index: int) -> str:
         if index == 0:
             return "world"
-        element = elements[self._places["body", index]]
-        if element.get("name") is None:
-            element.set("name", f"body-{index}")
-        return element.attrib["name"]
-
-    def _compiled(self, root: Element, folder: Path) -> mujoco.MjModel:
-        with contextlib.chdir(folder), warnings_kept_quiet():
-            return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+        return elements[self._places["body", index]].attrib.setdefault("name", f"body-{index}")
 
 
 def differing(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
@@ -207,23 +178,35 @@ def differing(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
     return "" if str(one.opt) == str(other.opt) else "option"
 
 
+def _read(path: Path, shown: str) -> Element:
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+    try:
+        root: Element = ElementTree.parse(path, parser).getroot()
+    except (ElementTree.ParseError, OSError, UnicodeError) as error:
+        raise InvalidInput(f"{shown}: it is not well-formed XML: {error}") from None
+    return root
+
+
+def _compiled(root: Element, folder: Path) -> mujoco.MjModel:
+    with contextlib.chdir(folder), warnings_kept_quiet():
+        return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+
+
 def _elements(root: Element) -> Iterator[tuple[str, Element]]:
     """Elements of the tree that become those of a model, with their kinds."""
-    sections = {"equality": "equality", "sensor": "sensor"}
     for section in root:
         if section.tag == "worldbody":
             yield from _in_body(section)
         elif section.tag == "keyframe":
             yield from (("key", element) for element in section if element.tag == "key")
-        elif section.tag in sections:
-            yield from ((sections[section.tag], element) for element in section if isinstance(element.tag, str))
+        elif section.tag in ("equality", "sensor"):
+            yield from ((section.tag, element) for element in section if isinstance(element.tag, str))
 
 
 def _in_body(parent: Element) -> Iterator[tuple[str, Element]]:
-    kinds = {"body": "body", "geom": "geom", "joint": "joint", "freejoint": "joint"}
     for element in parent:
-        if element.tag in kinds:
-            yield kinds[element.tag], element
+        if element.tag in IN_BODIES:
+            yield IN_BODIES[element.tag], element
         if isinstance(element.tag, str) and element.tag not in MACROS:
             yield from _in_body(element)
 

@@ -1,4 +1,4 @@
-"""A look at a model as plain values: what it is asked, and what it found. Imports no engine."""
+"""A look at a model as plain values: what it is asked, the edits that fix it, and what it found. Imports no engine."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from conrod.mjcf.lint.edits import Edit
 from conrod.own.models.request import Place
 from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedCost
@@ -38,6 +37,69 @@ class Request:
     fix_folder: str | None = None
 
 
+# -- edits -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Change:
+    """Give an attribute of an element a value, or take the element out where no attribute is named.
+
+    Attributes:
+        kind: of element, as MuJoCo names it: geom, joint, equality, sensor, key, body.
+        index: of the element in the compiled model.
+        name: how to speak of it.
+    """
+
+    kind: str
+    index: int
+    name: str
+    attribute: str = ""
+    value: str = ""
+
+    @property
+    def words(self) -> str:
+        """In words; an element without a name goes by its kind and number already."""
+        spoken = self.name if self.name.startswith(f"{self.kind} ") else f"{self.kind} {self.name}"
+        return f'{spoken}: {self.attribute}="{self.value}"' if self.attribute else f"{spoken}: removed"
+
+
+@dataclass(frozen=True)
+class SetOption:
+    """Give an attribute of a section a value, wherever the file has the section.
+
+    Attributes:
+        path: the section and what is in it: ("option", "flag").
+    """
+
+    path: tuple[str, ...]
+    attribute: str
+    value: str
+
+    @property
+    def words(self) -> str:
+        """In words."""
+        inner = f'<{self.path[-1]} {self.attribute}="{self.value}"/>'
+        return f"<{self.path[0]}>{inner}</{self.path[0]}>" if len(self.path) > 1 else inner
+
+
+@dataclass(frozen=True)
+class Exclude:
+    """Let the geoms of two bodies not collide: indices in the compiled model, and how to speak of them."""
+
+    indices: tuple[int, int]
+    names: tuple[str, str]
+
+    @property
+    def words(self) -> str:
+        """In words."""
+        return f'<contact><exclude body1="{self.names[0]}" body2="{self.names[1]}"/></contact>'
+
+
+Edit = Change | SetOption | Exclude
+
+
+# -- what is found ---------------------------------------------------------------------------------------------------
+
 Value = float | int | str
 
 
@@ -51,13 +113,11 @@ class Harm(Enum):
     @property
     def meaning(self) -> str:
         """In words."""
-        match self:
-            case Harm.WRONG:
-                return "makes this motion wrong"
-            case Harm.LATENT:
-                return "will cause trouble"
-            case Harm.WASTE:
-                return "costs, and gives nothing"
+        return {
+            Harm.WRONG: "makes this motion wrong",
+            Harm.LATENT: "will cause trouble",
+            Harm.WASTE: "costs, and gives nothing",
+        }[self]
 
 
 @dataclass(frozen=True, kw_only=True)

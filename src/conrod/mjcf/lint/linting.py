@@ -14,17 +14,45 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import rows_at
-from conrod.mjcf.lint.bench import Bench
+from conrod.mjcf.lint import bodies, closures, stepping
+from conrod.mjcf.lint.bench import Bench, Rule, run
 from conrod.mjcf.lint.document import Document, differing
-from conrod.mjcf.lint.edits import Edit, SetAttribute, SetOption
-from conrod.mjcf.lint.findings import DEFAULT_STEPS, MOST_STEPS, Finding, Fixed, Harm, Note, Report, Request
-from conrod.mjcf.lint.rules import RULES, SOLVER, STEP
-from conrod.mjcf.lint.runs import Observed, Start, run
-from conrod.mjcf.lint.solver import longest_stable
+from conrod.mjcf.lint.findings import (
+    DEFAULT_STEPS,
+    MOST_STEPS,
+    Change,
+    Edit,
+    Finding,
+    Fixed,
+    Harm,
+    Note,
+    Report,
+    Request,
+    SetOption,
+)
+from conrod.mjcf.runs import data_at, state_of
 from conrod.own.models.loading import keyframe_to_start_from, listed, name_or_number, names_of, start_words
-from conrod.own.models.points import KINDS, Crank, crank_of, find_crank, find_point
+from conrod.own.models.points import Crank, crank_of, find_crank, find_point
 from conrod.studies.frame.paired_timing import Clock
 
+STEP, SOLVER = stepping.unstable_step, stepping.unsolved
+RULES: tuple[Rule, ...] = (
+    STEP,
+    SOLVER,
+    closures.soft_closures,
+    closures.open_pose,
+    closures.torn_speeds,
+    bodies.joined_links,
+    bodies.idle_geoms,
+    closures.floating_bodies,
+    closures.redundant_closures,
+    bodies.gravity_across,
+    bodies.changed_inertias,
+    stepping.late_sensors,
+    stepping.silent_reset,
+    stepping.sensor_cost,
+    bodies.visual_geoms,
+)
 # Flywheel of a crank, over the inertia that the machine shows to it: what the machine exchanges with it in a turn then
 # changes the speed by a per cent.
 FLYWHEEL = 100.0
@@ -45,7 +73,10 @@ def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Re
     Raises:
         InvalidInput: the file cannot be used, or has not what the request names.
     """
-    check_rules(request.ignored)
+    names = [rule.name for rule in RULES]
+    for name in request.ignored:
+        if name not in names:
+            raise unknown_choice("rule", name, names)
     document = Document(path)
     with warnings_kept_quiet():
         try:
@@ -56,44 +87,30 @@ def lint(path: Path, request: Request, clock: Clock = time.thread_time_ns) -> Re
             raise InvalidInput(f"{path}: {error}") from None
 
 
-def check_rules(names: tuple[str, ...]) -> None:
-    """Refuse a name that no rule has."""
-    for name in names:
-        if name not in {rule.name for rule in RULES}:
-            raise unknown_choice("rule", name, [rule.name for rule in RULES])
-
-
 def judged(bench: Bench, path: str, request: Request) -> Report:
-    """All rules."""
-    sentence = described(bench, request)
-    longest = longest_stable(bench)
-    steady, notes = _steady(bench, longest)
+    """All rules; what the step or the solver makes wrong must not be laid to something else."""
+    sentence, longest = described(bench, request), stepping.longest_stable(bench)
+    steady, notes, findings = bench, list[Note](), list[Finding]()
+    if longest is None:
+        notes.append(Note("rules that need a run that holds together are not judged", rule=STEP.name))
+    elif longest < bench.step:
+        steady = bench.with_step(0.5 * longest)
+        notes.append(Note(f"all other rules are judged with a step of {steady.step:.4g} s", rule=STEP.name))
     solved = steady
-    findings: list[Finding] = []
     for rule in RULES:
         if rule.name in request.ignored or (rule.needs_motion and longest is None):
             continue
-        for answer in rule.answers({STEP.name: bench, SOLVER.name: steady}.get(rule.name, solved)):
+        for answer in rule.answers(bench if rule is STEP else solved):
             if isinstance(answer, Note):
                 notes.append(answer)
                 continue
             findings.append(answer)
-            if rule.name == SOLVER.name:
+            if rule is SOLVER:
                 notes.append(Note("the rules after it are judged with the solver as it should be", rule=rule.name))
-                solved = steady.with_edits(answer.edits)
+                solved = steady.edited(answer.edits)
     findings.sort(key=lambda finding: (list(Harm).index(finding.harm), -(finding.change or 0.0)))
     fixed = None if request.fix_folder is None else fix(steady, tuple(findings), Path(request.fix_folder))
     return Report(path, sentence, tuple(findings), tuple(notes), fixed)
-
-
-def _steady(bench: Bench, longest: float | None) -> tuple[Bench, list[Note]]:
-    """The model with a step at which it runs: what the step makes wrong must not be laid to something else."""
-    if longest is None:
-        return bench, [Note("rules that need a run that holds together are not judged", rule=STEP.name)]
-    if longest < float(bench.model.opt.timestep):
-        step = 0.5 * longest
-        return bench.with_step(step), [Note(f"all other rules are judged with a step of {step:.4g} s", rule=STEP.name)]
-    return bench, []
 
 
 def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
@@ -107,7 +124,7 @@ def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
         return Fixed()
     document, moved = bench.document, bench.document.moved(folder)
     try:
-        other = differing(bench.copy(edits), document.compiled((*bench.drive, *edits, *moved), folder))
+        other = differing(bench.edited(edits).model, document.compiled((*bench.edits, *edits, *moved), folder))
     except ValueError as error:
         other = " ".join(str(error).split())
     if other:
@@ -133,27 +150,26 @@ def prepared(document: Document, request: Request, clock: Clock) -> Bench:
     steps = DEFAULT_STEPS if request.seconds is None else max(2, math.ceil(request.seconds / step))
     if steps > MOST_STEPS:
         raise InvalidInput(f"{request.seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
-    drive: tuple[Edit, ...] = ()
+    start, drive = state_of(model, data), tuple[Edit, ...]()
     if request.speed is not None:
-        drive = driven(document, data, driven_crank(model, request.crank), request.speed, steps)
+        start, drive = driven(document, start, driven_crank(model, request.crank), request.speed, steps)
     elif request.crank is not None:
         raise InvalidInput(f"--crank {request.crank}: say with --scene how fast it turns")
-    points = [find_point(model, place) for place in request.points]
-    observed = Observed(*(tuple(point.index for point in points if point.kind == kind) for kind in KINDS))
-    return Bench(document, Start.of(data), steps, observed, keyframe=keyframe, drive=drive, clock=clock)
+    observed = tuple(find_point(model, place) for place in request.points)
+    return Bench(document, start, steps, observed, keyframe, drive, clock)
 
 
 def described(bench: Bench, request: Request) -> str:
     """The run in a sentence."""
     model = bench.model
     start = start_words(model, bench.keyframe)
-    run = f"run of {bench.steps} steps of {float(model.opt.timestep):g} s from {start}"
+    sentence = f"run of {bench.steps} steps of {bench.step:g} s from {start}"
     if request.speed is None:
-        return f"a free {run}"
+        return f"a free {sentence}"
     crank = driven_crank(model, request.crank)
-    off = speed_off(np.array([state.qvel[crank.rate] for state in bench.run.states]), request.speed)
+    off = _speed_off(bench.run.states[:, model.nq + crank.rate], request.speed)
     name = name_or_number(model, "joint", crank.joint)
-    return f"a driven {run}; {name} turns at {request.speed:.4g} rad/s, kept to {100.0 * off:.2g} %"
+    return f"a driven {sentence}; {name} turns at {request.speed:.4g} rad/s, kept to {100.0 * off:.2g} %"
 
 
 # -- a crank that is driven -------------------------------------------------------------------------------------------
@@ -175,48 +191,39 @@ def driven_crank(model: mujoco.MjModel, name: str | None) -> Crank:
     return crank_of(model, on_frame[0])
 
 
-def driven(document: Document, data: mujoco.MjData, crank: Crank, speed: float, steps: int) -> tuple[Edit, ...]:
-    """Set the machine in motion, in `data`, and give its crank a flywheel that keeps it at its speed.
+def driven(document: Document, start: Array, crank: Crank, speed: float, steps: int) -> tuple[Array, tuple[Edit, ...]]:
+    """Set the machine in motion, and give its crank a flywheel that keeps it at its speed [rad/s] for some steps.
 
     MuJoCo scales the solver's tolerance by the mean inertia, which the flywheel is part of: the tolerance is made as
     much finer, so that the solver stops where it would without.
 
-    Args:
-        speed: of the crank [rad/s].
-        steps: for which it is to be kept.
+    Returns:
+        The start with speeds that part no closure, the least of them where the crank leaves some free; and the edits.
     """
-    model = document.model
+    model, rate = document.model, crank.rate
     if not document.can_edit("joint", crank.joint):
         raise InvalidInput("the crank is made by a macro of the model; it cannot be driven")
-    data.qvel[:] = fitting_speeds(model, data, crank, speed)
-    momentum = np.empty(model.nv)
+    data, momentum = data_at(model, start), np.empty(model.nv)
+    data.qvel[:] = 0.0
+    mujoco.mj_forward(model, data)
+    jacobian, others = rows_at(model, data).jacobian, np.delete(np.arange(model.nv), rate)
+    data.qvel[rate] = speed
+    data.qvel[others] = -np.linalg.pinv(jacobian[:, others], rcond=1e-9) @ jacobian[:, rate] * speed
     mujoco.mj_mulM(model, data, momentum, data.qvel)
-    inertia = float(data.qvel @ momentum) / speed**2
-    start, trial = Start.of(data), copy.copy(model)
-    armature = max(float(model.dof_armature[crank.rate]), FLYWHEEL * inertia)
+    moving, trial = start.copy(), copy.copy(model)
+    moving[model.nq : model.nq + model.nv] = data.qvel
+    armature = max(float(model.dof_armature[rate]), FLYWHEEL * float(data.qvel @ momentum) / speed**2)
     for _ in range(ATTEMPTS):
-        trial.dof_armature[crank.rate] = armature
-        off = speed_off(np.array([s.qvel[crank.rate] for s in run(trial, start, steps, Observed()).states]), speed)
+        trial.dof_armature[rate] = armature
+        off = _speed_off(run(trial, moving, steps).states[:, model.nq + rate], speed)
         if not KEPT < off < np.inf:
             break
         armature *= SPARE * off / KEPT
-    flywheel = SetAttribute("joint", crank.joint, "crank", "armature", repr(armature))
+    flywheel = Change("joint", crank.joint, name_or_number(model, "joint", crank.joint), "armature", repr(armature))
     heavier = document.compiled((flywheel,)).stat.meaninertia / model.stat.meaninertia
-    return flywheel, SetOption(("option",), "tolerance", repr(float(model.opt.tolerance / heavier)))
+    return moving, (flywheel, SetOption(("option",), "tolerance", repr(float(model.opt.tolerance / heavier))))
 
 
-def speed_off(speeds: Array, nominal: float) -> float:
+def _speed_off(speeds: Array, nominal: float) -> float:
     """Largest deviation of speeds from the nominal one, over it."""
     return float(np.abs(speeds / nominal - 1.0).max())
-
-
-def fitting_speeds(model: mujoco.MjModel, data: mujoco.MjData, crank: Crank, speed: float) -> Array:
-    """Joint rates (nv,) that part no closure at a rate of the crank, the least of them where it leaves some free."""
-    data.qvel[:] = 0.0
-    mujoco.mj_forward(model, data)
-    jacobian = rows_at(model, data).jacobian
-    others = np.delete(np.arange(model.nv), crank.rate)
-    speeds = np.zeros(model.nv)
-    speeds[crank.rate] = speed
-    speeds[others] = -np.linalg.pinv(jacobian[:, others], rcond=1e-9) @ jacobian[:, crank.rate] * speed
-    return speeds

@@ -1,4 +1,4 @@
-"""Stepping of compiled models: how a run breaks off, and a stepper that begins again where a run ends."""
+"""States of compiled models, what ends a run, and a stepper that begins again where a run ends."""
 
 from __future__ import annotations
 
@@ -8,9 +8,35 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
+from conrod.exact.motion import Array
 
+KINDS = mujoco.mjtState
+# All that the next step depends on, and what acts from outside; models that differ by sensors or closures share it.
+STATE = int(
+    KINDS.mjSTATE_QPOS
+    | KINDS.mjSTATE_QVEL
+    | KINDS.mjSTATE_ACT
+    | KINDS.mjSTATE_WARMSTART
+    | KINDS.mjSTATE_CTRL
+    | KINDS.mjSTATE_MOCAP_POS
+    | KINDS.mjSTATE_MOCAP_QUAT
+)
 # Warnings after which the numbers of a run mean nothing.
 BROKEN = ("BADQPOS", "BADQVEL", "BADQACC")
+
+
+def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """The state (n,) of data, coordinates and rates first."""
+    state = np.empty(mujoco.mj_stateSize(model, STATE))
+    mujoco.mj_getState(model, data, state, STATE)
+    return state
+
+
+def data_at(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
+    """New data in a state."""
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, state, STATE)
+    return data
 
 
 def broken(data: mujoco.MjData) -> str:
@@ -19,19 +45,16 @@ def broken(data: mujoco.MjData) -> str:
     return warned or ("" if np.all(np.isfinite(data.qpos)) else "not finite")
 
 
-def looping_stepper(
-    model: mujoco.MjModel, start: Callable[[mujoco.MjData], None], most: int
-) -> Callable[[], Callable[[int], None]]:
+def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[[], Callable[[int], None]]:
     """Maker of a function that makes so many steps of the same run, again and again.
 
     Args:
-        start: puts data that are new, or have been reset, into the state that the run starts from.
+        start: state that the run starts from.
         most: steps of the run; what comes after it is not what the model is for.
     """
 
     def make() -> Callable[[int], None]:
-        data, done = mujoco.MjData(model), 0
-        start(data)
+        data, done = data_at(model, start), 0
 
         def advance(steps: int) -> None:
             nonlocal done
@@ -39,7 +62,7 @@ def looping_stepper(
                 while steps:
                     if done == most:
                         mujoco.mj_resetData(model, data)
-                        start(data)
+                        mujoco.mj_setState(model, data, start, STATE)
                         done = 0
                     some = min(steps, most - done)
                     mujoco.mj_step(model, data, some)

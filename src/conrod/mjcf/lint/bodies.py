@@ -1,0 +1,294 @@
+"""Rules on geoms that collide or never meet, and on masses: gravity across the plane, inertias made by the compiler."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.mjcf.equalities import closure_name, ties
+from conrod.mjcf.lint.bench import UNCHANGED, Bench, rule
+from conrod.mjcf.lint.closures import velocity
+from conrod.mjcf.lint.findings import Change, Edit, Exclude, Finding, Harm, Note, SetOption, Value
+from conrod.own.models.loading import listed, name_or_number
+
+# -- links that collide ----------------------------------------------------------------------------------------------
+
+# Links that a pin holds together and that touch in nearly every step overlap whatever the pin does: a mechanical stop,
+# or a foot on the ground, lets go.
+ALWAYS = 0.9
+TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
+
+
+@rule(
+    "joined-links-collide",
+    "geoms of links that collide where a hinge, connect or weld joins them",
+    "the contact pushes against the joint that holds the links together: friction, loads and rows of its own",
+    needs_motion=False,
+)
+def joined_links(bench: Bench) -> Iterator[Finding]:
+    """Pairs of links that overlap where they are joined, and collide there."""
+    model = bench.model
+    declared = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
+    steps: dict[tuple[int, int], int] = {}
+    for (one, other), count in bench.run.touched.items():
+        if one >= 0 and (one, other) not in declared:
+            first, second = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
+            steps[first, second] = max(steps.get((first, second), 0), count)
+    for bodies, count in steps.items():
+        joint = _joint_between(model, *bodies)
+        if joint and count >= ALWAYS * bench.run.steps:
+            yield _overlap(bench, bodies, joint, count)
+
+
+def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> Finding:
+    names = (name_or_number(bench.model, "body", bodies[0]), name_or_number(bench.model, "body", bodies[1]))
+    trial = bench.trial([Exclude(bodies, names)])
+    wrong = trial.change is not None and trial.change > UNCHANGED
+    return Finding(
+        subjects=names,
+        what=f"{names[0]} and {names[1]} collide where {joint} joins them",
+        harm=Harm.WRONG if wrong else Harm.WASTE,
+        evidence={
+            "steps in contact": count,
+            "steps": bench.run.steps,
+            "change of motion without": trial.evidence,
+        },
+        fix="exclude the pair",
+        edits=trial.edits,
+        # Where the motion changes, somebody has to say which of the two was meant.
+        safe=bool(trial.edits) and not wrong,
+        change=trial.change,
+        cost=trial.cost,
+    )
+
+
+def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
+    """Name of what holds two bodies together so that they cannot part: a joint that only turns, a connect or a weld."""
+    for child, parent in ((one, other), (other, one)):
+        # Bodies without a joint are one with those that they hang on.
+        links = int(model.body_weldid[child])
+        if links and model.body_weldid[model.body_parentid[links]] == model.body_weldid[parent]:
+            joints = range(model.body_jntadr[links], model.body_jntadr[links] + model.body_jntnum[links])
+            if joints and all(int(model.jnt_type[joint]) in TURNING for joint in joints):
+                return f"joint {name_or_number(model, 'joint', joints[0])}"
+    parts = {int(model.body_weldid[one]), int(model.body_weldid[other])}
+    return next((closure_name(model, index) for index, ends in ties(model) if set(ends) == parts), "")
+
+
+# -- geoms that never meet -------------------------------------------------------------------------------------------
+
+
+@rule(
+    "never-touch",
+    "geoms that can collide and never do",
+    "every step looks for contacts between them, in a machine that has come round and has found none",
+)
+def idle_geoms(bench: Bench) -> Iterator[Finding | Note]:
+    """Geoms that may collide and do not, in a run that comes through all poses of the machine."""
+    model, run = bench.model, bench.run
+    met = {geom for pair in run.touched for geom in pair}
+    idle = {geom: name_or_number(model, "geom", geom) for geom in sorted(may_collide(model)) if geom not in met}
+    if not idle:
+        return
+    number, turned = len(idle), whole_turn(bench)
+    if not turned:
+        yield Note(
+            f"{number} geoms may collide and did not in {run.steps} steps: {listed(idle.values())}. "
+            "The run does not come through all poses, so whether they ever should is unknown",
+        )
+        return
+    masks = ("contype", "conaffinity")
+    trial = bench.trial([Change("geom", geom, name, mask, "0") for geom, name in idle.items() for mask in masks])
+    yield Finding(
+        subjects=tuple(idle.values()),
+        what=f"{number} geoms may collide and never do: {listed(idle.values())}",
+        harm=Harm.WASTE,
+        evidence={
+            "contacts": 0,
+            "steps": run.steps,
+            "degrees of freedom": bench.freedom,
+            "turns": round(turned, 3),
+        },
+        fix='contype="0" conaffinity="0"',
+        edits=trial.edits,
+        safe=trial.changes_at_most(UNCHANGED),
+        change=trial.change,
+        cost=trial.cost,
+    )
+
+
+@rule("geoms-seen", "noted: geoms that cannot collide")
+def visual_geoms(bench: Bench) -> Iterator[Note]:
+    """Geoms that no other can collide with, and their cost."""
+    model = bench.model
+    able = may_collide(model)
+    if not int(model.opt.disableflags) & mujoco.mjtDisableBit.mjDSBL_CONTACT:
+        able |= _paired(model)
+    seen = [geom for geom in range(model.ngeom) if geom not in able]
+    if seen:
+        yield Note(f"{len(seen)} of {model.ngeom} geoms cannot collide with anything", bench.cost_of("geom", seen))
+
+
+def whole_turn(bench: Bench) -> float:
+    """Turns that a machine with one degree of freedom makes in the run; 0 where it does not come round once."""
+    model = bench.model
+    if bench.freedom != 1 or any(kind == mujoco.mjtJoint.mjJNT_FREE for kind in model.jnt_type):
+        return 0.0
+    angles = bench.run.states[:, model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE]]
+    if not angles.size:
+        return 0.0
+    turns = float(np.ptp(angles, axis=0).max()) / (2.0 * math.pi)
+    # The samples end a little before the run does.
+    return turns if turns >= 1.0 - 1.0 / len(angles) else 0.0
+
+
+def may_collide(model: mujoco.MjModel) -> set[int]:
+    """Geoms that MuJoCo would look for contacts of: those that some other geom passes all its filters with."""
+    flags = int(model.opt.disableflags)
+    if flags & (mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
+        return set()
+    weld, own, others = model.body_weldid[model.geom_bodyid], model.geom_contype, model.geom_conaffinity
+    masks = (own[:, None] & others[None, :]) | (own[None, :] & others[:, None])
+    apart = weld[:, None] != weld[None, :]
+    if not flags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT:
+        parent = model.body_weldid[model.body_parentid[weld]]
+        # The world is everybody's parent, and filters nothing.
+        child_of = (parent[:, None] == weld[None, :]) & (weld[None, :] > 0)
+        apart &= ~(child_of | child_of.T)
+    bodies = model.geom_bodyid
+    for signature in model.exclude_signature.tolist():
+        both = (bodies[:, None] == signature >> 16) & (bodies[None, :] == signature & 0xFFFF)
+        apart &= ~(both | both.T)
+    return set(np.flatnonzero(((masks != 0) & apart).any(axis=1)).tolist()) - _paired(model)
+
+
+def _paired(model: mujoco.MjModel) -> set[int]:
+    """Geoms of declared pairs, which collide whatever their masks."""
+    return set(model.pair_geom1.tolist()) | set(model.pair_geom2.tolist())
+
+
+# -- gravity ---------------------------------------------------------------------------------------------------------
+
+# Motion out of a plane below this share of that in it is what soft closures sag by.
+PLANAR = 1e-2
+# Of gravity. A machine that is a hundredth of a degree out of the vertical has 2e-4; rounding of a vector written with
+# six digits, 1e-6.
+ACROSS = 1e-5
+# Of the travel: what closures sag by must not be taken for motion, and the motion of a driven machine knows of masses
+# only by what is soft in it.
+SAME_MOTION = 1e-6
+
+
+@rule(
+    "gravity-across",
+    "gravity across the plane in which everything moves",
+    "it does no work on the motion: joints and closures carry it, reactions contain it, soft closures sag by it; a "
+    "machine that stands upright has its gravity in the plane",
+)
+def gravity_across(bench: Bench) -> Iterator[Finding | Note]:
+    """The part of gravity along the normal of the plane, and whether the motion depends on it."""
+    model, gravity, normal = bench.model, np.array(bench.model.opt.gravity), plane_normal(bench)
+    least = ACROSS * np.linalg.norm(gravity)
+    if int(model.opt.disableflags) & mujoco.mjtDisableBit.mjDSBL_GRAVITY or normal is None:
+        return
+    across = float(abs(gravity @ normal))
+    if across <= least:
+        return
+    if bench.run.touched:
+        yield Note(f"gravity has {across:.4g} m/s² across the plane of motion, where contacts carry it")
+        return
+    rest = gravity - (gravity @ normal) * normal
+    rest[np.abs(rest) < least] = 0.0
+    edits = (SetOption(("option",), "gravity", " ".join(f"{value:.9g}" for value in rest)),)
+    change = bench.change(edits)
+    yield Finding(
+        what=f"gravity has {across:.4g} m/s² across the plane in which everything moves",
+        harm=Harm.WRONG if change > SAME_MOTION else Harm.LATENT,
+        evidence={
+            "normal of the plane": " ".join(f"{value:.6g}" for value in np.where(np.abs(normal) < 1e-9, 0.0, normal)),
+            "share of gravity": across / float(np.linalg.norm(gravity)),
+            "weight that joints carry across [N]": across * float(model.body_mass[model.body_weldid > 0].sum()),
+            "change of motion without": change,
+        },
+        fix="turn the machine, or the gravity, into the plane; or leave that part of it out",
+        edits=edits,
+        safe=change <= SAME_MOTION,
+        change=change,
+    )
+
+
+def plane_normal(bench: Bench) -> Array | None:
+    """Normal of the plane that all bodies stay parallel to in the run; None where there is none, or nothing turns."""
+    bodies = np.flatnonzero(bench.model.body_weldid > 0).tolist()
+    found = [velocity(bench.model, data, body) for data in bench.poses() for body in bodies]
+    # With three that do not move, so that there are three singular values.
+    turning, moving = np.split(np.vstack([np.zeros((3, 6)), *found]), 2, axis=1)
+    _, spins, axes = np.linalg.svd(turning, full_matrices=False)
+    if not spins[0] > 0.0 or spins[1] > PLANAR * spins[0]:
+        return None
+    normal: Array = axes[0]
+    return normal if np.abs(moving @ normal).max() <= PLANAR * np.linalg.norm(moving, axis=1).max() else None
+
+
+# -- inertias --------------------------------------------------------------------------------------------------------
+
+# Everything by which the compiler changes what is written, turned off.
+NOT_WRITTEN = {"balanceinertia": "false", "boundmass": "0", "boundinertia": "0", "settotalmass": "-1"}
+AS_WRITTEN = tuple(
+    SetOption(("compiler",), name, value) for name, value in {**NOT_WRITTEN, "inertiafromgeom": "auto"}.items()
+)
+SAME = 1e-9  # the sums are the same, their order may not be
+
+
+@rule(
+    "changed-inertia",
+    "masses or inertias that the compiler made others than those written",
+    "drive torques, reactions and free motion are those of another machine",
+    needs_motion=False,
+)
+def changed_inertias(bench: Bench) -> Iterator[Finding]:
+    """The model compiled a second time, with what is written taken at its word."""
+    model = bench.model
+    try:
+        written = bench.edited(AS_WRITTEN).model
+    except ValueError as error:
+        yield _inertias((), {"compiled as written": " ".join(str(error).split())}, None)
+        return
+    # Principal moments come in an order of their own.
+    compiled, meant = (np.column_stack([m.body_mass, np.sort(m.body_inertia, axis=1)]) for m in (model, written))
+    changed = np.flatnonzero(~np.isclose(compiled, meant, rtol=SAME, atol=0.0).all(axis=1)).tolist()
+    if not changed:
+        return
+    names = tuple(name_or_number(model, "body", body) for body in changed)
+    ratios = [max(masses) / max(min(masses), 1e-300) for masses in zip(compiled[:, 0], meant[:, 0], strict=True)]
+    worst = max(changed, key=lambda body: ratios[body])
+    evidence: dict[str, Value] = {
+        "bodies changed": len(changed),
+        "most changed": name_or_number(model, "body", worst),
+        "its mass as written [kg]": float(meant[worst, 0]),
+        "its mass as compiled [kg]": float(compiled[worst, 0]),
+        "its moments as written [kg m²]": " ".join(f"{value:.6g}" for value in meant[worst, 1:]),
+        "its moments as compiled [kg m²]": " ".join(f"{value:.6g}" for value in compiled[worst, 1:]),
+    }
+    yield _inertias(names, evidence, bench.change(AS_WRITTEN) if not bench.run.broke else None)
+
+
+def _inertias(names: tuple[str, ...], evidence: dict[str, Value], change: float | None) -> Finding:
+    what = "the compiler makes masses or inertias up, without which the model does not compile"
+    if names:
+        what = f"masses or inertias of {listed(names)} are not those that are written"
+    edits: tuple[Edit, ...] = AS_WRITTEN if names else ()
+    return Finding(
+        subjects=names,
+        what=what,
+        harm=Harm.LATENT if change is not None and change <= SAME_MOTION else Harm.WRONG,
+        evidence=evidence if change is None else {**evidence, "change of motion as written": change},
+        fix="write every mass and inertia as it is, and take balanceinertia, boundmass, boundinertia, settotalmass and "
+        "inertiafromgeom out of <compiler>",
+        edits=edits,
+        change=change,
+    )

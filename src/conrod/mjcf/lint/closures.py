@@ -1,0 +1,361 @@
+"""Rules on closures: those that give way, that the start leaves open or tears, and those that are too many."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mobility import jacobian_rank
+from conrod.engines.mujoco.settings import STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF
+from conrod.exact.motion import Array
+from conrod.mjcf.equalities import Rows, close_loops, closure_name, lengths, openings, rows_at, ties, ties_bodies
+from conrod.mjcf.lint.bench import Bench, rule
+from conrod.mjcf.lint.findings import Change, Edit, Finding, Harm, Value
+from conrod.mjcf.runs import data_at, state_of
+from conrod.own.models.loading import listed, name_or_number
+
+# -- softness --------------------------------------------------------------------------------------------------------
+
+# Of the machine's size. A bearing's play is a ten-thousandth of a small machine (30 micrometres in 0.3 m): closures
+# that give way by more are worse than a real joint.
+PLAY = 1e-4
+# A closure that opens ten times less when it is made stiff opens because it was soft, and for no other reason.
+TENFOLD = 0.1
+REFINEMENTS = 3  # halvings of the step; where a stiff closure still opens then, it is not the softness that is seen
+# Time constants [steps] at which conrod's preset `tuned` closes loops: RK4 loses its order below.
+STIFF_STEPS = {int(mujoco.mjtIntegrator.mjINT_RK4): 8.0}
+LEAST_STEPS = 2.0  # MuJoCo admits no less
+
+
+@rule(
+    "soft-closure",
+    "connects and welds that give way, stock softness above all",
+    "the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step helps",
+)
+def soft_closures(bench: Bench) -> Iterator[Finding]:
+    """Connects and welds that open in the run, and would not if they were stiff."""
+    model, opened = bench.model, _worst(bench)
+    wide = [i for i in range(model.neq) if opened[i] > PLAY * bench.size and bench.document.can_edit("equality", i)]
+    finer = bench
+    # With few steps a turn a stiff closure opens as well, by what the step leaves: looked at again with finer ones.
+    for _ in range(REFINEMENTS + 1):
+        stiffened = finer.edited(_stiff(finer, wide))
+        if not wide or stiffened.run.broke:
+            return
+        before, after = _worst(finer), _worst(stiffened)
+        soft = [index for index in wide if after[index] <= TENFOLD * before[index]]
+        if soft:
+            yield _give(bench, opened, soft, {} if finer is bench else {finer.step: (before, after)})
+            return
+        wide = [index for index in wide if before[index] > PLAY * bench.size]
+        finer = bench.with_step(0.5 * finer.step)
+
+
+def _give(bench: Bench, opened: Array, soft: list[int], finer: dict[float, tuple[Array, Array]]) -> Finding:
+    """Closures that give way; with the openings, as they are and stiff, at the finer step that shows it."""
+    model, edits = bench.model, _stiff(bench, soft)
+    change = bench.change(edits)
+    worst = max(soft, key=lambda index: opened[index])
+    stock = sum(
+        ties_bodies(model, index)
+        and np.array_equal(model.eq_solref[index], STOCK_SOLREF)
+        and np.array_equal(model.eq_solimp[index], STOCK_SOLIMP)
+        for index in soft
+    )
+    shown: dict[str, Value] = {}
+    for step, (before, after) in finer.items():
+        shown = {
+            "with a step of [s]": step,
+            "opening then [m]": float(before[worst]),
+            "opening then when stiff [m]": float(after[worst]),
+        }
+    return Finding(
+        subjects=tuple(closure_name(model, index) for index in soft),
+        what=f"closures give way: {closure_name(model, worst)} opens by {1e3 * opened[worst]:.3g} mm",
+        harm=Harm.WRONG,
+        evidence={
+            "opening [m]": float(opened[worst]),
+            "opening over size": float(opened[worst] / bench.size),
+            "opening when stiff [m]": float(_worst(bench.edited(edits))[worst]),
+            **shown,
+            "closures with the stock solref and solimp": f"{stock} of {len(soft)}",
+            "change of motion when stiff": change,
+        },
+        fix="stiffer closures, as here, unless they are meant to give way; `conrod harden` takes out what no file can",
+        edits=edits,
+        change=change,
+    )
+
+
+def _stiff(bench: Bench, closures: list[int]) -> tuple[Edit, ...]:
+    """Closures as stiff as a model file can make them."""
+    steps = STIFF_STEPS.get(int(bench.model.opt.integrator), LEAST_STEPS)
+    values = {"solref": f"{steps * bench.step:.6g} 1", "solimp": " ".join(f"{value:g}" for value in STIFF_SOLIMP)}
+    return tuple(
+        Change("equality", index, closure_name(bench.model, index), attribute, value)
+        for index in closures
+        for attribute, value in values.items()
+    )
+
+
+def _worst(bench: Bench) -> Array:
+    """The widest opening (neq,) [m] of each; where one is open at the start, after the first quarter of the run."""
+    found = bench.openings
+    settled = found[len(found) // 4 :].max(axis=0)
+    return np.asarray(np.where(found[0] <= PLAY * bench.size, found.max(axis=0), settled))
+
+
+# -- the start -------------------------------------------------------------------------------------------------------
+
+# Of the machine's size; numbers that were written with six digits leave a loop open by 1e-6 of it.
+AJAR = 1e-5
+TORN = 1e-4  # of the fastest point: the same for speeds, which are differences of larger numbers
+CLOSED = 1e-13  # of the machine's size
+
+
+@rule(
+    "open-start",
+    "a start pose that leaves a loop open",
+    "the closures pull it shut in the first steps: a blow that no machine gets, and speeds that stay",
+    needs_motion=False,
+)
+def open_pose(bench: Bench) -> Iterator[Finding]:
+    """Closures that are open before the first step."""
+    model, data = bench.model, data_at(bench.model, bench.start)
+    mujoco.mj_forward(model, data)
+    opened = openings(model, data)
+    ajar = [index for index in range(model.neq) if opened[index] > AJAR * bench.size]
+    if not ajar:
+        return
+    names = tuple(closure_name(model, index) for index in ajar)
+    closed = data_at(model, bench.start)
+    change, fix = None, "lengths or places of the closures: no pose closes them"
+    if close_loops(model, closed, CLOSED * bench.size):
+        change, fix = bench.change_from(state_of(model, closed)), f'qpos="{_all_digits(closed.qpos)}"'
+    yield Finding(
+        subjects=names,
+        what=f"the start pose leaves loops open: {listed(names)} by up to {1e3 * opened.max():.3g} mm",
+        harm=Harm.WRONG,
+        evidence={
+            "opening [m]": float(opened.max()),
+            "opening over size": float(opened.max() / bench.size),
+            "start": "qpos0" if bench.keyframe is None else f"keyframe {bench.keyframe}",
+            "change of motion when closed": "not run" if change is None else change,
+        },
+        fix=fix,
+        change=change,
+    )
+
+
+@rule(
+    "torn-start",
+    "start speeds that tear a loop",
+    "the closures stop it with a blow in the first steps, and energy that the machine was given is gone",
+    needs_motion=False,
+)
+def torn_speeds(bench: Bench) -> Iterator[Finding]:
+    """Closures whose ends part in the first instant."""
+    model, data = bench.model, data_at(bench.model, bench.start)
+    mujoco.mj_forward(model, data)
+    moving = np.flatnonzero(model.body_weldid > 0).tolist()
+    fastest = max((float(np.linalg.norm(velocity(model, data, body)[3:])) for body in moving), default=0.0)
+    rows = rows_at(model, data)
+    parting = lengths(model, rows.ids, rows.rates)
+    torn = [index for index in range(model.neq) if parting[index] > TORN * fastest]
+    if not torn or fastest == 0.0:
+        return
+    names = tuple(closure_name(model, index) for index in torn)
+    joined = data_at(model, bench.start)
+    joined.qvel[:] = _consistent_speeds(model, data, rows)
+    change = bench.change_from(state_of(model, joined))
+    yield Finding(
+        subjects=names,
+        what=f"the start speeds tear loops: the ends of {listed(names)} part at up to {parting.max():.3g} m/s",
+        harm=Harm.WRONG,
+        evidence={
+            "speed of parting [m/s]": float(parting.max()),
+            "speed of the fastest body [m/s]": fastest,
+            "change of motion when they fit": change,
+        },
+        fix=f'qvel="{_all_digits(joined.qvel)}"',
+        change=change,
+    )
+
+
+def _all_digits(values: Array) -> str:
+    return " ".join(f"{value:.15g}" for value in values)
+
+
+def velocity(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, place: mujoco.mjtObj = mujoco.mjtObj.mjOBJ_BODY
+) -> Array:
+    """Angular velocity and that of the centre of gravity, or of the frame (mjOBJ_XBODY), of a body (6,)."""
+    found = np.empty(6)
+    mujoco.mj_objectVelocity(model, data, place, body, found, 0)
+    return found
+
+
+def _consistent_speeds(model: mujoco.MjModel, data: mujoco.MjData, rows: Rows) -> Array:
+    """Speeds (nv,) that part no closure, and that a blow of the closures would leave of those of the data.
+
+    The change has the least energy, whatever the units of the coordinates are: a heavy crank keeps its speed.
+    """
+    mass = np.empty((model.nv, model.nv))
+    for k, direction in enumerate(np.eye(model.nv)):
+        mujoco.mj_mulM(model, data, mass[k], direction)
+    root = np.linalg.cholesky(mass)
+    # By coordinates in which the energy is half the square of the speeds.
+    jacobian = np.linalg.solve(root, rows.jacobian.T).T
+    change = np.linalg.pinv(jacobian, rcond=1e-9) @ (jacobian @ (root.T @ data.qvel))
+    return np.asarray(data.qvel - np.linalg.solve(root.T, change))
+
+
+# -- closures that are too many --------------------------------------------------------------------------------------
+
+# Two closures in the place of one are twice as stiff; what they close is then closed a little less tightly by one. A
+# change of the motion by a millionth is that, and no other machine.
+SAME_MOTION = 1e-6
+
+
+@rule("redundant-closure", "closures that say what others say")
+def redundant_closures(bench: Bench) -> Iterator[Finding]:
+    """Equalities without which the rank of all is the same at every pose, and rows that depend on others."""
+    looks = bench.rows
+    redundant = min((int(rows.effective.sum()) - rows.rank for rows in looks), default=0)
+    if redundant <= 0:
+        return
+    rows, gone = looks[0], _removable(looks)
+    evidence: dict[str, Value] = {
+        "constraint rows that say anything": int(rows.effective.sum()),
+        "rank": rows.rank,
+        "redundant": redundant,
+    }
+    if not gone:
+        dependent = _dependent(bench.model, rows)
+        yield Finding(
+            subjects=tuple(dependent),
+            what=f"{redundant} rows of the closures say what others say: {listed(dependent)}",
+            harm=Harm.WASTE,
+            evidence=evidence,
+            why="forces are shared between rows that say the same: the reactions mean nothing, and a body that is made "
+            "a little off fights itself",
+            fix="let the bodies move in the plane of the machine only (hinges and slides), or tie each pin at one "
+            "point",
+        )
+        return
+    names = tuple(closure_name(bench.model, index) for index in gone)
+    trial = bench.trial([Change("equality", index, name) for index, name in zip(gone, names, strict=True)])
+    yield Finding(
+        subjects=names,
+        what=f"without {listed(names)} the closures hold what they hold",
+        harm=Harm.WASTE,
+        evidence=evidence | {"rank without": rows.rank_without(gone), "change of motion without": trial.evidence},
+        why="forces are shared between closures that say the same: their reactions mean nothing, and where they do not "
+        "agree to the last digit they fight",
+        fix=f"leave out {listed(names)}",
+        edits=trial.edits,
+        safe=trial.changes_at_most(SAME_MOTION),
+        change=trial.change,
+        cost=trial.cost,
+    )
+
+
+def _removable(looks: list[Rows]) -> list[int]:
+    """Equalities that can go together without anything becoming free, the later ones first."""
+    gone: list[int] = []
+    for index in sorted(set(looks[0].ids.tolist()), reverse=True):
+        trial = [*gone, index]
+        says_anything = any(rows.effective[rows.ids == index].any() for rows in looks)
+        if says_anything and all(rows.rank_without(trial) == rows.rank for rows in looks):
+            gone = trial
+    return gone
+
+
+def _dependent(model: mujoco.MjModel, rows: Rows) -> list[str]:
+    """Rows that say what those before them say, where no equality as a whole is one too many."""
+    dependent: list[str] = []
+    kept: list[int] = []
+    for row in np.flatnonzero(rows.effective).tolist():
+        if jacobian_rank(rows.jacobian[[*kept, row]]) == len(kept) + 1:
+            kept.append(row)
+        else:
+            first = int(np.flatnonzero(rows.ids == rows.ids[row])[0])
+            dependent.append(f"row {row - first + 1} of {closure_name(model, int(rows.ids[row]))}")
+    return dependent
+
+
+# -- bodies that float -----------------------------------------------------------------------------------------------
+
+# Motion between two bodies in another direction than the largest that is below this share of it is what soft closures
+# give way by; a second joint would move in the order of the first.
+SAME_DIRECTION = 1e-2
+
+
+@rule(
+    "freedom-taken-away",
+    "bodies that float and are tied where they could hang",
+    "coordinates that closures take away again are solved for in every step, and are as exact as the closures "
+    "are stiff",
+)
+def floating_bodies(bench: Bench) -> Iterator[Finding]:
+    """Bodies with freedom of their own that move past what they are tied to by a single joint's motion."""
+    model = bench.model
+    for body in np.flatnonzero(model.body_dofnum >= 2).tolist():
+        own = int(model.body_dofnum[body])
+        for partner, closures in _partners(model, body).items():
+            rank = max(jacobian_rank(rows.jacobian[np.isin(rows.ids, closures)]) for rows in bench.rows)
+            # Joints and ties must leave at least the joint that is to be in their place; otherwise the joints hold too.
+            if own - rank >= 1 and _directions(bench, body, partner) == 1:
+                yield _floating(bench, body, partner, closures)
+                break
+
+
+def _floating(bench: Bench, body: int, partner: int, closures: list[int]) -> Finding:
+    model, rows = bench.model, bench.rows[0]
+    own, rank = int(model.body_dofnum[body]), max(rows.rank for rows in bench.rows)
+    name, to = name_or_number(model, "body", body), name_or_number(model, "body", partner)
+    names = [closure_name(model, index) for index in closures]
+    return Finding(
+        subjects=(name, *names),
+        what=f"{name} has {own} degrees of freedom of its own, and against {to}, to which {listed(names)} ties it, "
+        "it moves in one",
+        harm=Harm.WASTE,
+        evidence={
+            "degrees of freedom": model.nv,
+            "rank of the closures": rank,
+            "degrees of freedom left": model.nv - rank,
+            "degrees of freedom if it hung there": model.nv - own + 1,
+            "constraint rows": len(rows.ids),
+            "constraint rows if it hung there": int((~np.isin(rows.ids, closures)).sum()),
+        },
+        fix=f"make {name} a child of {to} with one hinge or slide, and leave out {listed(names)}",
+    )
+
+
+def _partners(model: mujoco.MjModel, body: int) -> dict[int, list[int]]:
+    """Bodies that a body is tied to by active closures, and by which."""
+    found: dict[int, list[int]] = {}
+    for index, ends in ties(model):
+        if body in ends and ends[0] != ends[1]:
+            found.setdefault(ends[0] if ends[1] == body else ends[1], []).append(index)
+    return found
+
+
+def _directions(bench: Bench, body: int, partner: int) -> int:
+    """Number of directions in which a body moves as seen from another, over the run."""
+    seen = np.array([_relative_velocity(bench, data, body, partner) for data in bench.poses()])
+    singular = np.linalg.svd(seen, compute_uv=False)
+    return int(np.sum(singular > SAME_DIRECTION * singular[0])) if singular[0] > 0.0 else 0
+
+
+def _relative_velocity(bench: Bench, data: mujoco.MjData, body: int, partner: int) -> Array:
+    """Velocity (6,) of a body in a frame that moves with another, about its origin: rad/s, and m/s over the size."""
+    spatial = []
+    for index in (body, partner):
+        turning, moving = np.split(velocity(bench.model, data, index, mujoco.mjtObj.mjOBJ_XBODY), 2)
+        spatial.append((turning, moving + np.cross(turning, data.xpos[partner] - data.xpos[index])))
+    frame = data.xmat[partner].reshape(3, 3).T
+    turning, moving = (one - other for one, other in zip(*spatial, strict=True))
+    return np.concatenate([frame @ turning, frame @ moving / bench.size])

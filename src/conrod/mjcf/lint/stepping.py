@@ -1,0 +1,288 @@
+"""Rules on stepping: the step, the solver, what MuJoCo does when a run diverges, and sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.exact.motion import Array
+from conrod.mjcf.lint.bench import Bench, rule
+from conrod.mjcf.lint.findings import Change, Edit, Finding, Harm, Note, SetOption
+from conrod.mjcf.runs import data_at
+from conrod.own.models.loading import listed, name_or_number
+
+# -- the step --------------------------------------------------------------------------------------------------------
+
+HALVINGS = 6
+DOUBLINGS = 5
+# A run in which something gets this many times farther, or opens this many times wider, than in one with finer steps
+# is not a rough picture of the same motion.
+OUT_OF_HAND = 10.0
+OPEN = 0.1  # of the machine's size
+
+
+@rule(
+    "step-too-long",
+    "a step above the longest stable one",
+    "the motion is the integrator's, not the machine's",
+    needs_motion=False,
+)
+def unstable_step(bench: Bench) -> Iterator[Finding | Note]:
+    """Runs over the same time with half the step, and half of that, until two of them agree on where things are."""
+    longest, step = longest_stable(bench), bench.step
+    warnings = ", ".join(bench.run.warnings) or "none"
+    if longest is None:
+        yield Finding(
+            what="the model does not run, at no step that was tried",
+            harm=Harm.WRONG,
+            evidence={
+                "step [s]": step,
+                "finest step tried [s]": step / 2**HALVINGS,
+                "steps before it breaks": bench.run.steps,
+                "warnings": warnings,
+            },
+            why="whatever is read from it is not the machine's motion",
+            fix="look at the start pose, overlapping geoms, gains, and masses next to zero",
+        )
+    elif longest < step:
+        yield Finding(
+            what=f"the step of {step:.4g} s is longer than the longest at which the model runs, {longest:.4g} s",
+            harm=Harm.WRONG,
+            evidence={
+                "step [s]": step,
+                "longest stable step [s]": longest,
+                "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
+                "warnings": warnings,
+            },
+            fix=f'timestep="{longest:.4g}" or less: half of it leaves a margin',
+            edits=(SetOption(("option",), "timestep", f"{0.5 * longest:.4g}"),),
+        )
+    else:
+        yield Note(f"the step of {step:.4g} s is stable, and so are longer ones {_margin(bench)}")
+
+
+def longest_stable(bench: Bench) -> float | None:
+    """The longest of the model's step, half of it, .. that is stable [s]; None where none is."""
+    trial = bench
+    for _ in range(HALVINGS):
+        finer = trial.with_step(0.5 * trial.step)
+        if stable(trial, finer):
+            return trial.step
+        trial = finer
+    return None
+
+
+def stable(bench: Bench, finer: Bench) -> bool:
+    """Return True where a run holds together, as one with finer steps over the same time does."""
+    if bench.run.broke or finer.run.broke:
+        return False
+    if bench.run.travel > OUT_OF_HAND * max(finer.run.travel, 1e-3 * finer.size):
+        return False
+    wide, fine = (float(one.openings.max(initial=0.0)) for one in (bench, finer))
+    return wide <= max(OPEN * finer.size, OUT_OF_HAND * fine)
+
+
+def _margin(bench: Bench) -> str:
+    step = bench.step
+    for doubling in range(1, DOUBLINGS + 1):
+        step = bench.step * 2**doubling
+        trial = bench.with_step(step)
+        if trial.steps < 2 or not stable(trial, bench):
+            return f"below {step:.4g} s"
+    return f"up to {step:.4g} s at least"
+
+
+# -- the solver ------------------------------------------------------------------------------------------------------
+
+# Of what the constraints have to do, in acceleration. Newton at MuJoCo's own tolerance of 1e-8 leaves 1e-6 or less.
+LEFT = 1e-3
+# A solver that fails at one pose has met a hard one; at one in twenty it is set wrongly.
+OFTEN = 0.05
+# Of the travel: ten times the tolerance that MuJoCo solves to by default.
+MOVED = 1e-7
+ITERATIONS = 100  # MuJoCo's default; Newton takes two or three
+LOOKS = 40
+
+
+@rule("solver-stops-early", "a solver tolerance that an armature makes void; too few iterations")
+def unsolved(bench: Bench) -> Iterator[Finding]:
+    """Poses at which the solver leaves a share of its work, compared with Newton's method to the end."""
+    options = bench.model.opt
+    edits = tuple(
+        SetOption(("option",), name, value)
+        for name, value, is_wrong in (
+            ("tolerance", "0", options.tolerance > 0.0),
+            ("solver", "Newton", options.solver != mujoco.mjtSolver.mjSOL_NEWTON),
+            ("iterations", str(ITERATIONS), options.iterations < ITERATIONS),
+        )
+        if is_wrong
+    )
+    if not edits:
+        return
+    states, solved = bench.run.states, bench.edited(edits).model
+    looks = [_left(bench.model, solved, state) for state in states[:: max(1, len(states) // LOOKS)]]
+    left = np.array([share for share, _ in looks])
+    change = bench.change(edits) if len(left) and np.mean(left > LEFT) >= OFTEN else 0.0
+    if change <= MOVED:
+        return
+    passes = int(np.median([count for share, count in looks if share > LEFT]))
+    # Of the file: a drive brings an armature of its own, and a tolerance that makes up for it.
+    written = bench.document.model
+    what, why = (
+        (
+            "the solver stops before its first iteration: the constraints get the forces of an earlier step, or none",
+            "MuJoCo scales its tolerance by the mean inertia: a large armature makes it so coarse that nothing is "
+            "solved, without a warning",
+        )
+        if passes == 0
+        else ("the solver stops before it is done", "constraints get only a part of their forces, without a warning")
+    )
+    yield Finding(
+        what=what,
+        harm=Harm.WRONG,
+        evidence={
+            "tolerance": float(written.opt.tolerance),
+            "poses looked at": len(looks),
+            "poses with work left": int((left > LEFT).sum()),
+            "iterations there, median": passes,
+            "largest share of the work left": float(left.max()),
+            "largest armature": float(written.dof_armature.max(initial=0.0)),
+            "mean inertia that the tolerance is scaled by": float(written.stat.meaninertia),
+            "change of motion when solved": change,
+        },
+        why=why,
+        fix=" ".join(edit.words for edit in edits),
+        edits=edits,
+        # The model as it is written, solved: nothing of the machine changes.
+        safe=True,
+        change=change,
+        cost=bench.cost(edits),
+    )
+
+
+def _left(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array) -> tuple[float, int]:
+    """Share of the constraints' work that is left at a state, and the iterations that were made."""
+    own, exact = data_at(model, state), data_at(solved, state)
+    mujoco.mj_forward(model, own)
+    mujoco.mj_forward(solved, exact)
+    if not exact.nefc or own.nefc != exact.nefc:
+        return 0.0, 0
+    rest, work = np.empty(own.nefc), np.empty(own.nefc)
+    mujoco.mj_mulJacVec(model, own, rest, own.qacc - exact.qacc)
+    mujoco.mj_mulJacVec(model, own, work, exact.qacc - exact.qacc_smooth)
+    largest = float(np.abs(work).max())
+    share = float(np.abs(rest).max()) / largest if largest > 0.0 else 0.0
+    return share, int(own.solver_niter[: max(own.nisland, 1)].max())
+
+
+# -- a model that starts again by itself -----------------------------------------------------------------------------
+
+NO_RESET = (SetOption(("option", "flag"), "autoreset", "disable"),)
+TOO_FAST = 1e11  # mjMAXVAL is 1e10: what is beyond it counts as divergence
+
+
+@rule(
+    "silent-reset",
+    "autoreset on",
+    "a run that diverged is finite, smooth and wrong: the machine is back in its first pose, and one warning is the "
+    "only sign of it",
+    needs_motion=False,
+)
+def silent_reset(bench: Bench) -> Iterator[Finding]:
+    """A speed that no machine has is put into a copy: it must be there, or an error, after the next step."""
+    if not resets(bench):
+        return
+    yield Finding(
+        what="when its numbers go wrong the model starts again by itself, and the run goes on",
+        harm=Harm.WRONG if bench.run.broke else Harm.LATENT,
+        evidence={
+            "speed put in": TOO_FAST,
+            "time after the next step [s]": bench.step,
+            "runs at twice its step": "yes" if stable(bench.with_step(2.0 * bench.step), bench) else "no",
+        },
+        fix="autoreset off, and look at the warnings or at the numbers",
+        edits=NO_RESET,
+        safe=True,
+        change=bench.change(NO_RESET) if not bench.run.broke else None,
+    )
+
+
+def resets(bench: Bench) -> bool:
+    """Return True where the time starts again after a speed that no machine has."""
+    model, data = bench.model, data_at(bench.model, bench.start)
+    with warnings_kept_quiet():
+        mujoco.mj_step(model, data, 2)
+        before = float(data.time)
+        data.qvel[:] = TOO_FAST
+        mujoco.mj_step(model, data)
+    return bool(data.time < before and np.isfinite(data.qpos).all())
+
+
+# -- sensors ---------------------------------------------------------------------------------------------------------
+
+# Of the largest value that the sensor gives in the run; the same sums in the same order give the same last digit.
+SAME_VALUE = 1e-12
+AT_ONCE = {"delay": "0", "interval": "0 0", "nsample": "0"}
+
+
+@rule(
+    "late-sensor",
+    "a delay or an interval set on a sensor",
+    "values that are paired with the state of the same step are off by what happens in the delay",
+)
+def late_sensors(bench: Bench) -> Iterator[Finding]:
+    """Each sensor in two runs: as it is, and read at once in every step."""
+    model = bench.model
+    held = [i for i in range(model.nsensor) if model.sensor_history[i, 0] and bench.document.can_edit("sensor", i)]
+    if not held:
+        return
+    prompt, late = bench.edited(_read_at_once(model, held)).run.sensors, dict[int, float]()
+    for index in held:
+        values = slice(model.sensor_adr[index], model.sensor_adr[index] + model.sensor_dim[index])
+        length = min(len(prompt), len(bench.run.sensors))
+        now, then = prompt[:length, values], bench.run.sensors[:length, values]
+        largest = float(np.abs(now).max(initial=0.0))
+        if largest > 0.0 and float(np.abs(now - then).max()) > SAME_VALUE * largest:
+            late[index] = float(np.abs(now - then).max()) / largest
+    if not late:
+        return
+    names = tuple(name_or_number(model, "sensor", index) for index in late)
+    worst = max(late, key=lambda index: late[index])
+    delay, edits = float(model.sensor_delay[worst]), _read_at_once(model, list(late))
+    yield Finding(
+        subjects=names,
+        what=f"{len(late)} sensors report an earlier instant: {listed(names)}",
+        harm=Harm.LATENT,
+        evidence={
+            "delay [s]": delay,
+            "delay in steps": round(delay / bench.step, 3),
+            "period of new values [s]": float(model.sensor_interval[worst, 0]),
+            "largest difference over the largest value": late[worst],
+        },
+        fix="no delay, unless the delay of a real sensor is meant: then pair its values with the time less the delay",
+        edits=edits,
+        change=bench.change(edits),
+        cost=bench.cost(edits),
+    )
+
+
+def _read_at_once(model: mujoco.MjModel, sensors: list[int]) -> tuple[Edit, ...]:
+    """Sensors without delay and history."""
+    return tuple(
+        Change("sensor", index, name_or_number(model, "sensor", index), attribute, value)
+        for index in sensors
+        for attribute, value in AT_ONCE.items()
+    )
+
+
+@rule("sensors", "noted: number and cost of all sensors")
+def sensor_cost(bench: Bench) -> Iterator[Note]:
+    """Number of all sensors, and their cost together."""
+    model = bench.model
+    if model.nsensor:
+        named = sum(bool(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_SENSOR, i)) for i in range(model.nsensor))
+        text = f"{model.nsensor} sensors, {named} of them named, {model.nsensordata} values a step"
+        yield Note(text, bench.cost_of("sensor", range(model.nsensor)))
