@@ -91,7 +91,7 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
         ({"points": ("C=body:bo",)}, "did you mean 'bow'?"),
         ({"points": ("C=bow",)}, "--point C=bow: there is a body and a geom of that name; say which: C=body:bow"),
         ({"points": ("C=bowl",)}, "unknown site, body or geom 'bowl'"),
-        ({"keyframe": "start"}, "--keyframe start: the model has no keyframe with a name"),
+        ({"keyframe": "start"}, "unknown keyframe 'start': there is none with a name"),
     ],
 )
 def test_names_that_a_model_has_not_are_told_with_the_nearest(asked: dict[str, object], words: str) -> None:

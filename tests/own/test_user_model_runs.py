@@ -12,9 +12,9 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, question, replaced,
 
 from conrod import MuJoCoSettings, compare, run
 from conrod.errors import InvalidInput
+from conrod.own.models.assembly import prepare
 from conrod.own.models.driving import look_at, ordered
 from conrod.own.models.request import DrivenRun, Order, Place
-from conrod.own.models.scanning import prepare
 from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE
 from conrod.report import user_model_words as words
 from conrod.runs.trajectory import Outcome
@@ -121,17 +121,19 @@ def test_a_run_that_fails_is_an_outcome_without_errors(tmp_path: Path) -> None:
 
 def moved(run: DrivenRun, by: float) -> DrivenRun:
     """Its points further along x, from the middle of the run on."""
-    late = (np.arange(len(run.times)) > len(run.times) // 2)[:, None]
-    return replace(run, positions={name: p + by * late * [1.0, 0.0, 0.0] for name, p in run.positions.items()})
+    motion = {name: own.copy() for name, own in run.motion.items()}
+    for own in motion.values():
+        own[0, len(run.times) // 2 + 1 :, 0] += by
+    return replace(run, motion=motion)
 
 
 def on_the_other_branch(run: DrivenRun) -> DrivenRun:
     """C where the other branch has it, mirrored at the crank pin; that is 2 x the way to it."""
     angle = SCENE.motion(run.coordinate, 1.0).point("C").position[:, 0]
     pin = SCENE.shaft[0] + SCENE.crank * np.cos(run.coordinate)  # type: ignore[attr-defined]
-    other = run.positions["C"].copy()
-    other[:, 0] = 2.0 * pin - angle
-    return replace(run, positions={"C": other})
+    other = run.motion["C"].copy()
+    other[0, :, 0] = 2.0 * pin - angle
+    return replace(run, motion={"C": other})
 
 
 @pytest.mark.parametrize(
@@ -163,7 +165,7 @@ def test_a_run_of_too_many_samples_is_refused(tmp_path: Path) -> None:
 def test_a_preset_reaches_closures_and_contacts_of_a_copy_alone(tmp_path: Path) -> None:
     path = tmp_path / "model.xml"
     path.write_text(SAW)
-    model = prepare(path, question("saw")).model
+    model = prepare(path, question("saw")).original
     before = model.eq_solref.copy(), model.body_invweight0.copy(), int(model.opt.disableflags)
     changed = ordered(model, Order("hardened", MuJoCoSettings.hardened(SCENE, 1000), tolerance=1e-3))
     assert changed.opt.tolerance == 1e-3

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from conrod.own.models.frame import Frame
 from conrod.own.models.lengths import Explanation, Length, Misplaced
-from conrod.own.models.model_facts import Wiring
 from conrod.own.models.references import ALL_LENGTHS
+from conrod.own.models.request import Wiring
 from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.report import numbers

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mobility import jacobian_rank
-from conrod.engines.mujoco.mobility import equality_jacobian
-from conrod.errors import InvalidInput
+from conrod.engines.mujoco.mobility import equality_jacobian, mobility
+from conrod.engines.numerics import close_gap
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
-from conrod.own.models.loading import name_or_number
-from conrod.own.models.points import Crank
+from conrod.own.models.loading import check_finite, element_id, listed, load_model, name_or_number, names_of_keyframes
+from conrod.own.models.points import Crank, FoundPoint, find_crank, find_point
+from conrod.own.models.request import Question
 
 NEWTON_STEPS = 40
 # A step of the iteration this small, against the largest coordinate, is rounding.
@@ -22,6 +24,11 @@ CLOSED = 1e-13
 STEP, LEAST_STEP, STRAYED = np.radians(2.0), 1e-7, 0.2
 # Below this a movement is rounding, whatever share of the way it is.
 NOTHING = 1e-9
+# Of the model's extent: how far the distance of two geoms is looked for, how far a follower is nudged to see it
+# change (the single precision of meshes makes it rough below), and what is no distance.
+FAR, NUDGE, TOUCHING = 1e3, 1e-6, 1e-12
+# A joint that takes less than this share of a free direction does not move in it.
+MOVES = 1e-6
 
 NOT_KINEMATIC = (
     mujoco.mjtDisableBit.mjDSBL_CONTACT
@@ -35,16 +42,18 @@ class Assembly:
     """A copy of a model in which nothing but the closures acts; `data` is at the pose that was placed last.
 
     Attributes:
-        place_rest: places what the closures leave free, where a contact does that; None otherwise.
+        original: the model as it was given.
+        points: that were asked for.
+        touching: two geoms whose contact places what the closures leave free; None where they leave nothing.
     """
 
-    def __init__(self, model: mujoco.MjModel, crank: Crank) -> None:
-        self.model = copy.copy(model)
+    def __init__(self, model: mujoco.MjModel, crank: Crank, points: tuple[FoundPoint, ...]) -> None:
+        self.original, self.model = model, copy.copy(model)
         self.model.opt.disableflags |= int(NOT_KINEMATIC)
         self.data = mujoco.MjData(self.model)
-        self.crank = crank
+        self.crank, self.points = crank, points
         self.free = np.array([i for i in range(model.nv) if i != crank.rate], dtype=int)
-        self.place_rest: Callable[[], None] | None = None
+        self.touching: tuple[int, int] | None = None
 
     # -- one pose ----------------------------------------------------------------------------------------------
 
@@ -55,53 +64,70 @@ class Assembly:
             InvalidInput: they cannot be closed.
         """
         for _ in range(NEWTON_STEPS):
-            step = self._newton_step()
-            self._move(step)
+            mujoco.mj_fwdPosition(self.model, self.data)
+            step, jacobian = np.zeros(self.model.nv), self.jacobian()
+            if len(jacobian) and np.all(np.isfinite(jacobian)):
+                step[self.free] = -np.linalg.lstsq(jacobian[:, self.free], self.violation(), rcond=1e-10)[0]
+            mujoco.mj_integratePos(self.model, self.data.qpos, step, 1.0)
             if not np.all(np.isfinite(self.data.qpos)):
                 break
             if np.abs(step).max(initial=0.0) <= CLOSED * (1.0 + np.abs(self.data.qpos).max()):
                 mujoco.mj_fwdPosition(self.model, self.data)
                 return
-        raise InvalidInput(f"its loops do not close with the crank at {self._degrees():.6g} deg: {self.gap()[1]}")
+        raise InvalidInput(f"its loops do not close with the crank at {self.degrees()}: {self.gap()[1]}")
 
-    def _newton_step(self) -> Array:
-        """Change of the joint rates' coordinates (nv,), none of the crank."""
-        mujoco.mj_fwdPosition(self.model, self.data)
-        step = np.zeros(self.model.nv)
-        jacobian = self.jacobian()
-        if len(jacobian) and np.all(np.isfinite(jacobian)):
-            step[self.free] = -np.linalg.lstsq(jacobian[:, self.free], self.violation(), rcond=1e-10)[0]
-        return step
+    def distance(self, geoms: tuple[int, int]) -> float:
+        """Signed distance of two geoms, in the model's unit of length."""
+        return float(mujoco.mj_geomDistance(self.model, self.data, *geoms, FAR * self.model.stat.extent, None))
 
-    def _move(self, by: Array) -> None:
-        mujoco.mj_integratePos(self.model, self.data.qpos, by, 1.0)
+    def touch(self) -> None:
+        """Move what the closures leave free until the two geoms just touch.
+
+        Raises:
+            InvalidInput: they cannot be brought to touch.
+        """
+        geoms, extent = self.touching, float(self.model.stat.extent)
+        if geoms is None:
+            return
+        base, way = self.data.qpos.copy(), self.left_free()[0]
+
+        def moved(by: float) -> float:
+            self.data.qpos[:] = base
+            mujoco.mj_integratePos(self.model, self.data.qpos, way, by)
+            self.close()
+            return self.distance(geoms)
+
+        close_gap(moved, 0.0, NUDGE * extent, TOUCHING * extent)
+        if abs(self.distance(geoms)) > NUDGE * extent:
+            names = " and ".join(name_or_number(self.model, "geom", geom) for geom in geoms)
+            raise InvalidInput(f"{names} cannot be brought to touch with the crank at {self.degrees()}")
 
     def jacobian(self) -> Array:
         """Of the closures (rows, nv)."""
         return equality_jacobian(self.model, self.data)
 
     def violation(self) -> Array:
-        """Of the closures (rows,)."""
-        rows = self.data.efc_type[: self.data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        return np.array(self.data.efc_pos[: self.data.nefc][rows])
+        """Of the closures (rows,), which come first among the constraints."""
+        return np.array(self.data.efc_pos[: self.data.ne])
+
+    def owners(self) -> Array:
+        """Number of the closure that each row belongs to (rows,)."""
+        return np.array(self.data.efc_id[: self.data.ne])
 
     def gap(self) -> tuple[float, str]:
         """Largest violation of a closure, and which one has it."""
         size = np.abs(self.violation())
         if not size.size:
             return 0.0, ""
-        rows = self.data.efc_type[: self.data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         worst = int(np.argmax(size))
-        owner = int(self.data.efc_id[: self.data.nefc][rows][worst])
-        return float(size[worst]), name_or_number(self.model, "equality", owner)
+        return float(size[worst]), name_or_number(self.model, "equality", int(self.owners()[worst]))
 
     # -- along the motion --------------------------------------------------------------------------------------
 
     def rates(self) -> Array:
         """Joint rates (nv,) that the closures leave at a crank rate of one; the contact's part is not in it."""
-        rates = np.zeros(self.model.nv)
+        rates, jacobian = np.zeros(self.model.nv), self.jacobian()
         rates[self.crank.rate] = 1.0
-        jacobian = self.jacobian()
         if len(jacobian):
             rates[self.free] = np.linalg.lstsq(jacobian[:, self.free], -jacobian[:, self.crank.rate], rcond=1e-10)[0]
         return rates
@@ -109,11 +135,9 @@ class Assembly:
     def left_free(self) -> Array:
         """Directions (k, nv) in which the closures let the model move with the crank held."""
         jacobian = self.jacobian()[:, self.free]
-        if not len(jacobian):
-            directions = np.eye(len(self.free))
-        else:
-            rank = jacobian_rank(jacobian)
-            directions = np.linalg.svd(jacobian)[2][rank:]
+        directions = np.eye(len(self.free))
+        if len(jacobian):
+            directions = np.linalg.svd(jacobian)[2][jacobian_rank(jacobian) :]
         every = np.zeros((len(directions), self.model.nv))
         every[:, self.free] = directions
         return every
@@ -121,6 +145,10 @@ class Assembly:
     def coordinate(self) -> float:
         """Of the crank [rad]."""
         return float(self.data.qpos[self.crank.coordinate])
+
+    def degrees(self) -> str:
+        """The crank's coordinate in words."""
+        return f"{np.degrees(self.coordinate()):.6g} deg"
 
     def go(self, goal: float) -> None:
         """Turn the crank to a coordinate; the rest follows without leaving its branch.
@@ -140,24 +168,114 @@ class Assembly:
             step *= 0.5
             if abs(step) < LEAST_STEP:
                 held = "the closures hold it, and a crank turns fully"
-                raise InvalidInput(f"its crank goes no further than {self._degrees():.6g} deg: {held}")
+                raise InvalidInput(f"its crank goes no further than {self.degrees()}: {held}")
 
     def _try_step(self, following: float) -> bool:
         tangent = self.rates() * (following - self.coordinate())
-        self._move(tangent)
+        mujoco.mj_integratePos(self.model, self.data.qpos, tangent, 1.0)
         self.data.qpos[self.crank.coordinate] = following
-        predicted = self.data.qpos.copy()
+        predicted, strayed = self.data.qpos.copy(), np.empty(self.model.nv)
         try:
             self.close()
         except InvalidInput:
             return False
-        strayed = np.empty(self.model.nv)
         mujoco.mj_differentiatePos(self.model, strayed, 1.0, predicted, self.data.qpos)
         if np.abs(strayed).max() > STRAYED * np.abs(tangent).max() + NOTHING:
             return False
-        if self.place_rest is not None:
-            self.place_rest()
+        self.touch()
         return True
 
-    def _degrees(self) -> float:
-        return float(np.degrees(self.coordinate()))
+
+# -- from a file -------------------------------------------------------------------------------------------------------
+
+
+def prepare(path: Path, question: Question) -> Assembly:
+    """Load a model, find what was asked for and assemble it at its start pose.
+
+    Raises:
+        InvalidInput: the model cannot be loaded, has not what was asked for, is of another mobility than the machine
+            or cannot be assembled.
+    """
+    model = load_model(path)
+    check_finite(model)
+    crank = find_crank(model, question.crank)
+    assembly = Assembly(model, crank, tuple(find_point(model, place) for place in question.places))
+    _assemble(assembly, question.keyframe)
+    _check_freedom(assembly, question)
+    is_free = len(assembly.left_free()) > 0
+    if question.touching is not None and not is_free:
+        raise InvalidInput("--touching: its closures place everything, and leave nothing to a contact")
+    if is_free and question.contacts:
+        assembly.touching = _geoms(assembly, question.touching)
+        assembly.touch()
+    return assembly
+
+
+def _assemble(assembly: Assembly, keyframe: str | None) -> None:
+    """Close the loops from the pose that is asked for, or from the first of the model's own that can be closed."""
+    model, keys = assembly.model, names_of_keyframes(assembly.model)
+    poses = [model.qpos0, *model.key_qpos]
+    if keyframe is not None:
+        if keyframe not in filter(None, keys):
+            raise unknown_choice("keyframe", keyframe, filter(None, keys))
+        poses = [model.key_qpos[keys.index(keyframe)]]
+    for k, pose in enumerate(poses):
+        assembly.data.qpos[:] = pose
+        try:
+            assembly.close()
+            return
+        except InvalidInput:
+            if k == len(poses) - 1:
+                raise
+
+
+def _check_freedom(assembly: Assembly, question: Question) -> None:
+    """Refuse a model of another mobility than the machine's, and name what moves or is held.
+
+    A higher pair takes one freedom, when it touches: the closures alone may leave so many more.
+    """
+    count, least = mobility(assembly.model, assembly.data), question.mobility
+    if least <= count.freedom <= least + question.contacts:
+        return
+    by_contact = f", or {least + question.contacts} where it is closed by contact" if question.contacts else ""
+    held = "its closures hold the crank"
+    if count.freedom > least:
+        moving = np.flatnonzero(np.abs(assembly.left_free()).max(axis=0) > MOVES)
+        joints = dict.fromkeys(int(assembly.model.dof_jntid[i]) for i in moving)
+        names = listed(name_or_number(assembly.model, "joint", joint) for joint in joints)
+        held = f"with the crank held, {names} can still move; is a closure missing?"
+    raise InvalidInput(
+        f"its mobility is {count.freedom} ({count.coordinates} degrees of freedom of its joints, of which its "
+        f"closures take {count.rank}), that of the machine is {least}{by_contact}: {held}"
+    )
+
+
+def _geoms(assembly: Assembly, named: tuple[str, str] | None) -> tuple[int, int]:
+    """The pair that is named, or else the nearest of a geom that turns with the crank and a movable one that does not.
+
+    Raises:
+        InvalidInput: there is no such geom, or no pair that may collide.
+    """
+    model = assembly.model
+    if named is not None:
+        return element_id(model, "geom", named[0]), element_id(model, "geom", named[1])
+    below = {int(model.jnt_bodyid[assembly.crank.joint])}
+    for body in range(model.nbody):  # parents come before their children
+        if int(model.body_parentid[body]) in below:
+            below.add(body)
+    turning = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in below]
+    others = [g for g in range(model.ngeom) if g not in turning and model.body_weldid[model.geom_bodyid[g]] != 0]
+    paired = {frozenset(pair) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
+    masks = list(zip(model.geom_contype.tolist(), model.geom_conaffinity.tolist(), strict=True))
+    pairs = [
+        (a, b)
+        for a in turning
+        for b in others
+        if frozenset((a, b)) in paired or masks[a][0] & masks[b][1] or masks[b][0] & masks[a][1]
+    ]
+    if not pairs:
+        raise InvalidInput(
+            "nothing that turns with the crank may collide with what it is to move; "
+            "name the two geoms with --touching CAM,ROLLER"
+        )
+    return min(pairs, key=lambda pair: abs(assembly.distance(pair)))

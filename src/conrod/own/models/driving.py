@@ -13,10 +13,8 @@ from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.models.assembly import Assembly
-from conrod.own.models.own_settings import required_armature
+from conrod.own.models.assembly import Assembly, prepare
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
-from conrod.own.models.scanning import Prepared, prepare
 from conrod.runs.trajectory import Outcome
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -34,23 +32,20 @@ def drive_model(
     Raises:
         InvalidInput: its time step needs more samples than can be kept.
     """
-    prepared = prepare(path, question)
-    _check_samples(path, prepared.model, drive)
-    _turn_to_start(prepared.assembly, drive)
-    start = prepared.assembly.data.qpos.copy()
-    rates = drive.rate * _start_rates(prepared)
-    own = float(prepared.model.dof_armature[prepared.crank.rate])
-    least = max(own, required_armature(prepared.model, scan, drive))
-    return tuple(_driven(prepared, ordered(prepared.model, order), start, rates, drive, least) for order in orders)
-
-
-def _check_samples(path: Path, model: mujoco.MjModel, drive: Drive) -> None:
-    samples = _steps(model, drive) + 1
+    assembly = prepare(path, question)
+    model, samples = assembly.original, _steps(assembly.original, drive) + 1
     if samples > drive.most_samples:
         raise InvalidInput(
             f"{path}: its timestep of {model.opt.timestep:g} s makes {samples} samples of {drive.turns:g} turns: "
             f"at most {drive.most_samples} are kept; fewer --revolutions"
         )
+    assembly.data.qpos[:] = drive.near
+    assembly.close()
+    assembly.go(drive.start)
+    assembly.touch()
+    start = assembly.data.qpos.copy(), drive.rate * _start_rates(assembly)
+    least = max(float(model.dof_armature[assembly.crank.rate]), _required_armature(model, scan, drive))
+    return tuple(_driven(assembly, ordered(model, order), start, drive, least) for order in orders)
 
 
 def _steps(model: mujoco.MjModel, drive: Drive) -> int:
@@ -58,63 +53,69 @@ def _steps(model: mujoco.MjModel, drive: Drive) -> int:
     return max(2, math.ceil(drive.turns * 2.0 * math.pi / abs(drive.rate) / float(model.opt.timestep) - 1e-9))
 
 
-def _turn_to_start(assembly: Assembly, drive: Drive) -> None:
-    assembly.data.qpos[:] = drive.near
-    assembly.close()
-    assembly.go(drive.start)
-    if assembly.place_rest is not None:
-        assembly.place_rest()
-
-
-def _start_rates(prepared: Prepared) -> Array:
+def _start_rates(assembly: Assembly) -> Array:
     """Joint rates (nv,) at a crank rate of one; where a contact places the rest, by a central difference."""
-    assembly = prepared.assembly
-    if prepared.gap is None:
+    if assembly.touching is None:
         return assembly.rates()
-    here, state = assembly.coordinate(), assembly.data.qpos.copy()
-    around = []
+    here, around, rates = assembly.coordinate(), [], np.empty(assembly.model.nv)
     for by in (-BESIDE, BESIDE):
         assembly.go(here + by)
         around.append(assembly.data.qpos.copy())
-    assembly.data.qpos[:] = state
-    rates = np.empty(assembly.model.nv)
     mujoco.mj_differentiatePos(assembly.model, rates, 2.0 * BESIDE, *around)
     return rates
 
 
+def _required_armature(model: mujoco.MjModel, scan: Scan, drive: Drive) -> float:
+    """Armature with which the energy that the crank exchanges changes its speed by no more than the ripple.
+
+    Along the exact motion the machine's energy, less the work that dampers, friction and actuators have done, is what
+    the flywheel has given: a change of the speed by d takes I w^2 d.
+    """
+    data = mujoco.MjData(model)
+    energy, power = [], []
+    with warnings_kept_quiet():
+        for state, rates in zip(scan.states, scan.rates, strict=True):
+            data.qpos[:], data.qvel[:] = state, drive.rate * rates
+            for stage in (mujoco.mj_fwdPosition, mujoco.mj_fwdVelocity, mujoco.mj_fwdActuation, mujoco.mj_energyPos):
+                stage(model, data)
+            mujoco.mj_energyVel(model, data)
+            energy.append(float(data.energy.sum()))
+            # Of all that acts along the joints and has no energy [W].
+            acting = data.qfrc_passive - data.qfrc_spring + data.qfrc_actuator
+            power.append(float(acting @ data.qvel - model.dof_frictionloss @ np.abs(data.qvel)))
+    # Turn after turn the same work is done once more.
+    turns, step = max(1, math.ceil(drive.turns)), 2.0 * np.pi / abs(drive.rate) / len(power)
+    given = np.tile(energy, turns) - np.cumsum(np.tile(power, turns)) * step
+    return float(np.ptp(given)) / (drive.rate**2 * drive.ripple)
+
+
 def ordered(model: mujoco.MjModel, order: Order) -> mujoco.MjModel:
     """A copy of a model with the settings of an order; contacts and closures alike get a preset's."""
-    changed = copy.copy(model)
-    changed.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    if order.settings is not None:
-        assert isinstance(order.settings, MuJoCoSettings)
-        _give(changed, order.settings)
+    changed, settings = copy.copy(model), order.settings
+    option = changed.opt
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    if settings is not None:
+        assert isinstance(settings, MuJoCoSettings)
+        option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
+        option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{settings.solver.upper()}")
+        option.iterations, option.tolerance = settings.iterations, settings.tolerance
+        changed.eq_solref[:], changed.eq_solimp[:] = settings.solref, settings.solimp
+        changed.geom_solref[:], changed.geom_solimp[:] = settings.contact_solref, settings.contact_solimp
+        changed.pair_solref[:], changed.pair_solimp[:] = settings.contact_solref, settings.contact_solimp
+        if settings.hardening is not None:
+            harden(changed, settings.hardening)
     if order.tolerance is not None:
-        changed.opt.tolerance = order.tolerance
+        option.tolerance = order.tolerance
     return changed
 
 
-def _give(model: mujoco.MjModel, settings: MuJoCoSettings) -> None:
-    option = model.opt
-    option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
-    option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{settings.solver.upper()}")
-    option.iterations, option.tolerance = settings.iterations, settings.tolerance
-    model.eq_solref[:], model.eq_solimp[:] = settings.solref, settings.solimp
-    for softness in (model.geom_solref, model.pair_solref):
-        softness[:] = settings.contact_solref
-    for softness in (model.geom_solimp, model.pair_solimp):
-        softness[:] = settings.contact_solimp
-    if settings.hardening is not None:
-        harden(model, settings.hardening)
-
-
 def _driven(
-    prepared: Prepared, model: mujoco.MjModel, start: Array, rates: Array, drive: Drive, armature: float
+    assembly: Assembly, model: mujoco.MjModel, start: tuple[Array, Array], drive: Drive, armature: float
 ) -> DrivenRun:
     """A run with an armature that is heavy enough, or as heavy as the last attempt had it."""
     for _ in range(ATTEMPTS):
-        model.dof_armature[prepared.crank.rate] = armature
-        run = _run(prepared, model, start, rates, drive)
+        model.dof_armature[assembly.crank.rate] = armature
+        run = _run(assembly, model, start, drive)
         missing = run.ripple / drive.ripple
         if missing <= 1.0 or run.outcome is not Outcome.COMPLETED or not math.isfinite(missing):
             break
@@ -135,51 +136,42 @@ def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) ->
     mujoco.mj_rnePostConstraint(model, aside)
 
 
-def _run(prepared: Prepared, model: mujoco.MjModel, start: Array, rates: Array, drive: Drive) -> DrivenRun:
-    """Steps from the exact state; each sample is read before its step."""
-    data, aside = mujoco.MjData(model), mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = start, rates
-    steps, step, points = _steps(model, drive), float(model.opt.timestep), prepared.points
-    rows = np.full((steps + 1, 4 + 9 * len(points)), np.nan)
+def _run(assembly: Assembly, model: mujoco.MjModel, start: tuple[Array, Array], drive: Drive) -> DrivenRun:
+    """Steps from the exact state; each sample is read before its step.
+
+    A row has the crank's coordinate, rate and acceleration, the largest gap, and each point's motion (3, 3).
+    """
+    data, aside, crank, points = mujoco.MjData(model), mujoco.MjData(model), assembly.crank, assembly.points
+    data.qpos[:], data.qvel[:] = start
+    rows = np.full((_steps(model, drive) + 1, 4 + 9 * len(points)), np.nan)
     with warnings_kept_quiet():
         for k, row in enumerate(rows):
             if k:
                 mujoco.mj_step(model, data)
             look_at(model, data, aside)
-            _read(prepared, model, aside, row)
+            row[:3] = aside.qpos[crank.coordinate], aside.qvel[crank.rate], aside.qacc[crank.rate]
+            # Equalities come first among the constraints.
+            row[3] = np.abs(aside.efc_pos[: aside.ne]).max(initial=0.0)
+            row[4:] = np.ravel([point.motion(model, aside) for point in points])
             if not math.isfinite(row.sum()):
                 break
-    finite = np.all(np.isfinite(rows), axis=1)
+    finite, step = np.all(np.isfinite(rows), axis=1), float(model.opt.timestep)
     whole = bool(finite.all())
     rows = rows if whole else rows[: int(np.argmin(finite))]
     motion = rows[:, 4:].reshape(len(rows), len(points), 3, 3)
-    named = [{point.name: motion[:, k, part] for k, point in enumerate(points)} for part in range(3)]
     # A run that is not finite may have been ended before the engine itself looks at its numbers.
     warned = {name: int(data.warning[kind].number) for name, kind in WARNINGS.items()}
     return DrivenRun(
-        armature=float(model.dof_armature[prepared.crank.rate]),
+        armature=float(model.dof_armature[crank.rate]),
         timestep=step,
         times=np.asarray(step * np.arange(len(rows)), dtype=float),
         coordinate=rows[:, 0],
         rate=rows[:, 1],
         acceleration=rows[:, 2],
-        positions=named[0],
-        velocities=named[1],
-        accelerations=named[2],
+        motion={point.name: motion[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
         gap=rows[:, 3],
         warnings={name: number for name, number in warned.items() if number},
         ripple=float(np.abs(rows[:, 1] / drive.rate - 1.0).max()) if len(rows) else math.inf,
         outcome=Outcome.COMPLETED if whole else Outcome.DIVERGED,
         reason="" if whole else f"not finite from {step * len(rows):.6g} s on",
     )
-
-
-def _read(prepared: Prepared, model: mujoco.MjModel, data: mujoco.MjData, row: Array) -> None:
-    """Fill a row: the crank's coordinate, rate and acceleration, the largest gap, and each point's motion (3, 3)."""
-    crank = prepared.crank
-    row[:3] = data.qpos[crank.coordinate], data.qvel[crank.rate], data.qacc[crank.rate]
-    # Equalities come first among the constraints.
-    row[3] = np.abs(data.efc_pos[: data.ne]).max(initial=0.0)
-    fall = 0.0 if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else np.array(model.opt.gravity)
-    for point, motion in zip(prepared.points, row[4:].reshape(-1, 3, 3), strict=True):
-        motion[:] = point.position(data), point.velocity(model, data), point.acceleration(model, data) + fall

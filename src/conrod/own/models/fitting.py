@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.models.frame import UNITS, GivenFrame
-from conrod.own.models.references import Paths
+from conrod.exact.reference import ExactReference
+from conrod.own.models.frame import UNITS, GivenFrame, View
+from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, paths_of, with_lengths
+from conrod.own.models.request import Scan
+from conrod.scenes import Scene
 
 DIFFERENCE = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
 # A step that gains less than this share of the squares is the last; so is one that is rounding.
 GAIN, ROUNDING = 2e-3, 1e-15
-
-
-@dataclass(frozen=True)
-class ObservedPaths:
-    """A model's points in a view: complex paths (P, T) around the crank's axis, in the model's unit.
-
-    Attributes:
-        coordinate: of the crank (T,) [rad], evenly spread over a turn.
-        lengths: normalising length of each point (P,) [m].
-        links: exp(i turn) of the link that each point is on (P, T), in the view.
-    """
-
-    coordinate: Array
-    paths: Array
-    lengths: Array
-    links: Array
 
 
 @dataclass(frozen=True)
@@ -65,52 +53,147 @@ class FrameFit:
         return float(np.sqrt(np.mean(np.abs(self.distances) ** 2)))
 
 
-def distances(observed: ObservedPaths, paths: Paths, there: FrameFit) -> Array:
-    """Distances (P, T), complex, of a model's points from exact paths in a frame, over their lengths."""
-    exact = paths(there.sense * (observed.coordinate - there.zero))
-    found = there.unit * np.exp(-1j * there.rotation) * observed.paths + there.displacements[:, None] * observed.links
-    return np.asarray((found - exact) / observed.lengths[:, None])
+@dataclass(frozen=True)
+class Search:
+    """A model's paths in a view, to be explained by the machine's.
+
+    Attributes:
+        given: parts of the frame that are not fitted.
+    """
+
+    scene: Scene
+    scan: Scan
+    view: View
+    given: GivenFrame
+
+    @property
+    def sense(self) -> int:
+        """+1 if the crank angle grows with the hinge's coordinate."""
+        return self.view.sense * self.scene.mechanism().driver.sense
+
+    @cached_property
+    def paths(self) -> Array:
+        """Complex paths (P, T) around the crank's axis, in the model's unit."""
+        return np.array([self.view.flat(positions - self.scan.anchor) for positions in self.scan.positions])
+
+    @cached_property
+    def links(self) -> Array:
+        """exp(i turn) of the link that each point is on (P, T), in the view."""
+        return np.asarray(np.exp(1j * self.view.sense * self.scan.turns))
+
+    @cached_property
+    def norms(self) -> Array:
+        """Normalising length of each point (P, 1) [m]."""
+        return np.array([[self.scene.lengths[name]] for name in self.scan.points])
+
+    @cached_property
+    def lengths(self) -> tuple[str, ...]:
+        """Names of the machine's lengths, without that of all together."""
+        return tuple(name for name in length_names(self.scene) if name != ALL_LENGTHS)
+
+    def distances(self, reference: ExactReference, there: FrameFit) -> Array:
+        """Distances (P, T), complex, of the model's points from exact paths in a frame, over their lengths."""
+        exact = paths_of(reference, self.scan.points)(there.sense * (self.scan.coordinate - there.zero))
+        found = there.unit * np.exp(-1j * there.rotation) * self.paths + there.displacements[:, None] * self.links
+        return np.asarray((found - exact) / self.norms)
+
+    def fitted(self, reference: ExactReference, there: FrameFit) -> FrameFit:
+        """A frame with the distances that it leaves to the paths of a machine."""
+        return replace(there, distances=self.distances(reference, there))
 
 
-def with_distances(there: FrameFit, observed: ObservedPaths, paths: Paths) -> FrameFit:
-    """A frame with the distances that it leaves to these paths."""
-    return replace(there, distances=distances(observed, paths, there))
+class Fit:
+    """The unknowns of a fit in one vector: free parts of the frame, lengths, and places of points on their links.
+
+    Attributes:
+        names: of the unknowns, but for the places.
+    """
+
+    def __init__(
+        self,
+        search: Search,
+        start: FrameFit,
+        reference: ExactReference,
+        lengths: Sequence[str] = (),
+        points: Sequence[str] = (),
+    ) -> None:
+        self._search, self._start, self._reference, self._lengths = search, start, reference, lengths
+        self._frame = [name for name in ("zero", "rotation") if getattr(search.given, name) is None]
+        self._rows = [search.scan.points.index(point) for point in points]
+        self.names = [*self._frame, *lengths]
+        places = start.displacements[self._rows]
+        values = [getattr(start, name) for name in self._frame]
+        # The largest length of the machine is what small lengths are judged by.
+        size = max((abs(length_of(search.scene, name)) for name in search.lengths), default=1.0)
+        if lengths:
+            values += [length_of(self._scene, name) for name in lengths]
+        sizes = [1.0 if name == ALL_LENGTHS else size for name in lengths] + [size] * (2 * len(self._rows))
+        self._x = np.concatenate([values, places.real, places.imag])
+        self._sizes = np.array([1.0] * len(self._frame) + sizes)
+
+    @property
+    def _scene(self) -> Scene:
+        assert isinstance(self._reference, Scene)
+        return self._reference
+
+    def _split(self, x: Array) -> tuple[FrameFit, ExactReference]:
+        frame, lengths, places = np.split(x, np.cumsum([len(self._frame), len(self._lengths)]))
+        moved, half = self._start.displacements.copy(), len(self._rows)
+        moved[self._rows] = places[:half] + 1j * places[half:]
+        there = replace(self._start, displacements=moved).at(dict(zip(self._frame, frame.tolist(), strict=True)))
+        machine = with_lengths(self._scene, self._lengths, lengths) if self._lengths else self._reference
+        return there, machine
+
+    def _left(self, steps: Array) -> Array:
+        """Distances (2 P T,), real and imaginary parts, so many sizes of each unknown from the start."""
+        there, machine = self._split(self._x + self._sizes * steps)
+        flat = self._search.distances(machine, there).ravel()
+        return np.concatenate([flat.real, flat.imag])
+
+    def slopes(self, steps: Array | None = None) -> Array:
+        """Derivatives of the distances by the unknowns, each in its size; (2 P T, n)."""
+        here = np.zeros(len(self._x)) if steps is None else steps
+        ways = DIFFERENCE * np.eye(len(here))
+        return np.column_stack([(self._left(here + by) - self._left(here - by)) / (2.0 * DIFFERENCE) for by in ways])
+
+    def solved(self) -> tuple[FrameFit, ExactReference]:
+        """The frame and the machine that leave the least squares.
+
+        Raises:
+            InvalidInput: there are no distances at the start, or it leads to no machine.
+        """
+        steps = np.zeros(len(self._x))
+        count = len(self._left(steps))
+
+        def residuals(steps: Array) -> Array:
+            try:
+                return self._left(steps)
+            except InvalidInput:  # a step that leads there is shortened
+                return np.full(count, np.nan)
+
+        if len(steps):
+            steps = least_squares(residuals, steps, jac=self.slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
+        there, machine = self._split(self._x + self._sizes * steps)
+        return self._search.fitted(machine, there), machine
 
 
-def fit_frame(observed: ObservedPaths, paths: Paths, sense: int, given: GivenFrame) -> FrameFit:
+def fit_frame(search: Search, reference: ExactReference) -> FrameFit:
     """The frame in which exact paths fit the observed ones best; what is given of it is kept."""
-    coarse = _coarse(observed, paths, sense, given)
-    coarse = replace(coarse, unit=given.unit or nearest_unit(coarse.unit))
-    free = free_of(given)
-
-    def left(x: Array) -> Array:
-        return distances(observed, paths, coarse.at(dict(zip(free, x.tolist(), strict=True))))
-
-    found = least_distances(left, np.array([getattr(coarse, name) for name in free]), np.ones(len(free)))
-    return with_distances(coarse.at(dict(zip(free, found.tolist(), strict=True))), observed, paths)
+    coarse = _coarse(search, reference)
+    unit = search.given.unit or min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
+    return Fit(search, replace(coarse, unit=unit), reference).solved()[0]
 
 
-def free_of(given: GivenFrame) -> list[str]:
-    """Parts of a frame that are fitted."""
-    return [name for name in ("zero", "rotation") if getattr(given, name) is None]
-
-
-def nearest_unit(size: float) -> float:
-    """The unit of length nearest to a size [m]."""
-    return min(UNITS.values(), key=lambda unit: abs(np.log(unit / size)))
-
-
-def _coarse(observed: ObservedPaths, paths: Paths, sense: int, given: GivenFrame) -> FrameFit:
+def _coarse(search: Search, reference: ExactReference) -> FrameFit:
     """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
-    weighted, count = observed.paths / observed.lengths[:, None], len(observed.coordinate)
+    given, sense, coordinate, norms = search.given, search.sense, search.scan.coordinate, search.norms
+    paths, weighted, count = paths_of(reference, search.scan.points), search.paths / norms, len(coordinate)
     if given.zero is None:
         # Between samples of a turn that start at one of them the angles are always the same ones.
-        turn = paths(observed.coordinate - observed.coordinate[0]) / observed.lengths[:, None]
-        tried = [
-            (float(zero), turn[:, sense * (np.arange(count) - k) % count]) for k, zero in enumerate(observed.coordinate)
-        ]
+        turn = paths(coordinate - coordinate[0]) / norms
+        tried = [(float(zero), turn[:, sense * (np.arange(count) - k) % count]) for k, zero in enumerate(coordinate)]
     else:
-        tried = [(given.zero, paths(sense * (observed.coordinate - given.zero)) / observed.lengths[:, None])]
+        tried = [(given.zero, paths(sense * (coordinate - given.zero)) / norms)]
 
     def placed(zero: float, exact: Array) -> FrameFit:
         factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
@@ -120,54 +203,3 @@ def _coarse(observed: ObservedPaths, paths: Paths, sense: int, given: GivenFrame
         return FrameFit(sense, rotation, zero, unit, np.zeros(len(left), dtype=complex), left)
 
     return min((placed(zero, exact) for zero, exact in tried), key=lambda one: one.rms)
-
-
-def least_distances(left: Callable[[Array], Array], start: Array, sizes: Array) -> Array:
-    """The least squares of complex distances by a few unknowns.
-
-    Args:
-        left: distances; raises InvalidInput where there are none, and the step there is shortened.
-        sizes: of the unknowns, for steps and differences.
-
-    Raises:
-        InvalidInput: there are no distances at the start.
-    """
-    count = len(_stacked(left(start)))
-
-    def residuals(steps: Array) -> Array:
-        try:
-            return _stacked(left(start + sizes * steps))
-        except InvalidInput:
-            return np.full(count, np.nan)
-
-    def jacobian(steps: Array) -> Array:
-        return slopes(left, start + sizes * steps, sizes)
-
-    if not len(start):
-        return start
-    found = least_squares(residuals, np.zeros(len(start)), jac=jacobian, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING)
-    return np.asarray(start + sizes * found.x)
-
-
-def slopes(left: Callable[[Array], Array], here: Array, sizes: Array) -> Array:
-    """Derivatives of the distances by the unknowns, each in its size; (2 P T, n)."""
-    steps = DIFFERENCE * np.diag(sizes)
-    return np.column_stack([_stacked(left(here + by) - left(here - by)) / (2.0 * DIFFERENCE) for by in steps])
-
-
-def _stacked(distances: Array) -> Array:
-    flat = distances.ravel()
-    return np.concatenate([flat.real, flat.imag])
-
-
-def indistinct(jacobian: Array, names: Sequence[str], least: float) -> tuple[tuple[str, ...], ...]:
-    """Groups of unknowns that can be changed together without a trace; by the null space of the scaled slopes."""
-    scale = np.linalg.norm(jacobian, axis=0)
-    dead = [(name,) for name, size in zip(names, scale, strict=True) if size <= least * max(scale.max(), 1e-300)]
-    _, singular, directions = np.linalg.svd(jacobian / np.where(scale > 0.0, scale, 1.0), full_matrices=False)
-    groups = []
-    for value, direction in zip(singular, directions, strict=True):
-        if value <= least * singular[0]:
-            large = np.abs(direction) > 0.05 * np.abs(direction).max()
-            groups.append(tuple(name for name, counts in zip(names, large, strict=True) if counts))
-    return tuple(dict.fromkeys([*dead, *(g for g in groups if len(g) > 1)]))

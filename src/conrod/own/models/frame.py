@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from conrod.exact.motion import Array
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 # The usual ways to look at a plane, x to the right or y and z up: first and second direction of the picture.
 USUAL = {"x": "yz", "y": "xz", "z": "xy"}
+UNIT = dict(zip("xyz", np.eye(3), strict=True))
 PLANE = re.compile(r"([+-]?)([xyz])([+-]?)([xyz])")
 # A crank's axis this close to an axis of the frame is meant to be it.
 ALIGNED = 1e-6
@@ -107,7 +108,9 @@ def views(axis: Array, sense: int, plane: str | None) -> tuple[View, ...]:
     if plane is not None:
         return (_said(plane, axis),)
     usual = _usual(axis)
-    return (usual,) if usual.sense == sense else (usual, _behind(usual))
+    right, up = -np.array(usual.right), np.array(usual.up)
+    behind = _view(f"-{usual.name}", right, up, axis, behind=True)
+    return (usual,) if usual.sense == sense else (usual, behind)
 
 
 def _said(plane: str, axis: Array) -> View:
@@ -115,47 +118,34 @@ def _said(plane: str, axis: Array) -> View:
     if parts is None or parts[2] == parts[4]:
         raise InvalidInput(f"--plane {plane}: give the directions to the right and up, e.g. xy, xz, yz, or -xz")
     right, up = (
-        _unit(letter) * (-1.0 if sign == "-" else 1.0) for sign, letter in (parts.groups()[:2], parts.groups()[2:])
+        UNIT[letter] * (-1.0 if sign == "-" else 1.0) for sign, letter in (parts.group(1, 2), parts.group(3, 4))
     )
-    toward = float(np.cross(right, up) @ axis)
-    if abs(abs(toward) - 1.0) > ALIGNED:
-        raise InvalidInput(
-            f"--plane {plane}: the crank's axis ({_numbers(axis)}) is not across it, so it is not the plane of motion"
-        )
     across = np.cross(right, up)
-    usual = USUAL.get("xyz"[int(np.argmax(np.abs(across)))], "")
-    seen = np.cross(_unit(usual[0]), _unit(usual[1]))
-    return View(plane, _triple(right), _triple(up), 1 if toward > 0.0 else -1, bool(across @ seen < 0.0))
+    if abs(abs(across @ axis) - 1.0) > ALIGNED:
+        numbers = " ".join(f"{value:.4g}" for value in axis)
+        raise InvalidInput(
+            f"--plane {plane}: the crank's axis ({numbers}) is not across it, so it is not the plane of motion"
+        )
+    usual = USUAL["xyz"[int(np.argmax(np.abs(across)))]]
+    behind = bool(across @ np.cross(UNIT[usual[0]], UNIT[usual[1]]) < 0.0)
+    return _view(plane, right, up, axis, behind=behind)
 
 
 def _usual(axis: Array) -> View:
     """The usual view of the plane across an axis; a plane askew is seen from its larger side, the highest way up."""
     main = int(np.argmax(np.abs(axis)))
     names = USUAL["xyz"[main]]
-    right, up = _unit(names[0]), _unit(names[1])
+    right, up = UNIT[names[0]], UNIT[names[1]]
     if abs(abs(axis[main]) - 1.0) > ALIGNED:
         names = "askew"
         toward = axis * np.sign(np.cross(right, up)[main] * axis[main])
         up = up - (up @ toward) * toward
         up = up / np.linalg.norm(up)
         right = np.cross(up, toward)
-    sense = 1 if np.cross(right, up) @ axis > 0.0 else -1
-    return View(names, _triple(right), _triple(up), sense, behind=False)
+    return _view(names, right, up, axis)
 
 
-def _behind(view: View) -> View:
-    """The same plane from its other side."""
-    x, y, z = view.right
-    return replace(view, name=f"-{view.name}", right=(-x, -y, -z), sense=-view.sense, behind=True)
-
-
-def _unit(letter: str) -> Array:
-    return np.asarray(np.eye(3)["xyz".index(letter)])
-
-
-def _triple(vector: Array) -> tuple[float, float, float]:
-    return (float(vector[0]), float(vector[1]), float(vector[2]))
-
-
-def _numbers(vector: Array) -> str:
-    return " ".join(f"{value:.4g}" for value in vector)
+def _view(name: str, right: Array, up: Array, axis: Array, behind: bool = False) -> View:
+    a, b, c = right.tolist()
+    x, y, z = up.tolist()
+    return View(name, (a, b, c), (x, y, z), 1 if np.cross(right, up) @ axis > 0.0 else -1, behind)

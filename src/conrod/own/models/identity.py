@@ -9,10 +9,10 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference, GenericReference
-from conrod.own.models.fitting import FrameFit, ObservedPaths, fit_frame, with_distances
-from conrod.own.models.frame import Frame, GivenFrame, View, views
-from conrod.own.models.lengths import Explanation, Search, Solution, solutions, without_trace
-from conrod.own.models.references import Paths, other_branches, paths_of, shaft_of
+from conrod.own.models.fitting import FrameFit, Search, fit_frame
+from conrod.own.models.frame import Frame, GivenFrame, views
+from conrod.own.models.lengths import Explanation, Solution, solutions, without_trace
+from conrod.own.models.references import other_branches, shaft_of
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
@@ -88,34 +88,29 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     Raises:
         InvalidInput: its plane of motion or its frame cannot be determined.
     """
-    check_plane(scan)
-    points = tuple(scan.positions)
-    chosen = _chosen_view(scene, scan, points, given)
-    observed = observed_paths(scene, scan, points, chosen.view)
-    floor = _floor(scan, observed, chosen.fit.unit)
-    search = Search(scene, points, observed, given, floor)
-    found, closest = tuple[Solution, ...](), None
-    at, moving = chosen.fit, chosen.branch or scene
-    if moving is scene and at.largest > floor:
-        found, closest = solutions(search, at)
+    _check_plane(scan)
+    search, at, branch = _chosen(scene, scan, given)
+    shape = scan.facts.touching.shape_error if scan.facts.touching else 0.0
+    floor = max(EXPLAINED, at.unit * OBLIQUE * shape / float(search.norms.min()))
+    found, closest, moving = tuple[Solution, ...](), None, branch or scene
+    if branch is None and at.largest > floor:
+        found, closest = solutions(search, at, floor)
         if found:
             at, moving = found[0].fit, found[0].scene
-    at = _rounded(at, observed, paths_of(moving, points), given, floor)
-    expected = at
-    if found:
-        in_place = replace(at, displacements=0.0 * at.displacements)
-        expected = with_distances(in_place, observed, paths_of(scene, points))
-    anchor = (float(scan.anchor[0]), float(scan.anchor[1]), float(scan.anchor[2]))
-    frame = Frame(chosen.view, at.sense, at.rotation, at.zero, at.unit, anchor, shaft_of(moving))
-    order = np.argsort(frame.angle(scan.coordinate))
+    at = _rounded(search, at, moving, floor)
+    expected = search.fitted(scene, replace(at, displacements=0.0 * at.displacements)) if found else at
+    x, y, z = scan.anchor.tolist()
+    frame = Frame(search.view, at.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(moving))
+    angle, off = frame.angle(scan.coordinate), np.abs(expected.distances)
+    order = np.argsort(angle)
     identity = Identity(
         frame=frame,
         given=given,
-        other_branch=chosen.branch is not None,
-        angle=frame.angle(scan.coordinate)[order],
-        off=np.abs(expected.distances).max(axis=0)[order],
-        off_by={name: float(np.abs(row).max()) for name, row in zip(points, expected.distances, strict=True)},
-        rate_off=_rate_off(scan, frame, at, observed, moving),
+        other_branch=branch is not None,
+        angle=angle[order],
+        off=off.max(axis=0)[order],
+        off_by=dict(zip(scan.points, off.max(axis=1).tolist(), strict=True)),
+        rate_off=_rate_off(search, frame, at, moving),
         explanations=tuple(one.explanation for one in found),
         closest=closest.explanation if closest else None,
         indistinct=without_trace(search, at, moving) if isinstance(moving, Scene) else (),
@@ -125,23 +120,16 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     return identity, moving
 
 
-def _floor(scan: Scan, observed: ObservedPaths, unit: float) -> float:
-    touching = scan.facts.touching
-    shape = 0.0 if touching is None else OBLIQUE * touching.shape_error
-    return max(EXPLAINED, unit * shape / float(observed.lengths.min()))
-
-
-def _rounded(at: FrameFit, observed: ObservedPaths, paths: Paths, given: GivenFrame, floor: float) -> FrameFit:
+def _rounded(search: Search, at: FrameFit, machine: ExactReference, floor: float) -> FrameFit:
     """Rotation and crank zero as round numbers, where those leave no more than the fitted ones."""
     grid = float(COARSE_GRID if at.largest > 1e-4 else GRID)
     for name in ("rotation", "zero"):
-        if getattr(given, name) is not None:
-            at = at.at({name: getattr(given, name)})
-            continue
-        value = _wrapped(getattr(at, name))
-        tried = with_distances(at.at({name: _wrapped(grid * float(np.rint(value / grid)))}), observed, paths)
-        at = tried if tried.rms <= max(AS_GOOD * at.rms, 1e-2 * floor) else at.at({name: value})
-    return with_distances(at, observed, paths)
+        given = getattr(search.given, name)
+        value = _wrapped(getattr(at, name)) if given is None else given
+        rounded = search.fitted(machine, at.at({name: _wrapped(grid * float(np.rint(value / grid)))}))
+        is_round = given is None and rounded.rms <= max(AS_GOOD * at.rms, 1e-2 * floor)
+        at = rounded if is_round else at.at({name: value})
+    return search.fitted(machine, at)
 
 
 def _wrapped(angle: float) -> float:
@@ -150,74 +138,57 @@ def _wrapped(angle: float) -> float:
     return turn - 2.0 * np.pi if turn > np.pi + 1e-12 else turn
 
 
-def _rate_off(scan: Scan, frame: Frame, at: FrameFit, observed: ObservedPaths, moving: ExactReference) -> float | None:
+def _rate_off(search: Search, frame: Frame, at: FrameFit, moving: ExactReference) -> float | None:
     """Largest error of a point's derivative by the crank angle, over its length, against what was found."""
+    scan, off = search.scan, []
     if scan.slopes is None:
         return None
-    exact, off = moving.motion(frame.angle(scan.coordinate), 1.0), []
-    for k, (name, slope) in enumerate(scan.slopes.items()):
+    exact = moving.motion(frame.angle(scan.coordinate), 1.0)
+    for k, name in enumerate(scan.points):
         # A point that is misplaced on its link is carried around by it.
-        carried = 1j * frame.view.sense * scan.spins[name] * at.displacements[k] * observed.links[k]
-        found = frame.turned(slope) + np.column_stack([carried.real, carried.imag])
+        carried = 1j * frame.view.sense * scan.spins[k] * at.displacements[k] * search.links[k]
+        found = frame.turned(scan.slopes[k]) + np.column_stack([carried.real, carried.imag])
         apart = np.linalg.norm(frame.sense * found - exact.point(name).velocity, axis=1)
-        off.append(apart.max() / observed.lengths[k])
-    return float(max(off))
+        off.append(float(apart.max() / search.norms[k, 0]))
+    return max(off)
 
 
-# -- view and assembly branch ------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """A view of a model with the frame that fits best; `branch` where it is another assembly branch."""
-
-    view: View
-    fit: FrameFit
-    branch: GenericReference | None
-
-
-def check_plane(scan: Scan) -> None:
+def _check_plane(scan: Scan) -> None:
     """Refuse a model whose points do not move in one plane across the crank's axis."""
-    span = max(float(np.ptp(p, axis=0).max()) for p in scan.positions.values())
+    span, unit = float(np.ptp(scan.positions, axis=1).max()), "(of the model's unit of length)"
     if span == 0.0 or not np.isfinite(span):
-        named = ", ".join(scan.positions)
+        named = ", ".join(scan.points)
         raise InvalidInput(f"the crank turns and nothing moves, of {named}: the plane cannot be determined")
     if scan.wander > IN_PLANE * max(span, 1.0):
         raise InvalidInput(
-            f"the crank's axis itself moves, by {scan.wander:.3g} (of the model's unit of length) in a turn: there is "
-            "no plane of motion; the crank is to turn about a fixed axis"
+            f"the crank's axis itself moves, by {scan.wander:.3g} {unit} in a turn: there is no plane of motion; the "
+            "crank is to turn about a fixed axis"
         )
-    for name, positions in scan.positions.items():
+    for name, positions in zip(scan.points, scan.positions, strict=True):
         away = float(np.ptp(positions @ scan.axis))
         if away > IN_PLANE * span:
             raise InvalidInput(
-                f"{name} leaves the plane across the crank's axis by {away:.3g} (of the model's unit of length): the "
-                "plane of motion cannot be determined"
+                f"{name} leaves the plane across the crank's axis by {away:.3g} {unit}: the plane of motion cannot be "
+                "determined"
             )
 
 
-def _chosen_view(scene: Scene, scan: Scan, points: tuple[str, ...], given: GivenFrame) -> _Candidate:
+# A view of a model with the frame that fits best; the reference where it is another assembly branch.
+Candidate = tuple[Search, FrameFit, GenericReference | None]
+
+
+def _chosen(scene: Scene, scan: Scan, given: GivenFrame) -> Candidate:
     """View and assembly branch of the model: the machine's own branch unless another one is clearly nearer."""
     turns = scene.mechanism().driver.sense
-    observed = {view: observed_paths(scene, scan, points, view) for view in views(scan.axis, turns, given.plane)}
+    searches = [Search(scene, scan, view, given) for view in views(scan.axis, turns, given.plane)]
 
-    def best(branch: GenericReference | None) -> _Candidate:
-        paths = paths_of(branch or scene, points)
-        tried = [
-            _Candidate(view, fit_frame(one, paths, view.sense * turns, given), branch) for view, one in observed.items()
-        ]
-        least = min(one.fit.rms for one in tried)
-        return next(one for one in tried if one.fit.rms <= ALIKE * least + NOTHING)
+    def best(branch: GenericReference | None) -> Candidate:
+        tried = [(search, fit_frame(search, branch or scene), branch) for search in searches]
+        least = min(fit.rms for _, fit, _ in tried)
+        return next(one for one in tried if one[1].rms <= ALIKE * least + NOTHING)
 
     own = best(None)
-    if own.fit.largest <= NEAR:
+    if own[1].largest <= NEAR:
         return own
-    other = min(map(best, other_branches(scene)), key=lambda one: one.fit.rms, default=own)
-    return other if other.fit.rms < CLEARLY_BETTER * own.fit.rms else own
-
-
-def observed_paths(scene: Scene, scan: Scan, points: tuple[str, ...], view: View) -> ObservedPaths:
-    """A scan's points in a view."""
-    paths = np.array([view.flat(scan.positions[name] - scan.anchor) for name in points])
-    links = np.exp(1j * view.sense * np.array([scan.turns[name] for name in points]))
-    return ObservedPaths(scan.coordinate, paths, np.array([scene.lengths[name] for name in points]), links)
+    other = min(map(best, other_branches(scene)), key=lambda one: one[1].rms, default=own)
+    return other if other[1].rms < CLEARLY_BETTER * own[1].rms else own

@@ -3,29 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import dataclass
+from itertools import chain, combinations
 
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
-from conrod.own.models.fitting import (
-    FrameFit,
-    ObservedPaths,
-    distances,
-    free_of,
-    indistinct,
-    least_distances,
-    slopes,
-    with_distances,
-)
-from conrod.own.models.frame import GivenFrame
-from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, paths_of, with_lengths
+from conrod.own.models.fitting import Fit, FrameFit, Search
+from conrod.own.models.references import ALL_LENGTHS, length_names, length_of
 from conrod.scenes import Scene
 
 # A direction of the lengths whose trace is this share of the clearest one's leaves none.
 NO_TRACE = 1e-7
+INVOLVED = 0.05  # of the largest component of such a direction
 MOST_TOGETHER = 3
 
 
@@ -73,108 +63,49 @@ class Solution:
     fit: FrameFit
 
 
-@dataclass(frozen=True)
-class Search:
-    """The paths to be explained.
-
-    Attributes:
-        floor: a distance, over the point's length, that is rounding or the error of a collision shape.
-    """
-
-    scene: Scene
-    points: tuple[str, ...]
-    observed: ObservedPaths
-    given: GivenFrame
-    floor: float
-
-    @property
-    def lengths(self) -> tuple[str, ...]:
-        """Names of the lengths, without that of all together."""
-        return tuple(name for name in length_names(self.scene) if name != ALL_LENGTHS)
-
-    @property
-    def size(self) -> float:
-        """Largest length of the machine [m], to judge small lengths by."""
-        return max(abs(length_of(self.scene, name)) for name in self.lengths)
+# Lengths, and points, that are not as expected.
+Change = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-@dataclass(frozen=True)
-class _Change:
-    """Lengths and points that are not as expected."""
-
-    lengths: tuple[str, ...] = ()
-    points: tuple[str, ...] = ()
-
-
-def solutions(search: Search, start: FrameFit) -> tuple[tuple[Solution, ...], Solution | None]:
+def solutions(search: Search, start: FrameFit, floor: float) -> tuple[tuple[Solution, ...], Solution | None]:
     """The smallest sets of changes that leave nothing, all of one size; and the closest one there is.
 
     Args:
         start: the frame that the expected lengths fit best.
+        floor: a distance, over the point's length, that is nothing.
     """
     closest: Solution | None = None
     for changes in _changes(search):
-        found = [one for one in (_solved(search, start, change) for change in changes) if one is not None]
+        found = [one for change in changes if (one := _solved(search, start, change)) is not None]
         closest = min([*found, *([closest] if closest else [])], key=lambda one: one.explanation.left, default=None)
-        enough = [one for one in found if one.explanation.left <= search.floor]
+        enough = [one for one in found if one.explanation.left <= floor]
         if enough:
             enough.sort(key=lambda one: len(one.explanation.misplaced))
             return tuple(enough), enough[0]
     return (), closest
 
 
-def _changes(search: Search) -> Iterator[list[_Change]]:
+def _changes(search: Search) -> Iterator[list[Change]]:
     """Sets of changes, more and more together; all lengths at last."""
-    every = [_Change((name,)) for name in length_names(search.scene)]
-    every += [_Change((), (point,)) for point in search.points]
+    single: list[Change] = [((name,), ()) for name in length_names(search.scene)]
+    single += [((), (point,)) for point in search.scan.points]
     for count in range(1, MOST_TOGETHER + 1):
-        yield [
-            _Change(tuple(n for c in some for n in c.lengths), tuple(p for c in some for p in c.points))
-            for some in combinations(every, count)
-        ]
-    yield [_Change(search.lengths)]
+        together = (tuple(zip(*some, strict=True)) for some in combinations(single, count))
+        yield [(tuple(chain(*lengths)), tuple(chain(*points))) for lengths, points in together]
+    yield [(search.lengths, ())]
 
 
-class _Fit:
-    """The unknowns of a fit in one vector: free parts of the frame, lengths, and places of points on their links."""
-
-    def __init__(self, search: Search, start: FrameFit, change: _Change, scene: Scene) -> None:
-        self._search, self._start, self._change, self._scene = search, start, change, scene
-        self._frame = free_of(search.given)
-        self._rows = [search.points.index(point) for point in change.points]
-        self.names = [*self._frame, *change.lengths]  # of the unknowns, but for the places
-        places = start.displacements[self._rows]
-        frame, lengths = [getattr(start, n) for n in self._frame], [length_of(scene, n) for n in change.lengths]
-        self.start = np.concatenate([frame, lengths, places.real, places.imag])
-        sizes = [1.0 if name == ALL_LENGTHS else search.size for name in change.lengths]
-        self.sizes = np.array([1.0] * len(self._frame) + sizes + [search.size] * (2 * len(self._rows)))
-
-    def split(self, x: Array) -> tuple[FrameFit, Scene]:
-        """The frame and the machine of the unknowns."""
-        frame, lengths, places = np.split(x, np.cumsum([len(self._frame), len(self._change.lengths)]))
-        moved = self._start.displacements.copy()
-        half = len(self._rows)
-        moved[self._rows] = places[:half] + 1j * places[half:]
-        there = replace(self._start, displacements=moved).at(dict(zip(self._frame, frame.tolist(), strict=True)))
-        return there, with_lengths(self._scene, self._change.lengths, lengths)
-
-    def left(self, x: Array) -> Array:
-        """Distances (P, T)."""
-        there, scene = self.split(x)
-        return distances(self._search.observed, paths_of(scene, self._search.points), there)
-
-
-def _solved(search: Search, start: FrameFit, change: _Change) -> Solution | None:
+def _solved(search: Search, start: FrameFit, change: Change) -> Solution | None:
     """A change with the free parts of the frame, fitted; None where that leads to no machine."""
-    fit = _Fit(search, start, change, search.scene)
+    names, points = change
     try:
-        there, scene = fit.split(least_distances(fit.left, fit.start, fit.sizes))
+        there, scene = Fit(search, start, search.scene, names, points).solved()
     except InvalidInput:
         return None
-    there = with_distances(there, search.observed, paths_of(scene, search.points))
-    away = dict(zip(search.points, np.abs(there.displacements).tolist(), strict=True))
-    misplaced = tuple(Misplaced(point, away[point]) for point in change.points)
-    return Solution(Explanation(_lengths(search, scene, change.lengths), misplaced, there.largest), scene, there)
+    assert isinstance(scene, Scene)
+    away = dict(zip(search.scan.points, np.abs(there.displacements).tolist(), strict=True))
+    misplaced = tuple(Misplaced(point, away[point]) for point in points)
+    return Solution(Explanation(_lengths(search, scene, names), misplaced, there.largest), scene, there)
 
 
 def _lengths(search: Search, found: Scene, names: Sequence[str]) -> tuple[Length, ...]:
@@ -188,6 +119,19 @@ def _lengths(search: Search, found: Scene, names: Sequence[str]) -> tuple[Length
 
 
 def without_trace(search: Search, at: FrameFit, scene: Scene) -> tuple[tuple[str, ...], ...]:
-    """Groups of lengths, and free parts of the frame, that the given points cannot distinguish."""
-    fit = _Fit(search, at, _Change(search.lengths), scene)
-    return indistinct(slopes(fit.left, fit.start, fit.sizes), fit.names, NO_TRACE)
+    """Groups of lengths, and free parts of the frame, that the given points cannot distinguish.
+
+    They can be changed together without a trace; by the null space of the scaled slopes.
+    """
+    fit = Fit(search, at, scene, search.lengths)
+    jacobian, names = fit.slopes(), fit.names
+    scale = np.linalg.norm(jacobian, axis=0)
+    groups: list[tuple[str, ...]] = [
+        (name,) for name, size in zip(names, scale, strict=True) if size <= NO_TRACE * max(scale.max(), 1e-300)
+    ]
+    _, singular, directions = np.linalg.svd(jacobian / np.where(scale > 0.0, scale, 1.0), full_matrices=False)
+    for direction in np.abs(directions[singular <= NO_TRACE * singular[0]]):
+        large = direction > INVOLVED * direction.max()
+        if np.count_nonzero(large) > 1:
+            groups.append(tuple(name for name, counts in zip(names, large, strict=True) if counts))
+    return tuple(dict.fromkeys(groups))

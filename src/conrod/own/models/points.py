@@ -13,12 +13,6 @@ from conrod.own.models.loading import element_id, listed, names_of
 from conrod.own.models.request import Place
 
 KINDS = ("site", "body", "geom")
-JOINT_KINDS = {
-    int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",
-    int(mujoco.mjtJoint.mjJNT_SLIDE): "slide",
-    int(mujoco.mjtJoint.mjJNT_BALL): "ball",
-    int(mujoco.mjtJoint.mjJNT_FREE): "free",
-}
 # XBODY is a body's frame; BODY would be its centre of gravity.
 OBJECTS = {
     "site": int(mujoco.mjtObj.mjOBJ_SITE),
@@ -56,20 +50,19 @@ class FoundPoint:
         mujoco.mj_jac(model, data, along, about, self.position(data), self.body)
         return along, about
 
-    def velocity(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        """Its velocity (3,)."""
-        both = np.empty(6)
-        mujoco.mj_objectVelocity(model, data, OBJECTS[self.kind], self.index, both, 0)
-        return both[3:]
+    def motion(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, Array]:
+        """Its position, velocity and acceleration, each (3,), in data that `mj_rnePostConstraint` has made."""
+        velocity, acceleration = np.empty(6), np.empty(6)
+        mujoco.mj_objectVelocity(model, data, OBJECTS[self.kind], self.index, velocity, 0)
+        mujoco.mj_objectAcceleration(model, data, OBJECTS[self.kind], self.index, acceleration, 0)
+        # It is an accelerometer's: what rests reads the reaction to gravity.
+        fall = 0.0 if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else np.array(model.opt.gravity)
+        return self.position(data), velocity[3:], acceleration[3:] + fall
 
-    def acceleration(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        """Its acceleration (3,), in data that `mj_rnePostConstraint` has made.
 
-        It is an accelerometer's: what rests reads the reaction to gravity.
-        """
-        both = np.empty(6)
-        mujoco.mj_objectAcceleration(model, data, OBJECTS[self.kind], self.index, both, 0)
-        return both[3:]
+def joint_kind(model: mujoco.MjModel, joint: int) -> str:
+    """Kind of a joint: hinge, slide, ball or free."""
+    return str(mujoco.mjtJoint(int(model.jnt_type[joint])).name).removeprefix("mjJNT_").lower()
 
 
 def find_crank(model: mujoco.MjModel, name: str) -> Crank:
@@ -79,11 +72,8 @@ def find_crank(model: mujoco.MjModel, name: str) -> Crank:
         InvalidInput: there is none, or it is no hinge.
     """
     joint = element_id(model, "joint", name)
-    kind = JOINT_KINDS[int(model.jnt_type[joint])]
-    if kind != "hinge":
-        hinges = [
-            n for n in names_of(model, "joint") if model.jnt_type[model.joint(n).id] == mujoco.mjtJoint.mjJNT_HINGE
-        ]
+    if (kind := joint_kind(model, joint)) != "hinge":
+        hinges = [n for n in names_of(model, "joint") if joint_kind(model, model.joint(n).id) == "hinge"]
         choices = f"; its hinges: {listed(hinges)}" if hinges else "; it has no hinge with a name"
         raise InvalidInput(f"--crank {name}: it is a {kind} joint, a crank is a hinge{choices}")
     return crank_of(model, joint)
@@ -102,8 +92,8 @@ def find_point(model: mujoco.MjModel, place: Place) -> FoundPoint:
     """
     kind = place.kind or _only_kind(model, place)
     index = element_id(model, kind, place.element)
-    bodies = {"site": model.site_bodyid, "geom": model.geom_bodyid}
-    return FoundPoint(place.point, kind, index, index if kind == "body" else int(bodies[kind][index]))
+    body = index if kind == "body" else int((model.site_bodyid if kind == "site" else model.geom_bodyid)[index])
+    return FoundPoint(place.point, kind, index, body)
 
 
 def _only_kind(model: mujoco.MjModel, place: Place) -> str:

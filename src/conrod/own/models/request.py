@@ -1,7 +1,7 @@
-"""A question about a user's model and the runs of it that are asked for, as plain data that need no engine.
+"""A question about a user's model, and what is found of it, as plain data that need no engine.
 
 Lengths are in the model's own unit and frame, which are not known yet. Coordinates of the crank are those of its hinge
-[rad], positive about the hinge's axis.
+[rad], positive about the hinge's axis. P points, T angles of a turn, K samples of a run.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from conrod.exact.motion import Array
-from conrod.own.models.model_facts import ModelFacts
 from conrod.runs.trajectory import Outcome, Settings
 
 
@@ -51,16 +50,100 @@ class Question:
     keyframe: str | None = None
 
 
+# -- facts -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Joints and closures of a model, and the freedom that they leave.
+
+    Attributes:
+        joints: number of joints by kind: hinge, slide, ball, free.
+        closures: number of active equality constraints by kind: connect, weld, joint, tendon, ...
+        inactive: names of those that are switched off.
+        coordinates: degrees of freedom that the joints give.
+        rows: scalar equations of the closures.
+        rank: least and largest rank of their Jacobian along the turn.
+        idle: closures that close nothing which those before them do not.
+    """
+
+    joints: Mapping[str, int]
+    closures: Mapping[str, int]
+    inactive: tuple[str, ...]
+    coordinates: int
+    rows: int
+    rank: tuple[int, int]
+    idle: tuple[str, ...]
+
+    @property
+    def loops(self) -> int:
+        """Closures that close something."""
+        return sum(self.closures.values()) - len(self.idle)
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Two geoms that make a higher pair.
+
+    Attributes:
+        shape_error: largest distance of the collision shape from the curve that its corners lie on.
+    """
+
+    geoms: tuple[str, str]
+    shape_error: float
+    corners: int
+
+
+@dataclass(frozen=True)
+class OwnSettings:
+    """Settings that a model comes with."""
+
+    timestep: float  # [s]
+    integrator: str
+    solver: str
+    iterations: int
+    tolerance: float
+    gravity: tuple[float, float, float]
+    closure_solref: tuple[tuple[float, float], ...]  # all that occur
+    closure_impedance: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class ModelFacts:
+    """A model by the account of its compiled file and of one turn of its crank.
+
+    Attributes:
+        gap: largest violation that the closures keep, in their own units.
+        open_closure: name of that closure.
+        stops: joints whose limits the turn leaves, with both.
+        remarks: deviations of the treatment from the file, and what else acts on the crank.
+    """
+
+    name: str
+    engine_version: str
+    wiring: Wiring
+    touching: Touching | None
+    settings: OwnSettings
+    gap: float
+    open_closure: str
+    stops: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+# -- kinematic mode ----------------------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True)
 class Scan:
     """One turn of a model with its crank held at T angles, solved by its own constraints.
 
     Attributes:
         coordinate: of the crank (T,), from the start of the turn upwards.
-        positions: of the given points (T, 3).
-        slopes: their derivatives by the crank coordinate (T, 3); None where only a contact places them.
-        turns: of the links that the points are on, about the crank's axis, from the first sample on (T,) [rad].
-        spins: their derivatives by the crank coordinate (T,).
+        points: names of the P points that were given.
+        positions: of the points (P, T, 3).
+        slopes: their derivatives by the crank coordinate (P, T, 3); None where only a contact places them.
+        turns: of the links that the points are on, about the crank's axis, from the first sample on (P, T) [rad].
+        spins: their derivatives by the crank coordinate (P, T).
         states: all joint coordinates (T, nq).
         rates: derivatives of the joint rates by the crank's (T, nv).
         anchor, axis: of the crank's hinge, a point and a unit vector.
@@ -69,15 +152,19 @@ class Scan:
 
     facts: ModelFacts
     coordinate: Array
-    positions: Mapping[str, Array]
-    slopes: Mapping[str, Array] | None
-    turns: Mapping[str, Array]
-    spins: Mapping[str, Array]
+    points: tuple[str, ...]
+    positions: Array
+    slopes: Array | None
+    turns: Array
+    spins: Array
     states: Array
     rates: Array
     anchor: Array
     axis: Array
     wander: float
+
+
+# -- dynamic mode ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -122,7 +209,7 @@ class DrivenRun:
     Attributes:
         armature: of the crank in this run [kg m^2 in a model of metres and kilograms].
         times, coordinate, rate, acceleration: (K,), those of the crank.
-        positions, velocities, accelerations: of the given points (K, 3).
+        motion: position, velocity and acceleration (3, K, 3) of each given point.
         gap: largest violation of a closure in each sample (K,).
         warnings: of the engine, by name.
         ripple: largest deviation of the rate from the prescribed one, relative to it.
@@ -135,9 +222,7 @@ class DrivenRun:
     coordinate: Array
     rate: Array
     acceleration: Array
-    positions: Mapping[str, Array]
-    velocities: Mapping[str, Array]
-    accelerations: Mapping[str, Array]
+    motion: Mapping[str, Array]
     gap: Array
     warnings: Mapping[str, int]
     ripple: float

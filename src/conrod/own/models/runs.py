@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,127 +66,95 @@ class RunReference:
     points: tuple[str, ...]
     touching: bool
 
-    @property
-    def travel(self) -> float:
-        """Largest length of a point [m]."""
-        return max(self.exact.lengths.values())
-
 
 def tracks_of(run: DrivenRun, to: RunReference) -> dict[str, PointTracks]:
     """A run's points in the document's frame."""
     frame = to.frame
     instants = Instants(run.times, frame.angle(run.coordinate), frame.sense * run.rate, frame.sense * run.acceleration)
+    placed = (frame.placed, frame.turned, frame.turned)
     return {
-        name: PointTracks(
-            Track(instants, frame.placed(run.positions[name])),
-            Track(instants, frame.turned(run.velocities[name])),
-            Track(instants, frame.turned(run.accelerations[name])),
-        )
+        name: PointTracks(*(Track(instants, seen(v)) for seen, v in zip(placed, run.motion[name], strict=True)))
         for name in to.points
     }
 
 
 def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
     """A run with its outcome and its errors."""
-    tracks = tracks_of(run, to)
-    verdict = _ending(run, tracks, to)
-    completed = verdict.outcome is Outcome.COMPLETED
+    tracks, verdict = tracks_of(run, to), Verdict(run.outcome, run.reason)
+    if run.outcome is Outcome.COMPLETED:
+        verdict = next(_endings(run, tracks, to), verdict)
+    errors = None
+    if verdict.outcome is Outcome.COMPLETED:
+        errors = {
+            name: {quantity: error_curve(series.angle, series.error) for quantity, series in vars(found).items()}
+            for name, found in track_errors(tracks, to.speed, to.exact).items()
+        }
     angle = to.frame.angle(run.coordinate)
-    phase = np.abs(angle - angle[0] - to.speed * run.times).max() if len(angle) else np.nan
     return JudgedRun(
         label=label,
         outcome=verdict.outcome,
         reason=verdict.reason,
         armature=run.armature,
         steps_per_revolution=2.0 * np.pi / abs(to.speed) / run.timestep,
-        errors=_curves(tracks, to) if completed else None,
-        phase=float(phase),
+        errors=errors,
+        phase=float(np.abs(angle - angle[0] - to.speed * run.times).max()) if len(angle) else np.nan,
         ripple=run.ripple,
         gap=float((run.gap - run.gap[0]).max()) if len(run.gap) else np.nan,
         warnings=run.warnings,
     )
 
 
-def _curves(tracks: Mapping[str, PointTracks], to: RunReference) -> dict[str, dict[str, ErrorCurve]]:
-    return {
-        name: {q: error_curve(getattr(errors, q).angle, getattr(errors, q).error) for q in (*QUANTITIES, "total")}
-        for name, errors in track_errors(tracks, to.speed, to.exact).items()
-    }
-
-
 def difference(one: DrivenRun, other: DrivenRun, to: RunReference) -> dict[str, float]:
     """Largest difference of two runs' errors, each at the angle that it reached; normalised like errors."""
-    first, second = tracks_of(one, to), tracks_of(other, to)
-    largest = dict.fromkeys(QUANTITIES, 0.0)
-    for name in to.points:
-        for power, quantity in enumerate(QUANTITIES):
-            errors = [signed_error(getattr(run[name], quantity), to.exact, name, quantity) for run in (first, second)]
+    runs, largest = (tracks_of(one, to), tracks_of(other, to)), dict[str, float]()
+    for power, quantity in enumerate(QUANTITIES):
+        sizes = []
+        for name in to.points:
+            errors = [signed_error(getattr(run[name], quantity), to.exact, name, quantity) for run in runs]
             norm = to.exact.lengths[name] * abs(to.speed) ** power
-            size = float(np.linalg.norm(errors[0] - errors[1], axis=1).max()) / norm
-            largest[quantity] = max(largest[quantity], size)
+            sizes.append(float(np.linalg.norm(errors[0] - errors[1], axis=1).max()) / norm)
+        largest[quantity] = max(sizes)
     return largest
 
 
-def _ending(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict:
-    """The outcome of a run, from its crank, its points and the violation of its closures; the first that applies."""
-    if run.outcome is not Outcome.COMPLETED:
-        return Verdict(run.outcome, run.reason)
-    off = np.array([signed_error(t.position, to.exact, name, "position") for name, t in tracks.items()])
-    endings = [
-        _exploded(run, tracks, to),
-        Verdict(Outcome.STALLED, "the drive was off its speed by half") if run.ripple > STALL else None,
-        _contact(off, tracks, to) if to.touching else None,
-        _opened(run, to),
-        _flipped(off, tracks, to),
-    ]
-    return next((verdict for verdict in endings if verdict is not None), Verdict(Outcome.COMPLETED))
-
-
-def _exploded(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
+def _endings(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Iterator[Verdict]:
+    """Outcomes that the crank, the points and the violation of the closures show; the first one counts."""
+    travel = max(to.exact.lengths.values())
     places = np.array([t.position.values for t in tracks.values()])
+    off = np.array([signed_error(t.position, to.exact, name, "position") for name, t in tracks.items()])
     away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / to.exact.kinematics.size
-    if away.max() <= OUT_OF_REACH:
-        return None
-    time = run.times[int(np.argmax(away > OUT_OF_REACH))]
-    return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
-
-
-def _opened(run: DrivenRun, to: RunReference) -> Verdict | None:
+    if away.max() > OUT_OF_REACH:
+        time = run.times[int(np.argmax(away > OUT_OF_REACH))]
+        yield Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
+    if run.ripple > STALL:
+        yield Verdict(Outcome.STALLED, "the drive was off its speed by half")
+    if to.touching:
+        # A follower further from the crank's axis than the cam would have it, or nearer by a roller.
+        from_axis = places - np.array(to.frame.shaft)
+        outward = (off * from_axis).sum(axis=2) / np.linalg.norm(from_axis, axis=2)
+        contacts = to.exact.mechanism().cam_contacts
+        if contacts and outward.min() < -contacts[0].roller_radius:
+            yield Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
+        if outward.max() > LOST_GAP * travel:
+            yield Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
     opened = to.frame.unit * float((run.gap - run.gap[0]).max())
-    if opened <= OPEN_GAP * to.travel:
-        return None
-    return Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
+    if opened > OPEN_GAP * travel:
+        yield Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
+    yield from _flipped(np.linalg.norm(off, axis=2), OPEN_GAP * travel, tracks, to)
 
 
-def _contact(off: Array, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
-    """Verdict on a follower further from the crank's axis than the cam would have it, or nearer by a roller.
+def _flipped(away: Array, near: float, tracks: Mapping[str, PointTracks], to: RunReference) -> Iterator[Verdict]:
+    """A verdict on a run that is nearer to another branch where it is furthest from its own.
 
     Args:
-        off: positions minus exact ones (P, T, 2) [m].
+        away: distances from the exact places (P, T) [m]; `near` is none.
     """
-    places = np.array([t.position.values for t in tracks.values()]) - np.array(to.frame.shaft)
-    outward = (off * places).sum(axis=2) / np.linalg.norm(places, axis=2)
-    contacts = to.exact.mechanism().cam_contacts
-    if contacts and outward.min() < -contacts[0].roller_radius:
-        return Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
-    if outward.max() > LOST_GAP * to.travel:
-        return Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
-    return None
-
-
-def _flipped(off: Array, tracks: Mapping[str, PointTracks], to: RunReference) -> Verdict | None:
-    """Verdict on a run nearer to another branch where it is furthest from its own; arguments as `_contact`."""
-    away = np.linalg.norm(off, axis=2)
-    if away.max() <= OPEN_GAP * to.travel:
-        return None
     row, worst = np.unravel_index(int(np.argmax(away)), away.shape)
     name = list(tracks)[int(row)]
     position = tracks[name].position
     angle = position.instants.angle[worst : worst + 1]
-    for other in to.others:
+    for other in to.others if away.max() > near else ():
         there = other.motion(angle, to.speed).point(name).position[0]
         if np.linalg.norm(position.values[worst] - there) < 0.5 * away[row, worst]:
-            return Verdict(
-                Outcome.FLIPPED, f"{name} is on the other assembly branch at {float(np.degrees(angle[0])):.1f} deg"
-            )
-    return None
+            where = f"at {float(np.degrees(angle[0])):.1f} deg"
+            yield Verdict(Outcome.FLIPPED, f"{name} is on the other assembly branch {where}")

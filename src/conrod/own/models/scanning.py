@@ -2,190 +2,103 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.mobility import mobility
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.models.assembly import Assembly
-from conrod.own.models.loading import check_finite, load_model, names_of_keyframes
-from conrod.own.models.model_facts import ModelFacts
-from conrod.own.models.own_settings import own_settings, remarks, stops
-from conrod.own.models.points import Crank, FoundPoint, find_crank, find_point
-from conrod.own.models.request import Question, Scan
-from conrod.own.models.touching import Gap, find_gap, touching
-from conrod.own.models.wiring import check_freedom, wiring
+from conrod.own.models.assembly import Assembly, prepare
+from conrod.own.models.facts import own_settings, remarks, stops, touching, wiring
+from conrod.own.models.request import ModelFacts, Question, Scan
 
 SAMPLES = 180  # in a turn
-# A point that is not back after a turn, or a crank's axis that moves, by more than this share of the model.
+# A point that is not back after a turn is away by more than this share of the model.
 RETURNED = 1e-6
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A model with what was asked for found in it, assembled at its start pose."""
-
-    model: mujoco.MjModel
-    crank: Crank
-    points: tuple[FoundPoint, ...]
-    assembly: Assembly
-    gap: Gap | None
-
-
-@dataclass(frozen=True)
-class _Sample:
-    """The model at one angle; slopes are by the crank's coordinate."""
-
-    coordinate: float
-    state: Array
-    rates: Array
-    positions: list[Array]
-    slopes: list[Array]
-    links: list[Array]  # orientations of the points' links (3, 3)
-    spins: list[Array]  # derivatives of their turns (3,)
-    anchor: Array
-    axis: Array
-    gap: tuple[float, str]
 
 
 def scan(path: Path, question: Question) -> Scan:
     """One turn of a model; to be called in a process of its own, see `conrod.studies.execution.isolation`.
 
     Raises:
-        InvalidInput: the model cannot be loaded, has not what was asked for, is of another mobility than the machine,
-            cannot be assembled, or cannot turn fully.
+        InvalidInput: see `prepare`; or the model cannot turn fully.
     """
     try:
-        return _scanned(prepare(path, question), question)
+        return _scanned(prepare(path, question))
     except InvalidInput as error:
         raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
 
 
-def prepare(path: Path, question: Question) -> Prepared:
-    """Load a model, find what was asked for and assemble it at its start pose.
-
-    Raises:
-        InvalidInput: see `scan`.
-    """
-    model = load_model(path)
-    check_finite(model)
-    crank = find_crank(model, question.crank)
-    points = tuple(find_point(model, place) for place in question.places)
-    assembly = Assembly(model, crank)
-    _assemble(assembly, question)
-    check_freedom(assembly, question)
-    gap = None
-    if question.touching is not None and not len(assembly.left_free()):
-        raise InvalidInput("--touching: its closures place everything, and leave nothing to a contact")
-    if len(assembly.left_free()) and question.contacts:
-        gap = find_gap(assembly, question.touching)
-        gap.close()
-        assembly.place_rest = gap.close
-    return Prepared(model, crank, points, assembly, gap)
-
-
-def _assemble(assembly: Assembly, question: Question) -> None:
-    """Close the loops from the pose that is asked for, or from the first of the model's own that can be closed."""
-    model, keys = assembly.model, names_of_keyframes(assembly.model)
-    if question.keyframe is not None:
-        if question.keyframe not in keys:
-            if not any(keys):
-                raise InvalidInput(f"--keyframe {question.keyframe}: the model has no keyframe with a name")
-            raise unknown_choice("keyframe", question.keyframe, [key for key in keys if key])
-        poses = [model.key_qpos[keys.index(question.keyframe)]]
-    else:
-        poses = [model.qpos0, *model.key_qpos]
-    for k, pose in enumerate(poses):
-        assembly.data.qpos[:] = pose
-        try:
-            assembly.close()
-            return
-        except InvalidInput:
-            if k == len(poses) - 1:
-                raise
-
-
-def _scanned(prepared: Prepared, question: Question) -> Scan:
-    assembly, model = prepared.assembly, prepared.model
-    start = assembly.coordinate()
-    ranks, samples = [mobility(assembly.model, assembly.data).rank], list[_Sample]()
+def _scanned(assembly: Assembly) -> Scan:
+    """Samples at `SAMPLES` angles, and one a turn later, which shows whether all is back."""
+    model, crank, start = assembly.original, assembly.crank, assembly.coordinate()
+    ranks, samples, gaps = [mobility(assembly.model, assembly.data).rank], [], []
     for turn in np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1):
         assembly.go(start + float(turn))
-        samples.append(_sample(prepared))
+        samples.append(_sample(assembly))
+        gaps.append(assembly.gap())
         ranks.append(mobility(assembly.model, assembly.data).rank)
-    _check_return(samples, float(model.stat.extent))
-    wired = wiring(assembly, ranks)
-    *samples, last = samples
-    first, by_contact = samples[0], prepared.gap is not None
-    states = np.array([s.state for s in samples])
-    named = [(k, place.point) for k, place in enumerate(question.places)]
-    gap, open_closure = max((s.gap for s in samples), key=lambda gap: gap[0])
+    states, rates, positions, slopes, links, spins, anchors, axes = (
+        np.array(column) for column in zip(*samples, strict=True)
+    )
+    off = float(np.linalg.norm(positions[-1] - positions[0], axis=-1).max())
+    if off > RETURNED * float(model.stat.extent):
+        raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
+    wired, pair, again, whole = wiring(assembly, ranks), assembly.touching, states[-1], slice(0, -1)
+    gap, open_closure = max(gaps[whole], key=lambda gap: gap[0])
     facts = ModelFacts(
         name=model.names[: model.names.index(b"\0")].decode(errors="replace"),
         engine_version=mujoco.__version__,
         wiring=wired,
-        touching=None if prepared.gap is None else touching(prepared.gap, model, first.axis),
+        touching=None if pair is None else touching(model, pair, axes[0]),
         settings=own_settings(model),
         gap=gap,
         open_closure=open_closure,
-        stops=stops(model, prepared.crank, states),
-        remarks=remarks(model, prepared.crank),
+        stops=stops(model, crank, states[whole]),
+        remarks=remarks(model, crank),
     )
+    away = np.linalg.norm([anchors[whole] - anchors[0], axes[whole] - axes[0]], axis=-1)
     return Scan(
         facts=facts,
-        coordinate=np.array([s.coordinate for s in samples]),
-        positions={n: np.array([s.positions[k] for s in samples]) for k, n in named},
-        slopes=None if by_contact else {n: np.array([s.slopes[k] for s in samples]) for k, n in named},
-        turns={n: np.array([_turn(s.links[k], first.links[k], s.axis) for s in samples]) for k, n in named},
-        spins={n: np.array([s.spins[k] @ s.axis for s in samples]) for k, n in named},
-        states=states,
-        rates=_differences(model, states, last.state) if by_contact else np.array([s.rates for s in samples]),
-        anchor=first.anchor,
-        axis=first.axis,
-        wander=max(_apart(s, first) for s in samples),
+        coordinate=states[whole, crank.coordinate],
+        points=tuple(point.name for point in assembly.points),
+        positions=positions[whole].swapaxes(0, 1),
+        slopes=None if pair else slopes[whole].swapaxes(0, 1),
+        turns=_turns(links[whole], axes[whole]).T,
+        spins=(spins[whole] @ axes[whole, :, None])[..., 0].T,
+        states=states[whole],
+        rates=_differences(model, states[whole], again) if pair else rates[whole],
+        anchor=anchors[0],
+        axis=axes[0],
+        wander=float(away.max()),
     )
 
 
-def _sample(prepared: Prepared) -> _Sample:
-    assembly, crank = prepared.assembly, prepared.crank
-    data, rates = assembly.data, assembly.rates()
-    mujoco.mj_comPos(assembly.model, data)
-    jacobians = [point.jacobians(assembly.model, data) for point in prepared.points]
-    return _Sample(
-        coordinate=assembly.coordinate(),
-        state=data.qpos.copy(),
-        rates=rates,
-        positions=[point.position(data) for point in prepared.points],
-        slopes=[along @ rates for along, _ in jacobians],
-        links=[data.xmat[point.body].reshape(3, 3).copy() for point in prepared.points],
-        spins=[about @ rates for _, about in jacobians],
-        anchor=data.xanchor[crank.joint].copy(),
-        axis=data.xaxis[crank.joint].copy(),
-        gap=assembly.gap(),
+def _sample(assembly: Assembly) -> tuple[Array, ...]:
+    """State, rates, the points' positions, slopes, links (P, 3, 3) and their spins, the crank's anchor and axis."""
+    model, data, crank, points, rates = assembly.model, assembly.data, assembly.crank, assembly.points, assembly.rates()
+    mujoco.mj_comPos(model, data)
+    jacobians = [point.jacobians(model, data) for point in points]
+    return (
+        data.qpos.copy(),
+        rates,
+        np.array([point.position(data) for point in points]),
+        np.array([along @ rates for along, _ in jacobians]),
+        np.array([data.xmat[point.body].reshape(3, 3) for point in points]),
+        np.array([about @ rates for _, about in jacobians]),
+        data.xanchor[crank.joint].copy(),
+        data.xaxis[crank.joint].copy(),
     )
 
 
-def _turn(link: Array, before: Array, axis: Array) -> float:
-    """Angle [rad] about an axis by which a link turned from one orientation (3, 3) to another."""
-    turned = link @ before.T
-    across = 0.5 * np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
-    return float(np.arctan2(across @ axis, 0.5 * (np.trace(turned) - 1.0)))
-
-
-def _apart(one: _Sample, other: _Sample) -> float:
-    """Distance of two anchors or axes, the larger of both."""
-    return max(float(np.linalg.norm(one.anchor - other.anchor)), float(np.linalg.norm(one.axis - other.axis)))
-
-
-def _check_return(samples: list[_Sample], extent: float) -> None:
-    first, last = samples[0], samples[-1]
-    off = max(float(np.linalg.norm(b - a)) for a, b in zip(first.positions, last.positions, strict=True))
-    if off > RETURNED * extent:
-        raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
+def _turns(links: Array, axes: Array) -> Array:
+    """Angles (T, P) [rad] about an axis (T, 3) by which links (T, P, 3, 3) have turned since the first of them."""
+    turned = links @ links[0].swapaxes(-1, -2)
+    back = turned.swapaxes(-1, -2)
+    across = 0.5 * (turned - back)[..., [2, 0, 1], [1, 2, 0]]
+    return np.asarray(np.arctan2((across @ axes[:, :, None])[..., 0], 0.5 * (turned.trace(axis1=-2, axis2=-1) - 1.0)))
 
 
 def _differences(model: mujoco.MjModel, states: Array, again: Array) -> Array:

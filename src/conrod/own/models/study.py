@@ -10,9 +10,8 @@ import numpy as np
 
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
-from conrod.own.models.model_facts import ModelFacts
 from conrod.own.models.references import other_branches
-from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
+from conrod.own.models.request import Drive, DrivenRun, ModelFacts, Order, Question, Scan
 from conrod.own.models.runs import JudgedRun, RunReference, difference, judged
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -117,29 +116,27 @@ def study(
     """
     name, machine = scene
     identity, moving = identify(machine, scan, given)
-    points = _points(identity)
+    misplaced = identity.explanations[0].misplaced if identity.explanations else ()
+    wrong = {one.point for one in misplaced}
+    # Compared are points that are where they should be on their links; all, where none is.
+    points = tuple(point for point in scan.points if point not in wrong) or scan.points
     found = ModelStudy(
         file, name, machine, question, scan.facts, identity, tolerance, revolutions, {}, {}, None, points
     )
     if identity.left > COMPARABLE:
         return found
     orders, refused = _orders(machine, scan, engine)
-    made = run(_drive(identity, machine, scan, revolutions, most_samples), tuple(orders))
-    driven = {order.label: one for order, one in zip(orders, made, strict=True)}
+    frame, first = identity.frame, float(scan.coordinate[0])
+    start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
+    near = scan.states[int(np.argmin(np.abs(scan.coordinate - start)))]
+    drive = Drive(frame.sense * machine.speed, start, near, revolutions, RIPPLE, most_samples)
+    driven = {order.label: one for order, one in zip(orders, run(drive, tuple(orders)), strict=True)}
     others = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-    to = RunReference(moving, machine.speed, others, identity.frame, points, scan.facts.touching is not None)
+    to = RunReference(moving, machine.speed, others, frame, points, scan.facts.touching is not None)
     runs = {label: judged(label, one, to) for label, one in driven.items()}
-    share = None
-    if EXACT_SOLVER in runs and all(runs[label].errors is not None for label in (OWN, EXACT_SOLVER)):
-        share = difference(driven[OWN], driven[EXACT_SOLVER], to)
+    both = [runs[label] for label in (OWN, EXACT_SOLVER) if label in runs and runs[label].errors is not None]
+    share = difference(driven[OWN], driven[EXACT_SOLVER], to) if len(both) == 2 else None
     return replace(found, runs=runs, refused=refused, drive_share=share)
-
-
-def _points(identity: Identity) -> tuple[str, ...]:
-    """Points that are where they should be on their links; all, where none is."""
-    misplaced = identity.explanations[0].misplaced if identity.explanations else ()
-    wrong = {one.point for one in misplaced}
-    return tuple(point for point in identity.off_by if point not in wrong) or tuple(identity.off_by)
 
 
 def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[list[Order], dict[str, str]]:
@@ -157,11 +154,3 @@ def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[list[Order],
         else:
             refused[preset] = reason
     return orders, refused
-
-
-def _drive(identity: Identity, scene: Scene, scan: Scan, revolutions: float, most_samples: int) -> Drive:
-    """From crank angle 0, at the scene's speed."""
-    frame, first = identity.frame, float(scan.coordinate[0])
-    start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
-    near = int(np.argmin(np.abs(scan.coordinate - start)))
-    return Drive(frame.sense * scene.speed, start, scan.states[near], revolutions, RIPPLE, most_samples)
