@@ -15,9 +15,9 @@ from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energ
 from conrod.engines import engine_named
 from conrod.engines.free_run import FreeRun
 from conrod.engines.pymunk import free_run as own
+from conrod.engines.pymunk import settings
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.loads import Pushes
-from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import GROUND, Mechanism
@@ -61,15 +61,15 @@ def test_a_four_bar_swings_for_ten_seconds_within_a_thousandth() -> None:
 
 
 @pytest.mark.slow
-def test_at_the_change_points_of_the_chain_the_iteration_not_the_step_limits() -> None:
+def test_at_the_change_points_of_the_chain_the_iteration_not_the_step_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     """With all bars in line its four-bars are redundant, and the iteration slow: it is left on the way at each step."""
     mechanism, h = chain(2), 6.25e-4
     steps = round(3.0 / h)
     right = exact(mechanism, h, steps, 1.0, 50)
     errors = []
     for iterations in (160, 1280):
-        settings = replace(PymunkSettings.free(mechanism, "tuned", h), iterations=iterations)
-        run = own.free_run(mechanism, settings, steps, right.poses[0], right.rates[0], 50)
+        monkeypatch.setattr(settings, "iterations_needed", lambda _, iterations=iterations: iterations)
+        run = PYMUNK.free_run(mechanism, "tuned", h, steps, right.poses[0], right.rates[0], 50)
         errors.append(pose_error(run, right))
     assert errors[1] < 0.5 * errors[0]
 

@@ -163,11 +163,7 @@ class Mistaken(Engine[Any]):
 
     def __init__(self, true: Engine[Any], given: Scene) -> None:
         self._true, self._given = true, given
-        self.name, self.presets = true.name, true.presets
-
-    @property
-    def version(self) -> str:
-        return self._true.version
+        self.name, self.version, self.presets = true.name, true.version, true.presets
 
     def refusal(self, machine: Any, settings: Any) -> str | None:
         return self._true.refusal(self._given, settings)

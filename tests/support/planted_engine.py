@@ -63,11 +63,8 @@ class PlantedEngine(Engine[PlantedSettings]):
     """The generic solver's poses, a little ahead of themselves."""
 
     name = NAME
+    version = "1.0"
     presets: ClassVar = {STOCK: preset(STOCK, judged=False), "sharp": preset("sharp", judged=True)}
-
-    @property
-    def version(self) -> str:
-        return "1.0"
 
     def refusal(self, machine: Machine, settings: PlantedSettings) -> str | None:
         return "the planted engine knows no contact" if machine.kinematics.mechanism.cam_contacts else None

@@ -69,16 +69,13 @@ class Engine(ABC, Generic[AnySettings]):
 
     Attributes:
         name: on the command line, in settings and results.
+        version: of the installed engine.
         presets: by name, the engine as it comes (`STOCK`) first.
     """
 
     name: str
+    version: str
     presets: Mapping[str, Preset[AnySettings]]
-
-    @property
-    @abstractmethod
-    def version(self) -> str:
-        """Version of the installed engine."""
 
     @abstractmethod
     def refusal(self, machine: Machine, settings: AnySettings) -> str | None:

@@ -12,7 +12,7 @@ Near a limit of the linkage neither form always holds longer: pymunk's saw in li
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,6 +46,16 @@ class DistanceJoint:
     def length(self) -> float:
         """Distance of the link's pins [m]."""
         return math.dist(self.pin_a, self.pin_b)
+
+    def way(self, bodies: Mapping[str, PoseJet]) -> tuple[Jet, Jet]:
+        """The way from the point of `a` to that of `b`."""
+        (ax, ay), (bx, by) = bodies[self.a].point(self.point_a), bodies[self.b].point(self.point_b)
+        return bx - ax, by - ay
+
+    def distance(self, bodies: Mapping[str, PoseJet]) -> Jet:
+        """Distance of the two points."""
+        dx, dy = self.way(bodies)
+        return square_root(dx * dx + dy * dy)
 
 
 @dataclass(frozen=True)

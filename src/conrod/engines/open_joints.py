@@ -9,8 +9,8 @@ import numpy as np
 from conrod.engines.capabilities import Softness
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import DistanceJoint, ModelForm
-from conrod.exact.jet import Jet, square_root
-from conrod.exact.joint_equations import pose_jets
+from conrod.exact.jet import Jet
+from conrod.exact.joint_equations import PoseJet, pose_jets
 from conrod.exact.motion import Array, diameter
 
 TURNS = 2
@@ -62,12 +62,11 @@ class OpenJoints:
 
     def distance(self, joint: DistanceJoint, derivatives: list[Array]) -> Jet:
         """Of the two points that a distance joint holds, from poses, rates, accelerations, as many as are given."""
-        dx, dy = self._way(joint, derivatives)
-        return square_root(dx * dx + dy * dy)
+        return joint.distance(self._bodies(derivatives))
 
     def lengthening(self, joint: DistanceJoint, poses: Array) -> Array:
         """Gaps (T, 3 n) that a distance joint longer by one leaves, where its link stays on its first pin."""
-        dx, dy = self._way(joint, [poses])
+        dx, dy = joint.way(self._bodies([poses]))
         pin = next(pin for pin in self.form.whole.joints if pin.name == joint.joint_b)
         way = np.column_stack([dx.coefficients[0], dy.coefficients[0]])
         gaps, row = np.zeros_like(poses), self.rows[pin.name]
@@ -75,10 +74,8 @@ class OpenJoints:
         gaps[:, row : row + 2] = sign * way / np.linalg.norm(way, axis=1)[:, None]
         return gaps
 
-    def _way(self, joint: DistanceJoint, derivatives: list[Array]) -> tuple[Jet, Jet]:
-        bodies = pose_jets(self.form.whole, [d / math.factorial(k) for k, d in enumerate(derivatives)])
-        (ax, ay), (bx, by) = bodies[joint.a].point(joint.point_a), bodies[joint.b].point(joint.point_b)
-        return bx - ax, by - ay
+    def _bodies(self, derivatives: list[Array]) -> dict[str, PoseJet]:
+        return pose_jets(self.form.whole, [d / math.factorial(k) for k, d in enumerate(derivatives)])
 
     def softness(self, poses: Array, law: str) -> Softness:
         """Largest errors of the observed points in these poses."""

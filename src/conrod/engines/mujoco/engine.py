@@ -24,6 +24,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     """MuJoCo by way of MJCF, with all capabilities."""
 
     name = "mujoco"
+    version = str(mujoco.__version__)
     presets = PRESETS
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(kinematic.solve_kinematics)
@@ -37,10 +38,6 @@ class MuJoCo(Engine[MuJoCoSettings]):
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
     mobility = staticmethod(mobility.model_mobility)
-
-    @property
-    def version(self) -> str:
-        return str(mujoco.__version__)
 
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         mechanism = machine.kinematics.mechanism

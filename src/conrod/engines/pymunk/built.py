@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import pymunk
@@ -12,19 +11,6 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Point, to_world
 
 Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
-
-
-@dataclass(frozen=True)
-class Loading:
-    """Forces on the bodies beside constant ones.
-
-    Attributes:
-        give: gives all bodies their forces for the step that begins at a time [s].
-        times: of the samples (T,) [s].
-    """
-
-    give: Callable[[float], None]
-    times: Array
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,10 @@ from conrod.engines.massless_rod import model_form
 from conrod.engines.numerics import self_consistent
 from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints
 from conrod.engines.pymunk.built import shaft_centred
+from conrod.engines.pymunk.points import turned
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Mechanism, Point
+from conrod.mechanism.mechanism import Mechanism
 
 LAW = "drift of the joints: bias^h of it is left at each step, and h^2/2 of the joints' curvature comes to it"
 
@@ -121,13 +122,7 @@ def _moved(mechanism: Mechanism, poses: Array, rates: Array, h: float) -> Array:
     moved = poses + h * rates
     for i, body in enumerate(mechanism.bodies):
         x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
-        before, after = _arm(body.centre_of_gravity, poses[:, turn]), _arm(body.centre_of_gravity, moved[:, turn])
+        before, after = (turned(body.centre_of_gravity, turns) for turns in (poses[:, turn], moved[:, turn]))
         moved[:, x] += before[0] - h * rates[:, turn] * before[1] - after[0]
         moved[:, y] += before[1] + h * rates[:, turn] * before[0] - after[1]
     return moved
-
-
-def _arm(centre: Point, turn: Array) -> tuple[Array, Array]:
-    """The way from a frame's origin to the centre of gravity, in the document's directions."""
-    cosine, sine = np.cos(turn), np.sin(turn)
-    return cosine * centre[0] - sine * centre[1], sine * centre[0] + cosine * centre[1]

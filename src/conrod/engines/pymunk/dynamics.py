@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import pymunk
 
 from conrod.engines.engine import PIECE, Machine
 from conrod.engines.massless_rod import ModelForm
-from conrod.engines.pymunk.built import Build, Loading
+from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.points import Staggered, body_states, observed_points, point_tracks, staggered
-from conrod.engines.pymunk.residual import gap_rate_left
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
+from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Prismatic
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import (
     BodyStates,
@@ -33,33 +34,49 @@ from conrod.runs.trajectory import (
 KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """Consecutive samples of a run.
-
-    Attributes:
-        first: index of the first one.
-        bodies, points: of the links and of the observed points.
-        centres, rates: of the engine's bodies at the last one; each (1, 3 n).
-    """
-
-    first: int
-    bodies: BodyTracks
-    points: Mapping[str, PointTracks]
-    centres: Array
-    rates: Array
-
-
 def run(
     machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = started(machine, settings, start_angle)
-    whole, clock = round(settings.steps_per_revolution * revolutions), start_angle / machine.speed
-    for stretch in stretches(machine, made, settings, start_angle, whole, steps):
-        piece = _piece(machine, settings, revolutions, made.form, stretch, clock)
-        clock = float(piece.clock[-1])
-        yield piece
+    driver, begun = made.mechanism.driver, start_angle / machine.speed
+    whole = round(settings.steps_per_revolution * revolutions)
+    known, before, clock = state(made), None, begun
+    pushes = pushes_of(made, settings)
+    for first in (0, *range(steps + 1, whole + 1, steps)):
+        last = min(max(first, 1) + steps, whole + 1)
+        index = np.arange(max(first, 1) - len(known[0]), last)
+        times = np.asarray(begun + settings.timestep * index, dtype=float)
+        # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
+        # of a whole turn, put right at once, would be seen in the acceleration.
+        turns = driver.start + driver.sense * machine.speed * times
+        centres, rates = advance(made, settings, turns, known, (pushes.give, times) if pushes else None)
+        # A state that is not finite any more stays so; how the run ended is judged from it.
+        with np.errstate(all="ignore"):
+            at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
+            bodies = body_tracks(made.form, at, centres, rates, before)
+            points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
+            left = gap_rate_left(made.form, settings, centres[-1:], rates[-1:])
+        known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
+        bodies, points = _only_new(bodies, points, len(times) - (last - first))
+        verdict = judge(machine.kinematics, bodies, machine.speed)
+        # Chipmunk has no clock. A user keeps one, step by step: `accumulate` adds in this order, with its rounding.
+        ticks = np.full(last - first + (first > 0), settings.timestep)
+        ticks[0] = clock
+        clocks = np.add.accumulate(ticks)[first - last :]
+        clock = float(clocks[-1])
+        yield Piece(
+            trajectory=Trajectory(
+                settings.engine, pymunk.version, settings, machine.speed, revolutions,
+                verdict.outcome, verdict.reason, points, bodies,
+            ),
+            first_step=first,
+            clock=clocks,
+            warnings={},
+            # The iteration has no test of its own, and takes all it may.
+            solver=None if left is None else SolverState(settings.iterations, left, of_rates=True),
+            drive_torque=None,
+        )  # fmt: skip
 
 
 def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> Build:
@@ -70,69 +87,33 @@ def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> B
     return made
 
 
-def stretches(
-    machine: Machine, made: Build, settings: PymunkSettings, start_angle: float, steps: int, length: int
-) -> Iterator[Stretch]:
-    """A run of so many steps, in stretches of a length; the first has the start beside its steps.
+def gap_rate_left(form: ModelForm, settings: PymunkSettings, centres: Array, rates: Array) -> float | None:
+    """Residual of Chipmunk's iteration: largest deviation of a joint's gap rate [m/s] from the one asked for.
+
+    In cpSpaceStep positions move first; then every joint's preStep asks for the gap rate -(1 - bias^h) C / h that mends
+    a share of its error C there (bias_coef in Chipmunk's constraint headers), and the iteration makes the velocities
+    fit all of them. Where it is converged, J(x_n) v_n + (1 - bias^h) C(x_n) / h is nothing but rounding.
 
     Args:
-        made: in its state at the start angle [rad].
+        centres: centres of gravity with turns (1, 3 n) of the engine's bodies, after a step.
+        rates: theirs.
+
+    Returns:
+        None for contact, whose errors are mended by velocities of their own; and where the state is rounded after
+        every step, which leaves more than a converged iteration does, and is none of its doing.
     """
-    driver = made.mechanism.driver
-    known, before = state(made), None
-    pushes = pushes_of(made, settings)
-    for first in (0, *range(length + 1, steps + 1, length)):
-        last = min(max(first, 1) + length, steps + 1)
-        index = np.arange(max(first, 1) - len(known[0]), last)
-        times = np.asarray(start_angle / machine.speed + settings.timestep * index, dtype=float)
-        # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
-        # of a whole turn, put right at once, would be seen in the acceleration.
-        turns = driver.start + driver.sense * machine.speed * times
-        centres, rates = advance(made, settings, turns, known, Loading(pushes.give, times) if pushes else None)
-        # A state that is not finite any more stays so; how the run ended is judged from it.
-        with np.errstate(all="ignore"):
-            at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
-            bodies = body_tracks(made.form, at, centres, rates, before)
-            points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
-        new = _only_new(bodies, points, len(times) - (last - first))
-        yield Stretch(first, *new, centres[-1:], rates[-1:])
-        known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
-
-
-def _piece(
-    machine: Machine, settings: PymunkSettings, revolutions: float, form: ModelForm, stretch: Stretch, clock: float
-) -> Piece:
-    """A stretch of a run, judged by itself.
-
-    Args:
-        clock: at the sample before the stretch, or at the start [s].
-    """
-    verdict = judge(machine.kinematics, stretch.bodies, machine.speed)
-    samples = len(stretch.bodies.position.poses)
-    # Chipmunk has no clock. A user keeps one, step by step: `accumulate` adds in this order, with its rounding.
-    ticks = np.full(samples + (stretch.first > 0), settings.timestep)
-    ticks[0] = clock
-    with np.errstate(all="ignore"):
-        left = gap_rate_left(form, settings, stretch.centres, stretch.rates)
-    return Piece(
-        trajectory=Trajectory(
-            engine="pymunk",
-            engine_version=pymunk.version,
-            settings=settings,
-            speed=machine.speed,
-            revolutions=revolutions,
-            outcome=verdict.outcome,
-            reason=verdict.reason,
-            points=stretch.points,
-            bodies=stretch.bodies,
-        ),
-        first_step=stretch.first,
-        clock=np.add.accumulate(ticks)[-samples:],
-        warnings={},
-        # The iteration has no test of its own, and takes all it may.
-        solver=None if left is None else SolverState(settings.iterations, left, of_rates=True),
-        drive_torque=None,
-    )
+    mechanism = form.mechanism
+    if mechanism.cam_contacts or settings.rounded_state:
+        return None
+    h = settings.substep
+    mending = (1.0 - settings.error_bias**h) / h
+    bodies = pose_jets(mechanism, list(body_states(mechanism, centres, rates)))
+    held = [joint for joint in mechanism.joints if joint.name != mechanism.driver.joint]
+    # Of a slide its offset alone, as everywhere; it is in metres.
+    gaps = [joint_residual(joint, bodies)[: 1 if isinstance(joint, Prismatic) else None] for joint in held]
+    gaps += [[rod.distance(bodies) - rod.length] for rod in form.distances]
+    sizes = [[[float(np.asarray(c).item()) for c in gap.coefficients] for gap in parts] for parts in gaps]
+    return max((math.hypot(*(rate + mending * size for size, rate in parts)) for parts in sizes), default=0.0)
 
 
 def _only_new(

@@ -27,9 +27,10 @@ from conrod.engines.engine import Machine
 from conrod.engines.forces import DRIVE, EDITED, ForceTracks, nothing_told
 from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_tracks, started
-from conrod.engines.pymunk.loads import advance_loaded
-from conrod.engines.pymunk.points import Staggered, body_states, staggered
+from conrod.engines.pymunk.loads import pushes_of
+from conrod.engines.pymunk.points import Staggered, body_states, staggered, turned
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array
@@ -44,22 +45,24 @@ ROUNDED = "a state that is rounded after every step has not come by impulses alo
 FORM = "a distance joint stands in the engine for links whose masses it does not have"
 
 
-def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float) -> ForceTracks:
+def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0) -> ForceTracks:
     """Drive torque and reactions of a run at constant crank speed, from its third step on."""
     mechanism = machine.kinematics.mechanism
-    untold = _untold(mechanism, settings)
+    reason = refusal(machine, settings)
+    untold = {DRIVE: reason} if reason else _untold(mechanism, settings)
     if DRIVE in untold:
         return nothing_told(mechanism, untold[DRIVE])
     made = started(machine, settings, start_angle)
     steps, h = round(settings.steps_per_revolution * revolutions), settings.timestep
     times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
     turns = made.mechanism.driver.start + made.mechanism.driver.sense * machine.speed * times
-    if mechanism.loads:
-        ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
-        centres, rates, given = advance_loaded(made, h, ahead, turns, times)
-    else:
+    pushes, given = pushes_of(made, settings), np.zeros((steps + 1, 3 * len(made.bodies)))
+    if pushes is None:
         centres, rates = advance(made, settings, turns)
-        given = np.zeros_like(centres)
+    else:
+        pushed: list[list[float]] = []
+        centres, rates = advance(made, settings, turns, None, (lambda t: pushed.append(pushes.give(t)), times))
+        given[1:] = pushed
     with np.errstate(all="ignore"):
         at = staggered(made.mechanism, h, times, centres, rates)
         verdict = judge(machine.kinematics, body_tracks(made.form, at, centres, rates), machine.speed)
@@ -97,10 +100,10 @@ def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run:
     result = np.zeros_like(centres)
     for i, body in enumerate(mechanism.bodies):
         x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
-        arm = _turned(body.centre_of_gravity, centres[:, turn])
+        arm = turned(body.centre_of_gravity, centres[:, turn])
         if body.name == mechanism.crank:
             # Its speed is constant, so that its centre of gravity goes round the shaft.
-            shaft = _turned(mechanism.driven_joint.point_b, centres[:, turn])
+            shaft = turned(mechanism.driven_joint.point_b, centres[:, turn])
             ax, ay = (-(at.acceleration.rate**2) * (r - s) for r, s in zip(arm, shaft, strict=True))
             spun = np.zeros_like(ax)
         else:
@@ -113,11 +116,6 @@ def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run:
         moment = arm[0] * fy - arm[1] * fx - (shaft[0] * given[:, y] - shaft[1] * given[:, x])
         result[:, turn] = body.inertia * spun + moment - given[:, turn]
     return result
-
-
-def _turned(point: tuple[float, float], turn: Array) -> tuple[Array, Array]:
-    cosine, sine = np.cos(turn), np.sin(turn)
-    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
 def _tracks(machine: Machine, instants: Instants, poses: Array, right: Array, untold: dict[str, str]) -> ForceTracks:

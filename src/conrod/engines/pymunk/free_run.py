@@ -22,7 +22,7 @@ import numpy as np
 from conrod.engines.free_run import FreeRun, free_energy, free_verdict
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.gears import gears_refusal
-from conrod.engines.pymunk.loads import Pushes, advance_free_loaded
+from conrod.engines.pymunk.loads import Pushes
 from conrod.engines.pymunk.points import body_states
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build_free
@@ -35,31 +35,28 @@ PIECE = 4096  # steps whose states are kept together
 
 
 def free_run(
-    mechanism: Mechanism, settings: PymunkSettings, steps: int, poses: Array, rates: Array, every: int = 1
+    mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, every: int = 1
 ) -> FreeRun:
     """So many steps from exact poses and rates (3 n,), sampled at every so-many-th.
 
     Raises:
-        InvalidInput: pymunk cannot have a joint of the mechanism; says why.
+        InvalidInput: there is no such preset, or pymunk cannot have a joint of the mechanism; says why.
     """
+    settings = PymunkSettings.free(mechanism, preset, timestep)
     if reason := gears_refusal(mechanism):
         raise InvalidInput(f"{mechanism.name}: {reason}")
     made = build_free(mechanism, settings, poses)
     made.place(poses, rates)
-    h, in_step = settings.timestep, not mechanism.cam_contacts
-    places, speeds = [np.array(state(made)[0])], [np.array(state(made)[1])]
+    h, in_step = timestep, not mechanism.cam_contacts
+    places, speeds = ([values.copy()] for values in state(made))
     pushes = Pushes(made, h, 0.5 * h if in_step else 0.0) if mechanism.loads else None
     begun = time.process_time()
     before = _half_step(made, h, pushes) if in_step else speeds[0][0]
     length, done = max(1, PIECE // every) * every, 0
     while done < steps:
         count = min(length, steps - done)
-        if pushes is None:
-            after = advance_free(made, h, count)
-        else:
-            after = advance_free_loaded(
-                made, pushes, h, count, np.asarray(h * np.arange(done, done + count), dtype=float)
-            )
+        loading = None if pushes is None else (pushes.give, np.asarray(h * np.arange(done, done + count), dtype=float))
+        after = advance_free(made, h, count, loading)
         earlier = np.vstack([before[None], after[1][:-1]])
         # A record is due after step k, counted from 1, where it divides.
         due = slice(every - 1, None, every)
@@ -87,4 +84,4 @@ def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:
         body.position -= 0.5 * h * body.velocity
         body.angle -= 0.5 * h * body.angular_velocity
     made.space.step(0.5 * h)
-    return np.array(state(made)[1][0])
+    return np.asarray(state(made)[1][0])

@@ -16,6 +16,7 @@ from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.points import body_states, observed_points
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
+from conrod.engines.pymunk.stepping import state
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pins_of
 
@@ -112,7 +113,7 @@ def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
             body.angular_velocity = 0.0
         made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
         made.space.step(STEP)
-        rates = _rates(made)
+        rates = np.asarray(state(made)[1][0])
         poses, speeds = body_states(made.mechanism, centres[None], rates[None])
         left = (machine.kinematics.jacobian(poses) @ speeds[:, :, None])[0, :-1, 0]
         if np.abs(left).max() <= RATE_DONE * abs(spin) * machine.kinematics.size:
@@ -126,11 +127,7 @@ def _set_bias(made: Build, error_bias: float) -> None:
 
 
 def _centres(made: Build) -> Array:
-    return np.array([value for body in made.bodies for value in (*body.position, body.angle)])
-
-
-def _rates(made: Build) -> Array:
-    return np.array([value for body in made.bodies for value in (*body.velocity, body.angular_velocity)])
+    return np.asarray(state(made)[0][0])
 
 
 def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Array, Array]:

@@ -24,8 +24,7 @@ import pymunk
 
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.exact.motion import Array
-from conrod.mechanism.loads import Coordinate, Displacement, Distance, Load, Turn
+from conrod.mechanism.loads import Coordinate, Displacement, Distance, Turn
 from conrod.mechanism.mechanism import GROUND, Point
 
 State = list[float]  # of all bodies, three numbers each: of the centre of gravity, and of the turn
@@ -65,14 +64,9 @@ class Pushes:
         self._known: tuple[float, State] | None = None
         constant = dict(made.pushed)
         self._constant = [constant.get(body, (0.0, 0.0)) for body in made.bodies]
-        self.last: State = [0.0] * (3 * len(made.bodies))  # generalised forces of the loads in the last step
 
-    @property
-    def loads(self) -> tuple[Load, ...]:
-        return self._made.mechanism.loads
-
-    def give(self, time: float) -> None:
-        """Give all bodies the forces for the step that begins now, at a time [s]."""
+    def give(self, time: float) -> State:
+        """Give all bodies the forces for the step that begins now, at a time [s]; generalised, of the loads alone."""
         places, rates = _state(self._made.bodies)
         now = time + self._ahead
         goal = time + 0.5 * self._step + self._ahead
@@ -82,18 +76,18 @@ class Pushes:
             expected = [v + share * (v - before) for v, before in zip(rates, self._known[1], strict=True)]
         self._known = now, rates
         way = goal - time
-        self._set(self.total([x + way * v for x, v in zip(places, rates, strict=True)], expected, goal))
+        return self._given([x + way * v for x, v in zip(places, rates, strict=True)], expected, goal)
 
-    def as_they_are(self, time: float) -> None:
+    def as_they_are(self, time: float) -> State:
         """Give all bodies the forces of their state as it is, at a time [s]."""
         places, rates = _state(self._made.bodies)
-        self._set(self.total(places, rates, time))
         self._known = time, rates
+        return self._given(places, rates, time)
 
-    def total(self, places: State, rates: State, time: float) -> State:
-        """Generalised forces of all loads at a state."""
+    def _given(self, places: State, rates: State, time: float) -> State:
+        """Generalised forces of all loads at a state, which the bodies are given beside constant ones."""
         sums = [0.0] * len(places)
-        for load in self.loads:
+        for load in self._made.mechanism.loads:
             value, rate, gradient = self._along(load.along, places, rates)
             force = float(load.law.force(np.array(value), np.array(rate), np.array(time)))
             for body, parts in gradient:
@@ -101,13 +95,10 @@ class Pushes:
                     i = 3 * self._made.mechanism.body_index[body]
                     for k, part in enumerate(parts):
                         sums[i + k] += force * part
+        for i, (own, (x, y)) in enumerate(zip(self._made.bodies, self._constant, strict=True)):
+            own.force = (sums[3 * i] + x, sums[3 * i + 1] + y)
+            own.torque = sums[3 * i + 2]
         return sums
-
-    def _set(self, forces: State) -> None:
-        self.last = forces
-        for i, (body, (x, y)) in enumerate(zip(self._made.bodies, self._constant, strict=True)):
-            body.force = (forces[3 * i] + x, forces[3 * i + 1] + y)
-            body.torque = forces[3 * i + 2]
 
     def _along(
         self, along: Coordinate, places: State, rates: State
@@ -163,35 +154,3 @@ def _state(bodies: tuple[pymunk.Body, ...]) -> tuple[State, State]:
         places += (*body.position, body.angle)
         rates += (*body.velocity, body.angular_velocity)
     return places, rates
-
-
-def advance_loaded(made: Build, step: float, ahead: float, turns: Array, times: Array) -> tuple[Array, Array, Array]:
-    """Step through the given crank turns under the loads, as `stepping.advance` does without.
-
-    Args:
-        turns: (T,) [rad] of the crank body at each sample; times: (T,) [s].
-
-    Returns:
-        Centres of gravity with turns, their rates, and the generalised forces of the loads in the step that ended there
-        (nothing at the first); each (T, 3 n).
-    """
-    pushes = Pushes(made, step, ahead)
-    centres, rates, given = np.zeros((3, len(turns), 3 * len(made.bodies)))
-    centres[0], rates[0] = _state(made.bodies)
-    for n, (turn, time) in enumerate(zip(turns[:-1].tolist(), times[:-1].tolist(), strict=True), start=1):
-        made.crank.angle = turn
-        pushes.give(time)
-        made.space.step(step)
-        centres[n], rates[n] = _state(made.bodies)
-        given[n] = pushes.last
-    return centres, rates, given
-
-
-def advance_free_loaded(made: Build, pushes: Pushes, step: float, count: int, times: Array) -> tuple[Array, Array]:
-    """So many steps with nothing driven, which begin at times (T,) [s], as `stepping.advance_free` without loads."""
-    centres, rates = np.empty((2, count, 3 * len(made.bodies)))
-    for n, time in enumerate(times.tolist()):
-        pushes.give(time)
-        made.space.step(step)
-        centres[n], rates[n] = _state(made.bodies)
-    return centres, rates

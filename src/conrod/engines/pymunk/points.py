@@ -8,7 +8,7 @@ import numpy as np
 
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array, cache_blocks
-from conrod.mechanism.mechanism import Mechanism, ObservedPoint
+from conrod.mechanism.mechanism import Mechanism, Point
 from conrod.runs.trajectory import Instants, PointTracks, Track
 
 
@@ -86,81 +86,43 @@ def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Arr
     """
     tracks = {}
     for observed in mechanism.observed:
-        place = _place(mechanism, observed)
-        velocities = _velocities(place, centres[1:], rates[1:], at.ahead)
+        i, centre = 3 * mechanism.body_index[observed.body], mechanism.body(observed.body).centre_of_gravity
+        way = (observed.point[0] - centre[0], observed.point[1] - centre[1])
+        positions, velocities = np.empty((2, len(centres), 2))
+        for rows in cache_blocks(len(centres), CHUNK):
+            positions[rows], velocities[rows] = centres[rows, i : i + 2], rates[rows, i : i + 2]
+            if way != (0.0, 0.0):
+                turn, spin = centres[rows, i + 2], rates[rows, i + 2]
+                positions[rows] += np.column_stack(turned(way, turn))
+                arm_x, arm_y = turned(way, turn + at.ahead * spin)
+                velocities[rows, 0] -= spin * arm_y
+                velocities[rows, 1] += spin * arm_x
         tracks[observed.name] = PointTracks(
-            Track(at.position, _positions(place, centres)),
-            Track(at.velocity, velocities),
-            Track(at.acceleration, _differences(velocities[1:], at.step)),
+            Track(at.position, positions),
+            Track(at.velocity, velocities[1:]),
+            Track(at.acceleration, np.diff(velocities[2:], axis=0) / at.step),
         )
     return tracks
 
 
-@dataclass(frozen=True)
-class _Place:
-    """A point on its body: columns of its centre and of its turn, and the way from the centre [m]."""
-
-    centre: slice
-    turn: int
-    way: tuple[float, float]
-
-    def arm(self, turn: Array) -> tuple[Array, Array]:
-        """The way from the centre, in the document's directions, at turns (T,) [rad]."""
-        (x, y), cosine, sine = self.way, np.cos(turn), np.sin(turn)
-        return cosine * x - sine * y, sine * x + cosine * y
-
-
-def _place(mechanism: Mechanism, observed: ObservedPoint) -> _Place:
-    i = 3 * mechanism.body_index[observed.body]
-    cx, cy = mechanism.body(observed.body).centre_of_gravity
-    return _Place(slice(i, i + 2), i + 2, (observed.point[0] - cx, observed.point[1] - cy))
-
-
-def _positions(place: _Place, centres: Array) -> Array:
-    positions = np.empty((len(centres), 2))
-    for rows in cache_blocks(len(centres), CHUNK):
-        positions[rows] = centres[rows, place.centre]
-        if place.way != (0.0, 0.0):
-            arm_x, arm_y = place.arm(centres[rows, place.turn])
-            positions[rows, 0] += arm_x
-            positions[rows, 1] += arm_y
-    return positions
-
-
-def _velocities(place: _Place, centres: Array, rates: Array, ahead: float) -> Array:
-    velocities = np.empty((len(rates), 2))
-    for rows in cache_blocks(len(rates), CHUNK):
-        velocities[rows] = rates[rows, place.centre]
-        if place.way != (0.0, 0.0):
-            spin = rates[rows, place.turn]
-            arm_x, arm_y = place.arm(centres[rows, place.turn] + ahead * spin)
-            velocities[rows, 0] -= spin * arm_y
-            velocities[rows, 1] += spin * arm_x
-    return velocities
-
-
-def _differences(velocities: Array, h: float) -> Array:
-    accelerations = np.empty((max(len(velocities) - 1, 0), 2))
-    for rows in cache_blocks(len(accelerations), CHUNK):
-        here = accelerations[rows]
-        np.subtract(velocities[rows.start + 1 : rows.stop + 1], velocities[rows], out=here)
-        here /= h
-    return accelerations
+def turned(point: Point, turn: Array) -> tuple[Array, Array]:
+    """A way (x, y) of a body's frame in the document's directions, at turns (T,) [rad]."""
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
 def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
     """Poses and rates of the body frames from those of the centres of gravity."""
     poses, speeds = centres.copy(), rates.copy()
     for i, body in enumerate(mechanism.bodies):
-        cx, cy = body.centre_of_gravity
-        if cx == cy == 0.0:
+        if body.centre_of_gravity == (0.0, 0.0):
             continue
-        c, s, spin = np.cos(centres[:, 3 * i + 2]), np.sin(centres[:, 3 * i + 2]), rates[:, 3 * i + 2]
-        rx, ry = c * cx - s * cy, s * cx + c * cy
-        poses[:, 3 * i] -= rx
-        poses[:, 3 * i + 1] -= ry
-        speeds[:, 3 * i] += spin * ry
-        speeds[:, 3 * i + 1] -= spin * rx
+        x, y = turned(body.centre_of_gravity, centres[:, 3 * i + 2])
+        spin = rates[:, 3 * i + 2]
+        poses[:, 3 * i] -= x
+        poses[:, 3 * i + 1] -= y
+        speeds[:, 3 * i] += spin * y
+        speeds[:, 3 * i + 1] -= spin * x
     return poses, speeds
 
 

@@ -9,11 +9,11 @@ from typing import assert_never
 import numpy as np
 import pymunk
 
-from conrod.engines.cam_polygon import CamPolygon, cam_polygon
+from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import DistanceJoint, ModelForm, model_form
+from conrod.engines.massless_rod import DistanceJoint, ModelForm, form_refusal, model_form
 from conrod.engines.pymunk.built import Build, shaft_centred
-from conrod.engines.pymunk.gears import gear_joints
+from conrod.engines.pymunk.gears import gear_joints, gears_refusal
 from conrod.engines.pymunk.model_edits import dress
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array
@@ -22,6 +22,12 @@ from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Poi
 
 ROUNDING = 0.9
 WEDGE_FACETS = 240
+
+
+def refusal(machine: Machine, settings: PymunkSettings) -> str | None:
+    """None, or the reason why these settings cannot be used on this machine."""
+    mechanism = machine.kinematics.mechanism
+    return contact_refusal(mechanism) or form_refusal(mechanism, settings.rod) or gears_refusal(mechanism)
 
 
 def build(machine: Machine, settings: PymunkSettings) -> Build:

@@ -7,12 +7,14 @@ same bits.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pymunk
 
-from conrod.engines.pymunk.built import Build, Loading, Pushed
+from conrod.engines.pymunk.built import Build, Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array, cache_blocks
 
@@ -30,12 +32,13 @@ ANGLE = 6
 CENTRE, RATE = (0, 1, ANGLE), (2, 3, 7)  # position with angle, velocity with angular velocity
 BLOCK = 4096  # steps whose copies are kept together, so that they stay in the cache
 
-PrivatePushed = list[tuple[Any, tuple[float, float]]]
+Give = Callable[[float], object]  # gives all bodies their forces for the step that begins at a time [s]
 
 
 def state(made: Build) -> tuple[Array, Array]:
     """Centres of gravity with turns, and their rates, as they are now; each (1, 3 n)."""
-    centres, rates = np.empty((1, 3 * len(made.bodies))), np.empty((1, 3 * len(made.bodies)))
+    centres: Array = np.empty((1, 3 * len(made.bodies)))
+    rates: Array = np.empty_like(centres)
     _record(made.bodies, centres[0], rates[0])
     return centres, rates
 
@@ -45,70 +48,47 @@ def advance(
     settings: PymunkSettings,
     turns: Array,
     known: tuple[Array, Array] | None = None,
-    loading: Loading | None = None,
+    loading: tuple[Give, Array] | None = None,
 ) -> tuple[Array, Array]:
     """Step through the given crank turns.
 
     Args:
         turns: (T,) [rad], of the crank body at each sample, which is the start of the step that follows it.
         known: the first samples, where the space is at the last of them; None where it is at the first one.
+        loading: forces beside constant ones, with the times (T,) [s] of the samples.
 
     Returns:
         Centres of gravity with turns, and their rates, at all samples; each (T, 3 n).
     """
     begun = state(made) if known is None else known
     first = len(begun[0])
-    centres, rates = np.empty((2, len(turns), 3 * len(made.bodies)))
-    centres[:first], rates[:first] = begun
-    way = _by_memory if memory_is_known() else _by_properties
     turned = between(turns[first - 1 :], settings.substeps)
     if settings.rounded_state:
         turned = turned.astype(np.float32).astype(np.float64)
+    begins = None if loading is None else (loading[0], between(loading[1][first - 1 :], settings.substeps))
+    centres, rates = np.empty((2, len(turns), 3 * len(made.bodies)))
+    centres[:first], rates[:first] = begun
     # A number too large for single precision becomes infinite: the run diverges, which its record shows.
     with np.errstate(over="ignore"):
-        if loading is not None:
-            begins = between(loading.times[first - 1 :], settings.substeps)
-            _by_properties(made, settings, turned, centres[first:], rates[first:], Loading(loading.give, begins))
-        else:
-            way(made, settings, turned, centres[first:], rates[first:])
+        loop = _Loop(made, settings.substep, begins, settings.substeps, settings.rounded_state)
+        loop.through(turned, centres[first:], rates[first:])
     return centres, rates
 
 
-def advance_free(made: Build, timestep: float, steps: int) -> tuple[Array, Array]:
-    """Take so many steps with nothing driven; what a body is pushed with is constant.
+def advance_free(
+    made: Build, timestep: float, steps: int, loading: tuple[Give, Array] | None = None
+) -> tuple[Array, Array]:
+    """Take so many steps with nothing driven.
+
+    Args:
+        loading: forces beside constant ones, with the times (steps,) [s] at which the steps begin.
 
     Returns:
-        Centres of gravity with turns, and their rates, after each step; each (T, 3 n).
+        Centres of gravity with turns, and their rates, after each step; each (steps, 3 n).
     """
     centres, rates = np.empty((2, steps, 3 * len(made.bodies)))
-    by_memory = memory_is_known() and made.space.current_time_step > 0.0
-    for rows in cache_blocks(steps, BLOCK):
-        if not by_memory:
-            for n in range(rows.start, rows.stop):
-                for body, force in made.pushed:
-                    body.force = force
-                made.space.step(timestep)
-                _record(made.bodies, centres[n], rates[n])
-            continue
-        memory, pushed = [memory_of(body) for body in made.bodies], [(body._body, f) for body, f in made.pushed]
-        copies = _swing_and_copy(made.space._space, pushed, timestep, rows.stop - rows.start, memory)
-        states = np.frombuffer(copies).reshape(-1, WIDTH * len(memory))
-        centres[rows], rates[rows] = states[:, _columns(CENTRE, len(memory))], states[:, _columns(RATE, len(memory))]
+    _Loop(made, timestep, loading, driven=False).through(np.zeros(steps), centres, rates)
     return centres, rates
-
-
-def _swing_and_copy(
-    space: Any, pushed: PrivatePushed, timestep: float, steps: int, memory: list[memoryview]
-) -> bytearray:
-    """As `_step_and_copy`, with no crank to turn."""
-    set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
-    copies = bytearray()
-    for _ in range(steps):
-        for body, force in pushed:
-            set_force(body, force)
-        take_step(space, timestep)
-        copies += join(memory)
-    return copies
 
 
 def between(turns: Array, substeps: int) -> Array:
@@ -131,7 +111,7 @@ def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: fl
         _repeat_private(space._space, crank._body, [(b._body, f) for b, f in pushed], timestep, turns[public:])
 
 
-def _repeat_private(space: Any, crank: Any, pushed: PrivatePushed, timestep: float, turns: list[float]) -> None:
+def _repeat_private(space: Any, crank: Any, pushed: Any, timestep: float, turns: list[float]) -> None:
     set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
     for turn in turns:
         set_angle(crank, turn)
@@ -140,23 +120,85 @@ def _repeat_private(space: Any, crank: Any, pushed: PrivatePushed, timestep: flo
         take_step(space, timestep)
 
 
-def _by_properties(
-    made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array, loading: Loading | None = None
-) -> None:
-    """Take a step from each turn, and fill in the samples after every one, or every so-many-th."""
-    bodies, crank, substeps = made.bodies, made.crank, settings.substeps
-    for n, turn in enumerate(turns.tolist(), start=1):
-        crank.angle = turn
-        if loading is None:
-            for body, force in made.pushed:
-                body.force = force
-        else:
-            loading.give(float(loading.times[n - 1]))
-        made.space.step(settings.substep)
-        if settings.rounded_state:
-            _round(bodies)
-        if n % substeps == 0:
-            _record(bodies, centres[n // substeps - 1], rates[n // substeps - 1])
+@dataclass(frozen=True)
+class _Loop:
+    """Steps of a space, of which every one, or every so-many-th, is recorded.
+
+    Attributes:
+        loading: forces beside constant ones, with the times at which the steps begin.
+        rounded: to single precision, after every step.
+        driven: whether the crank's angle is written before each step.
+    """
+
+    made: Build
+    timestep: float
+    loading: tuple[Give, Array] | None = None
+    substeps: int = 1
+    rounded: bool = False
+    driven: bool = True
+
+    def through(self, turns: Array, centres: Array, rates: Array) -> None:
+        """Take a step from each crank turn, and fill in the samples after them."""
+        if self.loading is not None or not memory_is_known():
+            self._by_properties(turns, centres, rates)
+            return
+        # A new space takes its first step by the public call, which checks the bodies' masses.
+        begun, substeps = int(self.made.space.current_time_step == 0.0), self.substeps
+        self._by_properties(turns[: begun * substeps], centres, rates)
+        memory = [memory_of(body) for body in self.made.bodies]
+        centre, rate = ([WIDTH * k + column for k in range(len(memory)) for column in of] for of in (CENTRE, RATE))
+        for steps in cache_blocks(len(centres) - begun, BLOCK):
+            rows = slice(begun + steps.start, begun + steps.stop)
+            turned = turns[substeps * rows.start : substeps * rows.stop].tolist()
+            copies = self._round_and_copy(turned, memory) if self.rounded else self._copy(turned, memory)
+            states = np.frombuffer(copies).reshape(len(turned), WIDTH * len(memory))[substeps - 1 :: substeps]
+            # Without a mode, `take` would first fill an array of its own.
+            np.take(states, centre, axis=1, out=centres[rows], mode="clip")
+            np.take(states, rate, axis=1, out=rates[rows], mode="clip")
+
+    def _by_properties(self, turns: Array, centres: Array, rates: Array) -> None:
+        made, substeps = self.made, self.substeps
+        for n, turn in enumerate(turns.tolist(), start=1):
+            if self.driven:
+                made.crank.angle = turn
+            if self.loading is None:
+                for body, force in made.pushed:
+                    body.force = force
+            else:
+                self.loading[0](float(self.loading[1][n - 1]))
+            made.space.step(self.timestep)
+            if self.rounded:
+                _round(made.bodies)
+            if n % substeps == 0:
+                _record(made.bodies, centres[n // substeps - 1], rates[n // substeps - 1])
+
+    def _copy(self, turns: list[float], memory: list[memoryview]) -> bytearray:
+        """The bodies' memory after each step, one copy after the other."""
+        # Where nothing is driven a number that belongs to no body is written.
+        crank = memory_of(self.made.crank) if self.driven else memoryview(bytearray(8 * WIDTH))
+        angle, timestep, space = crank.cast("d")[ANGLE : ANGLE + 1], self.timestep, self.made.space._space
+        pushed = [(body._body, force) for body, force in self.made.pushed]
+        set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
+        copies = bytearray()
+        for turn in turns:
+            # What else follows from the angle, a step works out anew as soon as it has moved the bodies, its first act.
+            angle[0] = turn
+            for body, force in pushed:
+                set_force(body, force)
+            take_step(space, timestep)
+            copies += join(memory)
+        return copies
+
+    def _round_and_copy(self, turns: list[float], memory: list[memoryview]) -> bytearray:
+        """As `_copy`, with all numbers rounded to single precision after each step."""
+        numbers = [np.frombuffer(body) for body in memory]
+        copies = bytearray()
+        for turn in turns:
+            self._copy([turn], memory)
+            for own in numbers:
+                own[:] = own.astype(np.float32)  # the forces among them are zero after a step
+            copies += b"".join(memory)
+        return copies
 
 
 def _round(bodies: tuple[pymunk.Body, ...]) -> None:
@@ -172,59 +214,6 @@ def _record(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) -> No
     for i, body in enumerate(bodies):
         centres[3 * i : 3 * i + 3] = (*body.position, body.angle)
         rates[3 * i : 3 * i + 3] = (*body.velocity, body.angular_velocity)
-
-
-def _by_memory(made: Build, settings: PymunkSettings, turns: Array, centres: Array, rates: Array) -> None:
-    # A new space takes its first step by the public call: it checks the bodies' masses, which the private one does not.
-    begun, substeps = int(made.space.current_time_step == 0.0), settings.substeps
-    _by_properties(made, settings, turns[: begun * substeps], centres, rates)
-    memory = [memory_of(body) for body in made.bodies]
-    crank, pushed = memory_of(made.crank), [(body._body, force) for body, force in made.pushed]
-    step_and_copy = _step_round_and_copy if settings.rounded_state else _step_and_copy
-    for steps in cache_blocks(len(centres) - begun, BLOCK):
-        rows = slice(begun + steps.start, begun + steps.stop)
-        turned = turns[substeps * rows.start : substeps * rows.stop].tolist()
-        copies = step_and_copy(made.space._space, crank, pushed, settings.substep, turned, memory)
-        states = np.frombuffer(copies).reshape(len(turned), WIDTH * len(memory))[substeps - 1 :: substeps]
-        # Without a mode, `take` would first fill an array of its own.
-        np.take(states, _columns(CENTRE, len(memory)), axis=1, out=centres[rows], mode="clip")
-        np.take(states, _columns(RATE, len(memory)), axis=1, out=rates[rows], mode="clip")
-
-
-def _columns(of_body: tuple[int, ...], bodies: int) -> list[int]:
-    """Columns of some of every body's numbers, where the bodies' numbers stand side by side."""
-    return [WIDTH * body + k for body in range(bodies) for k in of_body]
-
-
-def _step_and_copy(
-    space: Any, crank: memoryview, pushed: PrivatePushed, timestep: float, turns: list[float], memory: list[memoryview]
-) -> bytearray:
-    """The bodies' memory after each step, one copy after the other."""
-    angle = crank.cast("d")[ANGLE : ANGLE + 1]
-    set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
-    copies = bytearray()
-    for turn in turns:
-        # What else follows from the angle, a step works out anew as soon as it has moved the bodies, its first act.
-        angle[0] = turn
-        for body, force in pushed:
-            set_force(body, force)
-        take_step(space, timestep)
-        copies += join(memory)
-    return copies
-
-
-def _step_round_and_copy(
-    space: Any, crank: memoryview, pushed: PrivatePushed, timestep: float, turns: list[float], memory: list[memoryview]
-) -> bytearray:
-    """As `_step_and_copy`, with all numbers rounded to single precision after each step."""
-    numbers = [np.frombuffer(body) for body in memory]
-    copies = bytearray()
-    for turn in turns:
-        _step_and_copy(space, crank, pushed, timestep, [turn], memory)
-        for own in numbers:
-            own[:] = own.astype(np.float32)  # the forces among them are zero after a step
-        copies += b"".join(memory)
-    return copies
 
 
 def memory_of(body: pymunk.Body) -> memoryview:

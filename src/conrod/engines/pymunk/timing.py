@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import pymunk
@@ -40,44 +41,37 @@ def reference_loop() -> BareRun:
     return BareRun(space, crank, (), timestep=0.001, turn=0.0, spin=speed)
 
 
+@dataclass
 class BareRun:
     """A space with a driven crank; calling it advances it by so many steps.
 
     Attributes:
         turn: of the crank body at the start [rad].
         spin: its speed [rad/s].
-        steps: taken so far; the crank's turn is counted from it, as in a recorded run.
         substeps: steps of the space, each of `timestep`, for one that is asked for.
-
-    Args:
         give: gives all bodies their forces for the step that begins so long [s] after the start; None without loads.
+        steps: taken so far; the crank's turn is counted from it, as in a recorded run.
     """
 
-    def __init__(
-        self,
-        space: pymunk.Space,
-        crank: pymunk.Body,
-        pushed: Pushed,
-        *,
-        timestep: float,
-        turn: float,
-        spin: float,
-        substeps: int = 1,
-        give: Callable[[float], None] | None = None,
-    ) -> None:
-        self.space, self.crank, self.pushed = space, crank, pushed
-        self.timestep, self.turn, self.spin, self.substeps = timestep, turn, spin, substeps
-        self.steps, self._give = 0, give
+    space: pymunk.Space
+    crank: pymunk.Body
+    pushed: Pushed
+    timestep: float
+    turn: float
+    spin: float
+    substeps: int = 1
+    give: Callable[[float], object] | None = None
+    steps: int = 0
 
     def __call__(self, steps: int) -> None:
         times = self.timestep * np.arange(self.substeps * self.steps, self.substeps * (self.steps + steps))
         turns = (self.turn + self.spin * times).tolist()
-        if self._give is None:
+        if self.give is None:
             repeat(self.space, self.crank, self.pushed, self.timestep, turns)
         else:
             for turn, time in zip(turns, times.tolist(), strict=True):
                 self.crank.angle = turn
-                self._give(time)
+                self.give(time)
                 self.space.step(self.timestep)
         self.steps += steps
 
