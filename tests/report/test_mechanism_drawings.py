@@ -21,13 +21,13 @@ from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
-from conrod.report.drawing.link_shapes import link_shape
-from conrod.report.drawing.slides import Slide, slide_of, ways
+from conrod.report.drawing.links import link_shape
+from conrod.report.drawing.view import Slide, slide_of, ways
 from conrod.scenes import SCENES, Saw
 from conrod.scenes.catalogue import catalogue_scene
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
-CROWDED = ("geneva", "two-slider-linkage", "web-cutter")
+CROWDED = ("geneva", "jansen-leg", "planetary-gear", "rack-and-wheel", "six-bar", "two-slider-linkage", "web-cutter")
 
 
 def place(x: float, y: float) -> np.ndarray:

@@ -1,14 +1,40 @@
-"""The dimensions that a drawing carries, read off the mechanism itself."""
+"""The dimensions of a drawing, read off the mechanism: each on that side of its link where its text has room."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
+import numpy as np
+from matplotlib.axes import Axes
+
+from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
-from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Pose, Prismatic, pins_of, to_world
+from conrod.mechanism.mechanism import (
+    GROUND,
+    CamContact,
+    Mechanism,
+    Point,
+    Pose,
+    Prismatic,
+    Rack,
+    Revolute,
+    Rolling,
+    pins_of,
+    to_world,
+)
 from conrod.report import numbers
+from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.view import MM, View
+
+INK = "#8a2b2b"
+# Of the usual distance of a dimension line from its link; negative on the other side.
+DISTANCES = (1.0, -1.0, 1.8, -1.8, 2.6, -2.6)
+ALONG = (0.5, 0.35, 0.65)  # where a text may stand on its line
+DIRECTIONS = np.radians([0.0, 60.0, 120.0, 180.0, 240.0, 300.0])  # of a wheel's radius, from its usual one
+ONE_LOOP = 3  # moving links
+SYMMETRIC = 4  # arcs of a symmetric cam
 
 Poses = Mapping[str, Pose]
 
@@ -27,6 +53,34 @@ class Length:
     stop_from: Point | None = None
     text_at: float = 0.5
 
+    def wishes(self) -> list[Length]:
+        """The dimension in other places, the best first."""
+        return [replace(self, aside=d * self.aside, text_at=along) for d in DISTANCES for along in ALONG]
+
+    def lines(self, extent: float) -> list[Array]:
+        """The dimension line and its two extension lines [mm], each (2, 2)."""
+        start, stop = MM * np.array(self.start), MM * np.array(self.stop)
+        shift = self.aside * extent * _left(start, stop)
+        origin = stop if self.stop_from is None else MM * np.array(self.stop_from)
+        extensions = [np.array([seen_from, end + 1.15 * shift]) for end, seen_from in ((start, start), (stop, origin))]
+        return [np.array([start + shift, stop + shift]), *extensions]
+
+    def label(self, extent: float) -> tuple[Array, float]:
+        """Centre of the text [mm], and its angle [deg]."""
+        start, stop = MM * np.array(self.start), MM * np.array(self.stop)
+        aside = (self.aside + math.copysign(0.03, self.aside)) * extent * _left(start, stop)
+        along = stop - start
+        return start + self.text_at * along + aside, _readable(math.degrees(math.atan2(along[1], along[0])))
+
+    def draw(self, axes: Axes, extent: float) -> None:
+        """The line with arrow heads, its extension lines and its text."""
+        line, *extensions = self.lines(extent)
+        for extension in extensions:
+            axes.plot(*extension.T, color=INK, linewidth=0.6, zorder=6)
+        parts.arrow(axes, line[0], line[1], INK, "<|-|>", 0.8)
+        centre, turned = self.label(extent)
+        parts.note(axes, centre, self.text, INK, turned)
+
 
 @dataclass(frozen=True)
 class Radius:
@@ -37,87 +91,161 @@ class Radius:
     radius: float
     direction: float
     text_at: float = 0.55
+    turns: tuple[float, ...] = (0.0,)  # by which the direction may be another [rad]
+
+    def wishes(self) -> list[Radius]:
+        """The arrow in other directions, the best first."""
+        return [replace(self, direction=self.direction + turn) for turn in self.turns]
+
+    def lines(self, extent: float) -> list[Array]:
+        """The arrow [mm]; (2, 2)."""
+        centre = MM * np.array(self.centre)
+        return [np.array([centre, centre + MM * self.radius * parts.unit(self.direction)])]
+
+    def label(self, extent: float) -> tuple[Array, float]:
+        """Centre of the text [mm], and its angle [deg]."""
+        centre = MM * np.array(self.centre) + self.text_at * MM * self.radius * parts.unit(self.direction)
+        return centre, _readable(math.degrees(self.direction))
+
+    def draw(self, axes: Axes, extent: float) -> None:
+        """The arrow from a marked centre and its text, which is level where it stands outside."""
+        ((centre, tip),) = self.lines(extent)
+        axes.plot(*centre, marker="+", color=INK, markersize=7, markeredgewidth=0.9, zorder=9)
+        parts.arrow(axes, centre, tip, INK, "-|>", 0.8)
+        at, turned = self.label(extent)
+        if self.text_at <= 1.0:
+            parts.note(axes, at, self.text, INK, turned)
+            return
+        side = "left" if math.cos(self.direction) >= 0.0 else "right"
+        place = (float(at[0]), float(at[1]))
+        axes.annotate(self.text, place, color=INK, ha=side, va="center", **parts.TEXT)
 
 
 Dimension = Length | Radius
-SYMMETRIC = 4  # arcs of a symmetric cam
 
 
-def dimensions(mechanism: Mechanism, poses: Poses) -> tuple[Dimension, ...]:
-    """Lengths of the links between their pins, offsets of the slides from the shaft, radii of the cams."""
-    lines: list[Dimension] = []
+def draw_dimensions(view: View) -> None:
+    """Lengths of links and offsets, and radii of cams and wheels, each where it has room."""
+    for dimension in dimensions(view.mechanism, view.poses):
+        if isinstance(dimension, Length) and MM * math.dist(dimension.start, dimension.stop) <= 1e-6 * view.extent:
+            continue
+        wishes: Sequence[Dimension] = dimension.wishes()
+        places = []
+        for wish in wishes:
+            centre, turned = wish.label(view.extent)
+            places.append((view.labels.box(centre, wish.text, parts.TEXT["fontsize"], turned), wish.lines(view.extent)))
+        best = view.labels.best(places)
+        box, lines = places[best]
+        view.labels.take(box)
+        for line in lines:
+            view.labels.draw(line)
+        wishes[best].draw(view.axes, view.extent)
+
+
+def dimensions(mechanism: Mechanism, poses: Poses) -> Iterator[Dimension]:
+    """Lengths of links between their pins, of the frame, offsets of slides, radii of cams and wheels."""
     for body in mechanism.bodies:
-        lines += _link(body.name, mechanism, poses)
+        yield from _link(body.name, mechanism, poses)
+    yield from _frame(mechanism)
+    wheels: dict[tuple[str, float], Radius] = {}
     for joint in mechanism.joints:
         match joint:
             case Prismatic() if joint.a == GROUND and not mechanism.cam_contacts:
-                lines += _offset(joint, mechanism, poses)
+                yield from _offset(joint, mechanism, poses)
             case CamContact():
-                lines += _cam(joint, poses)
+                yield from _cam(joint, poses)
+            case Rolling() | Rack():
+                # A wheel that rolls on two others has one radius.
+                wheels |= {(wheel.text, wheel.radius): wheel for wheel in _wheels(joint, poses)}
             case _:
                 pass
-    return tuple(lines)
+    yield from wheels.values()
 
 
-def _link(name: str, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
+def _link(name: str, mechanism: Mechanism, poses: Poses) -> Iterator[Length]:
     """The length of a link with two pins."""
     # Several links may share a pin.
     pins = [to_world(poses[name], point) for point in dict.fromkeys(pins_of(mechanism, name))]
     if len(pins) != 2 or math.dist(*pins) == 0.0:
-        return []
+        return
     text = f"{name} {_mm(math.dist(*pins))}"
     if name == mechanism.crank:
         # On the side that the crank angle leaves free.
-        return [Length(text, pins[0], pins[1], 0.07 * mechanism.driver.sense)]
+        yield Length(text, pins[0], pins[1], 0.07 * mechanism.driver.sense)
+        return
     # On the outer side of the link's bend with the line to the shaft.
     shaft = to_world(poses[mechanism.crank], mechanism.driven_joint.point_b)
     bend = (pins[0][0] - shaft[0]) * (pins[1][1] - pins[0][1]) - (pins[0][1] - shaft[1]) * (pins[1][0] - pins[0][0])
-    return [Length(text, pins[0], pins[1], -0.07 if bend > 0.0 else 0.07)]
+    yield Length(text, pins[0], pins[1], -0.07 if bend > 0.0 else 0.07)
 
 
-def _offset(slide: Prismatic, mechanism: Mechanism, poses: Poses) -> list[Dimension]:
+def _frame(mechanism: Mechanism) -> Iterator[Length]:
+    """The frame's length between two pins on the ground, of a machine of one loop."""
+    if len(mechanism.bodies) > ONE_LOOP:
+        return
+    held = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and GROUND in (joint.a, joint.b)]
+    places = list(dict.fromkeys(joint.point_a if joint.a == GROUND else joint.point_b for joint in held))
+    if len(places) == 2:
+        yield Length(f"frame {_mm(math.dist(*places))}", places[0], places[1], -0.1)
+
+
+def _offset(slide: Prismatic, mechanism: Mechanism, poses: Poses) -> Iterator[Length]:
     """The distance of a slide's line from the shaft, drawn at the slider; nothing where the line passes through it."""
     shaft = to_world(poses[mechanism.crank], mechanism.driven_joint.point_b)
     slider = to_world(poses[slide.b], slide.point_b)
     nx, ny = -math.sin(slide.direction), math.cos(slide.direction)
     away = (slider[0] - shaft[0]) * nx + (slider[1] - shaft[1]) * ny
-    if abs(away) < 1e-9 * math.dist(slider, shaft):
-        return []
-    foot = (slider[0] - away * nx, slider[1] - away * ny)
-    return [Length(f"offset {_mm(abs(away))}", slider, foot, -0.08, stop_from=shaft)]
+    if abs(away) > 1e-9 * math.dist(slider, shaft):
+        foot = (slider[0] - away * nx, slider[1] - away * ny)
+        yield Length(f"offset {_mm(abs(away))}", slider, foot, -0.08, stop_from=shaft)
 
 
-def _cam(contact: CamContact, poses: Poses) -> tuple[Dimension, ...]:
+def _wheels(mesh: Rolling | Rack, poses: Poses) -> Iterator[Radius]:
+    """Radii of what rolls: of two wheels or a wheel and a ring; of a wheel on a rack."""
+    ends = [(mesh.a, mesh.point_a, mesh.radius if isinstance(mesh, Rack) else mesh.radius_a)]
+    if isinstance(mesh, Rolling):
+        ends.append((mesh.b, mesh.point_b, mesh.radius_b))
+    for body, point, radius in ends:
+        text = f"{'fixed' if body == GROUND else body} r {_mm(abs(radius))}"
+        turn = poses[body][2] + math.radians(210.0)
+        yield Radius(text, to_world(poses[body], point), abs(radius), turn, turns=tuple(DIRECTIONS))
+
+
+def _cam(contact: CamContact, poses: Poses) -> Iterator[Dimension]:
     """Radii of a profile of one arc, of nose, flank, base and flank, or of a law's base circle; and the roller's."""
-    cam = poses[contact.a]
-    roller = to_world(poses[contact.b], contact.roller_centre)
-    of_roller = Radius(f"roller {_mm(contact.roller_radius)}", roller, contact.roller_radius, math.radians(30.0), 1.9)
-    profile = contact.profile
+    cam, profile = poses[contact.a], contact.profile
     if isinstance(profile, LawProfile):
         direction = cam[2] + profile.begin - profile.sense * profile.lowest_angle
-        return (Radius(f"base {_mm(profile.base_radius)}", (cam[0], cam[1]), profile.base_radius, direction), of_roller)
-    if len(profile.arcs) == 1:
-        arc = profile.arcs[0]
-        return (Radius(f"one circle {_mm(arc.radius)}", to_world(cam, arc.centre), arc.radius, cam[2]), of_roller)
-    if len(profile.arcs) != SYMMETRIC:
-        return (of_roller,)
-    nose, flank, base, _ = profile.arcs
-    axis = cam[2]
-    return (
-        Radius(f"base {_mm(base.radius)}", to_world(cam, base.centre), base.radius, axis + math.radians(130.0)),
-        Radius(f"nose {_mm(nose.radius)}", to_world(cam, nose.centre), nose.radius, axis),
+        yield Radius(f"base {_mm(profile.base_radius)}", (cam[0], cam[1]), profile.base_radius, direction)
+    elif len(profile.arcs) == 1:
+        (arc,) = profile.arcs
+        yield Radius(f"one circle {_mm(arc.radius)}", to_world(cam, arc.centre), arc.radius, cam[2])
+    elif len(profile.arcs) == SYMMETRIC:
+        nose, flank, base, _ = profile.arcs
         # The flank's arrow ends in the middle of the flank turned away from the roller.
-        Radius(
-            f"flank {_mm(flank.radius)}",
-            to_world(cam, (flank.centre[0], -flank.centre[1])),
-            flank.radius,
-            axis - 0.5 * (flank.start + flank.stop),
-            0.6,
-        ),
-        Length(f"centre distance {_mm(math.hypot(*nose.centre))}", (cam[0], cam[1]), to_world(cam, nose.centre), -0.32),
-        of_roller,
-    )
+        away, middle = (flank.centre[0], -flank.centre[1]), -0.5 * (flank.start + flank.stop)
+        for name, arc, centre, turn, text_at in (
+            ("base", base, base.centre, math.radians(130.0), 0.55),
+            ("nose", nose, nose.centre, 0.0, 0.55),
+            ("flank", flank, away, middle, 0.6),
+        ):
+            yield Radius(f"{name} {_mm(arc.radius)}", to_world(cam, centre), arc.radius, cam[2] + turn, text_at)
+        apart = f"centre distance {_mm(math.hypot(*nose.centre))}"
+        yield Length(apart, (cam[0], cam[1]), to_world(cam, nose.centre), -0.32)
+    roller = to_world(poses[contact.b], contact.roller_centre)
+    yield Radius(f"roller {_mm(contact.roller_radius)}", roller, contact.roller_radius, math.radians(30.0), 1.9)
 
 
 def _mm(length: float) -> str:
     return "{} {}".format(*numbers.in_shown_unit(length, "m"))
+
+
+def _left(start: Array, stop: Array) -> Array:
+    along = (stop - start) / np.linalg.norm(stop - start)
+    return np.array([-along[1], along[0]])
+
+
+def _readable(degrees: float) -> float:
+    """The same line, read from the left or from below."""
+    turned = (degrees + 180.0) % 360.0 - 180.0
+    return turned - 180.0 if turned > 90.0 else turned + 180.0 if turned <= -90.0 else turned

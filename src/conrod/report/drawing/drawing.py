@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Pose
+from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
-from conrod.report.drawing.dimension_marks import draw_dimensions
-from conrod.report.drawing.joints import draw_joints, draw_links
+from conrod.report.drawing import machine_parts as parts
+from conrod.report.drawing.dimensions import draw_dimensions
 from conrod.report.drawing.label_placement import LabelPlacement
-from conrod.report.drawing.marks import draw_crank_angle, draw_frame_axes, draw_observed, draw_paths, reserve_axes
+from conrod.report.drawing.links import draw_joints, draw_links
 from conrod.report.drawing.view import MM, View, outline
 from conrod.scenes import Scene
 
@@ -20,6 +23,12 @@ from conrod.scenes import Scene
 TELLING_PART = 0.75
 POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
 LARGEST_SIDE, LEAST_SIDE = 8.2, 4.6  # of the drawing [inch]
+TRACE, ANGLE = "#2a8c6a", "#5b4a9c"
+NAME = 10  # font size of a point's name [pt]
+# Where it may stand [pt], and the side of it that is there.
+NAMED = ((-9, 9, "right"), (9, 9, "left"), (9, -16, "left"), (-9, -16, "right"))
+# An angle as small as this is hidden by the crank itself.
+LEAST_ANGLE = math.radians(5.0)
 
 
 def mechanism_svg(scene: Scene) -> str:
@@ -90,3 +99,99 @@ def _framed(view: View) -> Figure:
     axes.set_ylabel("y [mm]")
     figure.subplots_adjust(left=0.7 / (inches[0] + 0.7), right=0.98, bottom=0.5 / (inches[1] + 0.6), top=0.99)
     return figure
+
+
+# -- marks beside the mechanism ----------------------------------------------------------------------------------------
+
+
+def draw_paths(view: View) -> None:
+    """The paths of the observed points."""
+    for path in view.paths.values():
+        view.axes.plot(*np.round(path, 6).T, color=TRACE, linewidth=2.2, alpha=0.35, zorder=2)
+
+
+def draw_observed(view: View) -> None:
+    """The observed points with their names."""
+    for point in view.mechanism.observed:
+        place = view.place(point.body, point.point)
+        view.axes.plot(*place, marker="o", markersize=4.5, color=TRACE, zorder=12)
+        boxes = []
+        for x, y, _ in NAMED:
+            half = np.array([math.copysign(0.5, x) * view.labels.width(point.name, NAME), 0.0])
+            centre = place + half + view.labels.point * np.array([x, y + 0.4 * NAME])
+            boxes.append(view.labels.box(centre, point.name, NAME))
+        best = view.labels.best([(box, ()) for box in boxes])
+        view.labels.take(boxes[best])
+        x, y, side = NAMED[best]
+        look: dict[str, Any] = {
+            "color": TRACE,
+            "fontweight": "bold",
+            "fontsize": NAME,
+            "bbox": parts.HALO,
+            "zorder": 21,
+        }
+        at = (float(place[0]), float(place[1]))
+        view.axes.annotate(point.name, at, xytext=(x, y), textcoords="offset points", ha=side, **look)
+
+
+def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
+    """The crank angle from its zero, and the sense of rotation at the scene's speed."""
+    driver, joint = view.mechanism.driver, view.mechanism.driven_joint
+    shaft = view.place(joint.b, joint.point_b)
+    now = view.mechanism.crank_turn(angle)
+    reach = 5.0 * view.size
+    if abs(angle) >= LEAST_ANGLE:
+        for direction, dashes in ((driver.start, (4, 3)), (now, (1, 2))):
+            ray = np.array([shaft, shaft + 1.25 * reach * parts.unit(direction)])
+            view.axes.plot(*ray.T, color=ANGLE, linewidth=0.8, dashes=dashes, zorder=7)
+        parts.turn_arrow(view.axes, shaft, reach, driver.start, now, ANGLE)
+        # The documents of the scenes with a closed form write t for the crank angle.
+        letter = "t" if scene.closed_form else "\N{GREEK SMALL LETTER THETA}"
+        middle = 0.5 * (driver.start + now)
+        ways = [(1.5, middle), (1.5, now), (1.5, driver.start), (2.1, middle), (2.1, driver.start), (2.1, now)]
+        centres = [shaft + factor * reach * parts.unit(direction) for factor, direction in ways]
+        _note(view, centres, f"{letter} = {math.degrees(angle):.0f} deg", ANGLE)
+    _sense(view, scene, shaft, now)
+
+
+def _sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
+    """An arrow about the shaft in the sense of rotation, with the speed."""
+    sense = view.mechanism.driver.sense * (1.0 if scene.speed > 0.0 else -1.0)
+    rpm = numbers.quantity(abs(scene.speed) * numbers.SHOWN_UNITS["rad/s"][1])
+    # Opposite to the crank, if there is room.
+    beginnings = [now + math.pi - 0.6 * sense + turn for turn in (0.0, 0.7, -0.7, 1.4, -1.4)]
+    centres = [shaft + 5.2 * view.size * parts.unit(away + 0.8 * sense) for away in beginnings]
+    away = beginnings[_note(view, centres, f"{rpm} rpm", parts.INK)]
+    parts.turn_arrow(view.axes, shaft, 3.2 * view.size, away, away + 1.6 * sense, parts.INK)
+
+
+def _note(view: View, centres: list[Array], text: str, colour: str) -> int:
+    """A text at that of some places where it has room; which it is."""
+    boxes = [view.labels.box(centre, text, parts.TEXT["fontsize"]) for centre in centres]
+    best = view.labels.best([(box, ()) for box in boxes])
+    view.labels.take(boxes[best])
+    parts.note(view.axes, centres[best], text, colour)
+    return best
+
+
+def reserve_axes(view: View) -> None:
+    """Keep the places of the axes' names free."""
+    for _, at, name in _axes(view):
+        view.labels.take(view.labels.box(at, name, parts.TEXT["fontsize"]))
+
+
+def draw_frame_axes(view: View) -> None:
+    """The document's axes x and y, from its origin."""
+    for tip, at, name in _axes(view):
+        parts.arrow(view.axes, np.zeros(2), tip, "#888888")
+        parts.note(view.axes, at, name, "#666666", ground=False)
+
+
+def _axes(view: View) -> list[tuple[Array, Array, str]]:
+    """Tip, place of the name and name of the two axes."""
+    reach = 6.5 * view.size
+    found = []
+    for direction, name, aside in ((0.0, "x", math.pi / 2.0), (math.pi / 2.0, "y", math.pi)):
+        tip = reach * parts.unit(direction)
+        found.append((tip, tip + 1.1 * view.size * parts.unit(aside), name))
+    return found

@@ -14,7 +14,9 @@ from conrod.exact.motion import Array
 LETTER, HEIGHT = 0.6, 1.5  # width of a letter and height of a line with its white ground, of the font's size
 # What a place costs: on another text, on a line, and for being one place further down the list of wishes. A line
 # under a text does not drive it far: its white ground makes it readable.
-ON_TEXT, ON_LINE, NEXT_WISH = 40.0, 4.0, 3.0
+ON_TEXT, ON_LINE, NEXT_WISH = 40.0, 4.0, 1.5
+# And for lines that come with it: through a text, or the first of them across a line.
+STRUCK, CROSSED = 10.0, 2.0
 # Around a point: for each [pt] away from it, beyond a line, at another point or on another side than the best.
 # Such a label finds a place off all lines more often, and is driven further from them.
 AWAY, BEYOND_LINE, ASIDE, OFF_LINES = 0.1, 4.0, 0.8, 3.0
@@ -30,18 +32,22 @@ class LabelPlacement:
         """A drawing with nothing on it.
 
         Args:
-            point: length of one point on paper.
+            point: length of one point on paper, kept as an attribute.
             first: whether the first wish is always granted, on a drawing that was laid out by hand.
         """
-        self._point, self._first = point, first
+        self.point, self._first = point, first
         self._texts: list[Array] = []
         self._lines: list[Array] = []
+
+    def width(self, text: str, size: float) -> float:
+        """Width of a text of a font size [pt], about."""
+        return LETTER * size * len(text) * self.point
 
     def box(self, centre: Array, text: str, size: float, turned: float = 0.0) -> Array:
         """Corners (4, 2) of a text of a font size [pt] around its centre (2,), turned by an angle [deg]."""
         turn = math.radians(turned)
-        along = 0.5 * LETTER * size * len(text) * self._point * np.array([math.cos(turn), math.sin(turn)])
-        up = 0.5 * HEIGHT * size * self._point * np.array([-math.sin(turn), math.cos(turn)])
+        along = 0.5 * self.width(text, size) * np.array([math.cos(turn), math.sin(turn)])
+        up = 0.5 * HEIGHT * size * self.point * np.array([-math.sin(turn), math.cos(turn)])
         return np.asarray(centre + np.array([-along - up, along - up, along + up, -along + up]))
 
     def mark(self, centre: Array, radius: float) -> None:
@@ -66,8 +72,10 @@ class LabelPlacement:
             return 0
         costs = NEXT_WISH * np.arange(len(places)) + self._cost(np.array([box for box, _ in places]))
         for k, (_, lines) in enumerate(places):
-            struck = sum(bool(_overlap(line[None], text)[0]) for line in lines for text in self._texts)
-            costs[k] += 0.25 * ON_TEXT * struck
+            costs[k] += STRUCK * sum(bool(_overlap(line[None], text)[0]) for line in lines for text in self._texts)
+            costs[k] += CROSSED * sum(
+                bool(_overlap(line[None], other)[0]) for line in lines[:1] for other in self._lines
+            )
         return int(np.argmin(costs))
 
     def beside(self, points: Array, extent: Array, paper: Array, towards: Array | None = None) -> Array:
@@ -81,12 +89,12 @@ class LabelPlacement:
         """
         turns = np.arange(DIRECTIONS) * 2.0 * math.pi / DIRECTIONS
         k, ring, turn = (grid.ravel() for grid in np.meshgrid(range(len(points)), range(RINGS), turns, indexing="ij"))
-        away, reach = np.column_stack([np.cos(turn), np.sin(turn)]), (NEAR + STEP * ring) * self._point
+        away, reach = np.column_stack([np.cos(turn), np.sin(turn)]), (NEAR + STEP * ring) * self.point
         centres = points[k] + away * reach[:, None] + 0.5 * away * extent
-        cost = AWAY * reach / self._point + ASIDE * k + self._cost(centres[:, None] + 0.5 * extent * CORNERS, OFF_LINES)
+        cost = AWAY * reach / self.point + ASIDE * k + self._cost(centres[:, None] + 0.5 * extent * CORNERS, OFF_LINES)
         cost += ON_TEXT * np.any((centres < 0.5 * extent) | (centres + 0.5 * extent > paper), axis=1)
         # What parts a label from its point, which may lie on a line itself.
-        starts = points[k] + 0.5 * NEAR * self._point * away
+        starts = points[k] + 0.5 * NEAR * self.point * away
         cost += BEYOND_LINE * sum(_crossed(line, starts, centres) for line in self._lines)
         if towards is not None:
             cost += ASIDE * (1.0 - away @ towards)

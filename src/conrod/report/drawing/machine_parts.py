@@ -1,4 +1,4 @@
-"""The symbols a mechanism is drawn with: links, pins, guides, the frame's hatching, dimension lines. Lengths in mm."""
+"""The symbols a mechanism is drawn with: pins, guides, the frame's hatching, arrows, notes. Lengths in mm."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Point
-from conrod.report.drawing.dimensions import Length, Radius
-from conrod.report.drawing.link_shapes import LinkShape
 
-INK, FRAME, LINK, DIMENSION = "#222222", "#777777", "#7d97ab", "#8a2b2b"
+INK, FRAME, LINK = "#222222", "#777777", "#7d97ab"
 TEXT: dict[str, Any] = {"fontsize": 8.0, "zorder": 20}
 HALO: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 
@@ -22,21 +20,6 @@ HALO: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "
 def unit(direction: float) -> Array:
     """The unit vector of a direction [rad]."""
     return np.array([math.cos(direction), math.sin(direction)])
-
-
-def body(axes: Axes, shape: LinkShape, width: float) -> None:
-    """A link as a bar, or as a plate with its edges, of a line width [pt]; and its arms."""
-    if len(shape.corners) > 2:
-        axes.add_patch(Polygon(shape.corners, facecolor=LINK, alpha=0.3, edgecolor="none", zorder=3))
-    if len(shape.edges):
-        axes.plot(*shape.edges.T, color=LINK, linewidth=width, alpha=0.75, zorder=4)
-    for line in shape.arms:
-        arm(axes, line)
-
-
-def arm(axes: Axes, line: Array) -> None:
-    """A thin line (2, 2) from a link to a place that no joint holds."""
-    axes.plot(*line.T, color=LINK, linewidth=1.5, alpha=0.75, zorder=3)
 
 
 def slot(axes: Axes, ends: Array, size: float) -> None:
@@ -90,19 +73,9 @@ def slider(axes: Axes, centre: Array, direction: float, size: float) -> None:
 
 def arrow(axes: Axes, start: Array, stop: Array, colour: str, style: str = "-|>", width: float = 1.0) -> None:
     """A straight arrow."""
-    axes.add_patch(
-        FancyArrowPatch(
-            (float(start[0]), float(start[1])),
-            (float(stop[0]), float(stop[1])),
-            arrowstyle=style,
-            mutation_scale=8,
-            shrinkA=0,
-            shrinkB=0,
-            color=colour,
-            linewidth=width,
-            zorder=10,
-        )
-    )
+    ends = (float(start[0]), float(start[1])), (float(stop[0]), float(stop[1]))
+    look: dict[str, Any] = {"arrowstyle": style, "mutation_scale": 8, "color": colour, "linewidth": width}
+    axes.add_patch(FancyArrowPatch(*ends, shrinkA=0, shrinkB=0, zorder=10, **look))
 
 
 def turn_arrow(axes: Axes, centre: Array, radius: float, start: float, stop: float, colour: str) -> None:
@@ -115,70 +88,5 @@ def turn_arrow(axes: Axes, centre: Array, radius: float, start: float, stop: flo
 
 def note(axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, ground: bool = True) -> None:
     """A text centred on a point, on a white ground or none; turned by an angle [deg]."""
-    axes.text(
-        float(at[0]),
-        float(at[1]),
-        text,
-        color=colour,
-        ha="center",
-        va="center",
-        rotation=turned,
-        bbox=HALO if ground else None,
-        **TEXT,
-    )
-
-
-def length_line(axes: Axes, dimension: Length, start: Array, stop: Array, extent: float) -> None:
-    """A dimension line with its two extension lines."""
-    line, *extensions = length_lines(dimension, start, stop, extent)
-    for extension in extensions:
-        axes.plot(*extension.T, color=DIMENSION, linewidth=0.6, zorder=6)
-    arrow(axes, line[0], line[1], DIMENSION, "<|-|>", 0.8)
-    middle, turned = length_text(dimension, start, stop, extent)
-    note(axes, middle, dimension.text, DIMENSION, turned)
-
-
-def length_lines(dimension: Length, start: Array, stop: Array, extent: float) -> list[Array]:
-    """A dimension line and its two extension lines, each (2, 2)."""
-    shift = dimension.aside * extent * _left(start, stop)
-    origin = stop if dimension.stop_from is None else 1e3 * np.array(dimension.stop_from)
-    extensions = [np.array([seen_from, end + 1.15 * shift]) for end, seen_from in ((start, start), (stop, origin))]
-    return [np.array([start + shift, stop + shift]), *extensions]
-
-
-def length_text(dimension: Length, start: Array, stop: Array, extent: float) -> tuple[Array, float]:
-    """Centre of the text on a dimension line, and its angle [deg]."""
-    aside = (dimension.aside + math.copysign(0.03, dimension.aside)) * extent * _left(start, stop)
-    along = stop - start
-    return start + dimension.text_at * along + aside, _readable(math.degrees(math.atan2(along[1], along[0])))
-
-
-def _left(start: Array, stop: Array) -> Array:
-    along = (stop - start) / np.linalg.norm(stop - start)
-    return np.array([-along[1], along[0]])
-
-
-def radius_line(axes: Axes, dimension: Radius, centre: Array, radius: float) -> None:
-    """A radius arrow from a marked centre."""
-    direction = unit(dimension.direction)
-    axes.plot(*centre, marker="+", color=DIMENSION, markersize=7, markeredgewidth=0.9, zorder=9)
-    arrow(axes, centre, centre + radius * direction, DIMENSION, "-|>", 0.8)
-    if dimension.text_at > 1.0:
-        outside = centre + dimension.text_at * radius * direction
-        axes.annotate(
-            dimension.text,
-            (float(outside[0]), float(outside[1])),
-            color=DIMENSION,
-            ha="left" if direction[0] >= 0.0 else "right",
-            va="center",
-            **TEXT,
-        )
-    else:
-        turned = _readable(math.degrees(dimension.direction))
-        note(axes, centre + dimension.text_at * radius * direction, dimension.text, DIMENSION, turned)
-
-
-def _readable(degrees: float) -> float:
-    """The same line, read from the left or from below."""
-    turned = (degrees + 180.0) % 360.0 - 180.0
-    return turned - 180.0 if turned > 90.0 else turned + 180.0 if turned <= -90.0 else turned
+    halo, (x, y) = HALO if ground else None, at
+    axes.text(float(x), float(y), text, color=colour, ha="center", va="center", rotation=turned, bbox=halo, **TEXT)

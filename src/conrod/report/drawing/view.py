@@ -1,4 +1,4 @@
-"""A view of a mechanism to be drawn, and outlines of its parts: pins, cams, pitch lines."""
+"""A view of a mechanism to be drawn, and outlines of its parts: slides, cams, pitch lines."""
 
 from __future__ import annotations
 
@@ -10,8 +10,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
+from conrod.exact.linkage.accelerations import coincident_point
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Mesh, Point, Pose, Revolute, Rolling, to_world
+from conrod.mechanism.mechanism import (
+    GROUND,
+    CamContact,
+    Mechanism,
+    Mesh,
+    Point,
+    Pose,
+    Prismatic,
+    Revolute,
+    Rolling,
+    to_world,
+)
 from conrod.report.drawing.label_placement import LabelPlacement
 
 MM = 1e3
@@ -57,6 +69,44 @@ class View:
             return np.zeros((len(self.turn), 3))
         k = self.mechanism.body_index[body]
         return self.turn[:, 3 * k : 3 * k + 3]
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A block's point on its guide.
+
+    Attributes:
+        guide: the body that the block slides on; the ground, if it is one of the two.
+        moving: the other body.
+        point: of `moving`, in its own frame [m].
+        direction: of the guide's line in the frame of `guide` [rad].
+    """
+
+    guide: str
+    moving: str
+    point: Point
+    direction: float
+
+
+def slide_of(mechanism: Mechanism, joint: Prismatic) -> Slide:
+    """The guide and the block of a prismatic joint, as a course draws them."""
+    sliding = coincident_point(mechanism, joint)
+    assert sliding is not None
+    guide, moving, point = sliding
+    if GROUND in (joint.a, joint.b):
+        guide, moving = (joint.a, joint.b) if joint.a == GROUND else (joint.b, joint.a)
+        point = joint.point_b if joint.b == moving else joint.point_a
+    # `b` is turned against `a` by the joint's angle.
+    return Slide(guide, moving, point, joint.direction - (joint.angle if guide == joint.b else 0.0))
+
+
+def ways(slide: Slide, guides: Array, movings: Array) -> Array:
+    """Ways (T,) of the block along its guide's line from the guide's origin, from poses (T, 3) of the two."""
+    cos, sin = np.cos(movings[:, 2]), np.sin(movings[:, 2])
+    x, y = slide.point
+    block = movings[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
+    turns = guides[:, 2] + slide.direction
+    return np.asarray(((block - guides[:, :2]) * np.column_stack([np.cos(turns), np.sin(turns)])).sum(axis=1))
 
 
 SAMPLES = 721

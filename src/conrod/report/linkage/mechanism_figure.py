@@ -15,9 +15,8 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Prismatic, pins_of
 from conrod.report import numbers
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.joints import draw_joints, draw_links
-from conrod.report.drawing.slides import slide_of
-from conrod.report.drawing.view import View, outline
+from conrod.report.drawing.links import draw_joints, draw_links
+from conrod.report.drawing.view import View, outline, slide_of
 from conrod.report.linkage.sheet import Sheet, mathematical
 
 COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}

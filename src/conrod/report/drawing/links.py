@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
+from matplotlib.patches import Polygon
 
+from conrod.engines.cam_polygon import convex_hull
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of, to_world
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.link_shapes import link_shape
-from conrod.report.drawing.slides import Slide, slide_of, slot_ends, ways
-from conrod.report.drawing.view import View, pitch_lines, profile
+from conrod.report.drawing.view import Slide, View, pitch_lines, profile, slide_of, ways
 
 BAR = 6.0  # width of a link [pt]
+IN_LINE = 0.01  # how far places may lie off a line, of its length: less than a bar is wide
+DIGITS = 6  # of places in the drawing's unit: those that joints share differ by rounding
 
 
 def draw_joints(view: View) -> None:
@@ -57,10 +61,7 @@ def draw_links(view: View) -> None:
             min(ends, key=lambda end: float(np.linalg.norm(end - pin))) for pin in held[:1] for ends in slots[body.name]
         ]
         seen = [view.place(body.name, point.point) for point in view.mechanism.observed if point.body == body.name]
-        shape = link_shape(held + near, seen)
-        parts.body(view.axes, shape, BAR)
-        for line in (shape.edges, *shape.arms):
-            view.labels.draw(line)
+        _body(view, link_shape(held + near, seen))
 
 
 def _travel(view: View, slide: Slide) -> tuple[float, float]:
@@ -74,7 +75,8 @@ def _slot(view: View, slide: Slide) -> Array:
     """The ends of a slot in a moving link, as far as its block goes; (2, 2)."""
     back, forth = _travel(view, slide)
     block, room = view.place(slide.moving, slide.point), 2.0 * view.size
-    return slot_ends(block, view.poses[slide.guide][2] + slide.direction, (back - room, forth + room))
+    along = parts.unit(view.poses[slide.guide][2] + slide.direction)
+    return np.asarray(block + np.outer((back - room, forth + room), along))
 
 
 def _slide(view: View, joint: Prismatic) -> None:
@@ -100,7 +102,7 @@ def _slide(view: View, joint: Prismatic) -> None:
 def _rails(view: View, block: Array, reach: tuple[float, float], direction: float) -> None:
     """A slide's two rails, with the frame's hatching beside them, along a direction [rad] through a block."""
     parts.guide(view.axes, block, reach, direction, view.size)
-    ends = slot_ends(block, direction, reach)
+    ends = block + np.outer(reach, parts.unit(direction))
     for aside in (-1.6, -1.15, 1.15, 1.6):
         view.labels.draw(ends + aside * view.size * parts.unit(direction + 0.5 * np.pi))
 
@@ -132,3 +134,82 @@ def _cam(view: View, contact: CamContact) -> None:
     circle = roller + view.scale * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
     view.axes.fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
     view.labels.draw_curve(circle)
+
+
+# -- shapes of links --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LinkShape:
+    """The shape of a link, in the plane of the drawing.
+
+    Attributes:
+        corners: the two ends of a bar, the corners of a plate, counter-clockwise, or none; (C, 2).
+        arms: lines from the link to places that no joint holds; each (2, 2).
+    """
+
+    corners: Array
+    arms: tuple[Array, ...] = ()
+
+    @property
+    def edges(self) -> Array:
+        """The bar, or the way around the plate; (E, 2)."""
+        return np.vstack([self.corners, self.corners[:1]]) if len(self.corners) > 2 else self.corners
+
+
+def link_shape(held: Sequence[Array], seen: Sequence[Array] = ()) -> LinkShape:
+    """The shape of a link that joints hold at some places, and that is looked at in others; each place (2,).
+
+    A bar between joints reaches to what is looked at, or becomes a plate with it. A link that joints hold in no line is
+    a plate as it is, and one that they hold at one place is none: what is looked at hangs on these by arms.
+    """
+    own = _distinct(held)
+    if len(own) > 1 and _in_line(own):
+        return LinkShape(_spanned(_distinct([*own, *seen])))
+    plate = _spanned(own) if len(own) > 1 else np.empty((0, 2))
+    outside = [place for place in _distinct([*own, *seen])[len(own) :] if len(own) and not _within(plate, place)]
+    nearest = (min(own, key=lambda other: float(np.linalg.norm(other - place))) for place in outside)
+    return LinkShape(plate, tuple(np.array(arm) for arm in zip(nearest, outside, strict=True)))
+
+
+def _distinct(places: Sequence[Array]) -> list[Array]:
+    return list({tuple(np.round(place, DIGITS)): place for place in reversed(places)}.values())[::-1]
+
+
+def _in_line(places: Sequence[Array]) -> bool:
+    """True where places lie in the line through the two of them that are farthest apart."""
+    ends = _ends(places)
+    way = ends[1] - ends[0]
+    arms = np.array(places) - ends[0]
+    off = np.abs(way[0] * arms[:, 1] - way[1] * arms[:, 0]).max()
+    return bool(off <= IN_LINE * (way @ way))
+
+
+def _ends(places: Sequence[Array]) -> Array:
+    """The two places that are farthest apart, in their order; (2, 2)."""
+    points = np.array(places)
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    return np.asarray(points[sorted(np.unravel_index(int(apart.argmax()), apart.shape))])
+
+
+def _spanned(places: Sequence[Array]) -> Array:
+    return _ends(places) if _in_line(places) else convex_hull(np.array(places))
+
+
+def _within(plate: Array, place: Array) -> bool:
+    """True for a place on the left of all sides of a plate, or on one."""
+    sides, arms = np.roll(plate, -1, axis=0) - plate, place - plate
+    turns = sides[:, 0] * arms[:, 1] - sides[:, 1] * arms[:, 0]
+    return bool(len(plate)) and bool(np.all(turns >= -(10.0**-DIGITS) * np.abs(sides).max(initial=0.0)))
+
+
+def _body(view: View, shape: LinkShape) -> None:
+    """A link as a bar, or as a plate with its edges; and its thin arms."""
+    if len(shape.corners) > 2:
+        view.axes.add_patch(Polygon(shape.corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
+    if len(shape.edges):
+        view.axes.plot(*shape.edges.T, color=parts.LINK, linewidth=BAR, alpha=0.75, zorder=4)
+    for line in shape.arms:
+        view.axes.plot(*line.T, color=parts.LINK, linewidth=1.5, alpha=0.75, zorder=3)
+    for line in (shape.edges, *shape.arms):
+        view.labels.draw(line)
