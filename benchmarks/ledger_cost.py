@@ -67,7 +67,7 @@ class _Stopwatch:
     def started(self, total: int, already_finished: int) -> None:
         raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
 
-    def advanced(self, case: Case, measurement: Measurement) -> None:
+    def advanced(self, case: Case, how: str) -> None:
         raise AssertionError("a finished run was run again")
 
 

@@ -19,12 +19,11 @@ from outside_kills import killing, waiting_cell, was_alone
 from conrod import InvalidInput
 from conrod.studies.execution import cluster_connection
 from conrod.studies.execution import cluster_connection as cluster_worker
-from conrod.studies.execution.child import HOME
 from conrod.studies.execution.cluster import DaskCluster
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.worker_process import HOME
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 
 distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")
@@ -95,7 +94,7 @@ class After:
 
     def started(self, total: int, already_finished: int) -> None: ...
 
-    def advanced(self, cell: RunCase, measurement: Measurement) -> None:
+    def advanced(self, cell: RunCase, how: str) -> None:
         self.count -= 1
         if self.count == 0:
             self.then.set()
@@ -189,7 +188,7 @@ def test_bad_usage_of_a_cell_and_mistakes_arrive(cluster: Cluster, ledger: Ledge
 @pytest.mark.slow
 def test_an_interrupt_leaves_the_cluster_usable(cluster: Cluster, ledger: Ledger) -> None:
     class Interrupt(After):
-        def advanced(self, cell: RunCase, measurement: Measurement) -> None:
+        def advanced(self, cell: RunCase, how: str) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt), DaskCluster(cluster.address) as executor:

@@ -9,21 +9,18 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future
 from itertools import islice
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 import cell_tasks as tasks
 import pytest
 from rich.console import Console
 
 from conrod import InvalidInput
-from conrod.cli.progress import ProgressBar
+from conrod.cli.runner import ProgressBar
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker_process import Limits, WorkerDied
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
@@ -38,22 +35,27 @@ def local() -> Iterator[LocalProcesses]:
         yield executor
 
 
-class Here(Executor):
+class Here(RepeatingExecutor):
     """Runs everything at once in the calling thread, and counts."""
 
     def __init__(self, limits: Limits | None = None) -> None:
+        super().__init__(limits or Limits(), 64, 1)
         self.ran: list[int] = []
-        self.limits = limits or Limits()
 
     def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
         self.ran.append(tasks.number(args[-1]))
         future: Future[Measurement] = Future()
         future.set_running_or_notify_cancel()
         try:
-            future.set_result(fn(*args, **kwargs))
+            future.set_result(self._call(False, fn, *args, **kwargs))
         except Exception as error:
             future.set_exception(error)
         return future
+
+    def _call(self, alone: bool, function, *arguments, **named):  # type: ignore[no-untyped-def]
+        return function(*arguments, **named)
+
+    def _stop(self) -> None: ...
 
 
 def ended(outcome: type[Exception]) -> Callable[[RunCase], Measurement]:
@@ -66,29 +68,11 @@ def ended(outcome: type[Exception]) -> Callable[[RunCase], Measurement]:
 # -- one table, whoever runs it --------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def expected() -> dict[str, Measurement]:
-    return {cell.key: measure(cell) for cell in CELLS[:6]}
-
-
-def executors() -> dict[str, Callable[[], Executor]]:
-    return {
-        "in the caller": Here,
-        "threads": lambda: ThreadPoolExecutor(3),
-        "the standard library's processes": lambda: ProcessPoolExecutor(1, mp_context=get_context("spawn")),
-        "one local process": lambda: LocalProcesses(1),
-        "two local processes": lambda: LocalProcesses(2, cell_timeout=60.0),
-    }
-
-
-# A start of the standard library's processes takes long, and a cluster's are tried in test_cluster.py.
-SLOW = "the standard library's processes"
-
-
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n == SLOW else []) for n in executors()])
-def test_every_executor_gives_the_same_table(name: str, ledger: Ledger, expected: dict[str, Measurement]) -> None:
-    with executors()[name]() as executor:
-        table = run_cases(CELLS[:6], ledger, executor)
+@pytest.mark.parametrize("executor", [Here, LocalProcesses, lambda: LocalProcesses(2, cell_timeout=60.0)])
+def test_every_executor_gives_the_same_table(executor: Callable[[], RepeatingExecutor], ledger: Ledger) -> None:
+    expected = {cell.key: measure(cell) for cell in CELLS[:6]}
+    with executor() as made:
+        table = run_cases(CELLS[:6], ledger, made)
     assert table == expected
     assert list(table) == list(expected)
     assert any(m.outcome == "completed" for m in table.values())
@@ -211,34 +195,6 @@ def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(
     assert CELLS[tasks.CRASHES].key not in kept
 
 
-class PoolThatBreaks(Executor):
-    """Breaks at its third call, as the standard library's pool does when a process dies: all its futures say so.
-
-    (The real one may wait forever instead, when the process dies with the queue's lock in hand.)
-    """
-
-    def __init__(self) -> None:
-        self.calls = 0
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        self.calls += 1
-        if self.calls < 3:
-            future.set_result(fn(*args, **kwargs))
-        else:
-            future.set_exception(BrokenProcessPool("a process in the pool was terminated abruptly"))
-        return future
-
-
-def test_a_broken_pool_blames_no_cell(ledger: Ledger) -> None:
-    # Negative control for LocalProcesses: the standard library's pool cannot tell who broke it.
-    with pytest.raises(InvalidInput, match="use LocalProcesses"):
-        run_cases(tasks.assigned(tasks.cells(6), tasks.echo), ledger, PoolThatBreaks())
-    kept = ledger.measurements(c.key for c in tasks.cells(6))
-    assert len(kept) == 2
-    assert all(m.outcome == "completed" for m in kept.values())
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -286,7 +242,7 @@ class Interrupter:
     def started(self, total: int, already_finished: int) -> None:
         self.told = (total, already_finished)
 
-    def advanced(self, cell: RunCase, measurement: Measurement) -> None:
+    def advanced(self, cell: RunCase, how: str) -> None:
         self.kept.append(tasks.number(cell))
         self.left -= 1
         if self.left == 0:
@@ -318,7 +274,6 @@ def test_an_interrupt_does_not_wait_for_cells_that_take_long(ledger: Ledger) -> 
 SWEEP = """
 import sys
 from pathlib import Path
-from typing import Any
 sys.path.insert(0, {tests!r})
 import cell_tasks
 from conrod.studies.execution.dispatch import run_cases
@@ -391,12 +346,14 @@ def children(process: int) -> list[int]:
 
 def test_without_a_terminal_progress_is_a_line_at_either_end() -> None:
     out = io.StringIO()
-    with ProgressBar("sweep", Console(file=out, width=100)) as bar:
-        bar.started(5, 2)
-        for outcome in ("completed", "crashed", "completed"):
-            bar.advanced(CELLS[0], Measurement(outcome))
-    first, last = out.getvalue().splitlines()
-    assert first == "sweep: 3 to do, 2 in the ledger"
+    with ProgressBar("sweep", console=Console(file=out, width=100)) as bar:
+        bar.started(4, 2)
+        for outcome in ("completed", "crashed"):
+            bar.advanced(CELLS[0], outcome)
+        bar.started(1, 0)
+        bar.advanced(CELLS[1], "completed")
+    first, more, last = out.getvalue().splitlines()
+    assert (first, more) == ("sweep: 2 to do, 2 in the ledger", "sweep: 1 more to do, 0 in the ledger")
     assert last.startswith("sweep: 3 done in ")
     assert last.endswith("of which 1 crashed")
 

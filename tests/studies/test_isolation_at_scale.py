@@ -14,12 +14,10 @@ from cell_tasks import assigned
 
 from conrod import MuJoCoSettings
 from conrod.runs.plain import plain
-from conrod.studies.execution import worker_process
-from conrod.studies.execution.child import Child
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.worker import perform
-from conrod.studies.execution.worker_process import Limits
+from conrod.studies.execution.worker_process import Limits, WorkerProcess
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
@@ -40,14 +38,13 @@ ENDS = {
 @pytest.fixture
 def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Process ids of all workers that are started."""
-    start, ids = worker_process._started, []
+    start, ids = WorkerProcess.__init__, []
 
-    def counted(limits: Limits, threads_of_its_own: bool) -> Child:
-        child = start(limits, threads_of_its_own)
-        ids.append(child._process.pid)
-        return child
+    def counted(worker: WorkerProcess, limits: Limits) -> None:
+        start(worker, limits)
+        ids.append(worker._process.pid)
 
-    monkeypatch.setattr(worker_process, "_started", counted)
+    monkeypatch.setattr(WorkerProcess, "__init__", counted)
     return ids
 
 

@@ -1,23 +1,36 @@
-"""The ledger and the executor that a command's options ask for."""
+"""The ledger and the executor that a command's options ask for, and the progress of what they run."""
 
 from __future__ import annotations
 
 import os
+import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
 import click
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
 
 from conrod.cli.options import RunOptions
-from conrod.cli.progress import CostBar, ProgressBar, RoundsBar
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import LocalProcesses
+from conrod.runs.trajectory import Outcome
+from conrod.studies.execution.dispatch import run_cases, time_cases
+from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.files import check_apart
 from conrod.studies.frame.ledger import Ledger, default_path
@@ -28,9 +41,10 @@ from conrod.studies.frame.study import Study, pursue
 if TYPE_CHECKING:
     from conrod.studies.frame.timing import Timing
 
-
 Found = TypeVar("Found")
 CELL_TIMEOUT = 600.0  # [s]
+# Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
+SPEED_PERIOD = 120.0
 
 
 @dataclass(frozen=True)
@@ -63,17 +77,17 @@ class Options(RunOptions):
         """The ledger that was named, or the user's own."""
         return default_path() if self.ledger is None else Path(self.ledger)
 
-    def executor(self) -> Executor:
+    def executor(self) -> RepeatingExecutor:
         """Executor of the runs: a cluster, or processes of this machine."""
         if self.cluster is not None:
             from conrod.studies.execution.cluster import DaskCluster
 
             return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
-        return self.processes()
+        return self.processes(self.jobs)
 
-    def processes(self) -> LocalProcesses:
-        """Processes of this machine."""
-        jobs = available_cores() if self.jobs is None else self.jobs
+    def processes(self, jobs: int | None = None) -> LocalProcesses:
+        """Processes of this machine, as many as it has cores unless a number is given."""
+        jobs = available_cores() if jobs is None else jobs
         return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory)
 
 
@@ -109,16 +123,11 @@ class Runner:
                 click.echo(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
                 raise
 
-    def run(self, cells: Sequence[Case], description: str = "runs") -> dict[str, Measurement]:
-        """Measurements of all cells; those that the ledger lacks are run, each."""
-        with self.options.executor() as executor, ProgressBar(description) as bar:
-            return run_cases(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
-
     @contextmanager
-    def answering(self, description: str = "runs") -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
+    def answering(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
         """A function that gives the measurements of cells, batch after batch: one set of processes, one bar."""
         answered: dict[str, Measurement] = {}
-        with self.options.executor() as executor, RoundsBar(description) as bar:
+        with self.options.executor() as executor, ProgressBar("runs") as bar:
 
             def answer(cells: Sequence[Case]) -> dict[str, Measurement]:
                 # What is asked for twice runs once, with --fresh too.
@@ -129,27 +138,99 @@ class Runner:
 
             yield answer
 
-    def pursue(self, study: Study[Found], description: str = "runs") -> Found:
+    def pursue(self, study: Study[Found]) -> Found:
         """The findings of a study."""
-        with self.answering(description) as run:
+        with self.answering() as run:
             return pursue([study], run)[0]
 
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
-        """As `run`, one cell at a time on this machine, for cases that measure how long something takes."""
-        asked = self.options
-        alone = LocalProcesses(1, cell_timeout=asked.timeout, cell_memory=asked.memory)
-        with alone as executor, ProgressBar(description) as bar:
-            return run_cases(cells, self.ledger, executor, fresh=asked.fresh or asked.retime, watcher=bar)
+        """Measurements of cells, one at a time on this machine, for cases that measure how long something takes."""
+        fresh = self.options.fresh or self.options.retime
+        with self.options.processes(1) as executor, ProgressBar(description) as bar:
+            return run_cases(cells, self.ledger, executor, fresh=fresh, watcher=bar)
 
-    def time(self, cells: list[RunCase], description: str = "costs") -> dict[str, Timing]:
+    def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""
-        from conrod.studies.execution.costs import time_cases
+        fresh = self.options.fresh or self.options.retime
+        with ProgressBar("costs", "timings", "timed") as bar:
+            return time_cases(cells, self.ledger, cell_timeout=self.options.timeout, fresh=fresh, watcher=bar)
 
-        with CostBar(description) as bar:
-            return time_cases(
-                cells,
-                self.ledger,
-                cell_timeout=self.options.timeout,
-                fresh=self.options.fresh or self.options.retime,
-                watcher=bar,
-            )
+
+class ProgressBar:
+    """Progress of cases on standard error: a bar where that is a terminal, otherwise a line at either end.
+
+    A watcher of `run_cases`, also called again and again, each time with what the answers so far ask for, and of
+    `time_cases`; a context manager, because it has to be taken down again.
+    """
+
+    def __init__(
+        self,
+        description: str,
+        unit: str = "runs",
+        usual: str = Outcome.COMPLETED.slug,
+        console: Console | None = None,
+    ) -> None:
+        """Show nothing yet.
+
+        Args:
+            unit: of the rate.
+            usual: how cases end that are not counted apart.
+        """
+        self._description, self._usual = description, usual
+        self._console = Console(stderr=True, highlight=False) if console is None else console
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            _RateColumn(unit),
+            TimeRemainingColumn(),
+            console=self._console,
+            transient=True,
+            speed_estimate_period=SPEED_PERIOD,
+            disable=not self._console.is_terminal,
+        )
+        self._task = self._bar.add_task(description, total=None)
+        self._asked, self._ended = 0, Counter[str]()
+        self._begun: float | None = None
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._bar.stop()
+        if self._begun is not None:
+            text = f"{self._description}: {self._ended.total()} done in {time.monotonic() - self._begun:.1f} s"
+            others = [f"{n} {how}" for how, n in sorted(self._ended.items()) if how != self._usual]
+            self._say(f"{text}, of which {', '.join(others)}" if others else text)
+
+    def started(self, total: int, already_finished: int) -> None:
+        """There are so many more different cases, of which so many are in the ledger."""
+        more = "" if self._begun is None else "more "
+        if not self._console.is_terminal:
+            self._say(f"{self._description}: {total - already_finished} {more}to do, {already_finished} in the ledger")
+        self._asked += total - already_finished
+        if self._begun is None:
+            self._begun = time.monotonic()
+            self._bar.reset(self._task, total=self._asked)
+        self._bar.update(self._task, total=self._asked)
+
+    def advanced(self, case: Case, how: str) -> None:
+        """A case has ended so, and what came of it is kept."""
+        self._ended[how] += 1
+        self._bar.advance(self._task)
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, markup=False, soft_wrap=True)
+
+
+class _RateColumn(ProgressColumn):
+    """Number finished per second."""
+
+    def __init__(self, unit: str) -> None:
+        super().__init__()
+        self._unit = unit
+
+    def render(self, task: Task) -> Text:
+        speed = task.finished_speed or task.speed
+        return Text("" if speed is None else f"{speed:.3g} {self._unit}/s")

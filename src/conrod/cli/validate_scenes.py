@@ -85,7 +85,7 @@ def validate_scenes(asked: Request) -> None:
         measured.show(found)
     given = {"--engine": asked.engine, "--preset": asked.preset, **measured.given, "--tolerance": asked.tolerance}
     again = reproduction("validate", asked.subjects, given, asked.assignments, files.folder) if files.folder else None
-    with runner.options.processes() as executor:
+    with runner.options.processes(runner.options.jobs) as executor:
         # One page is drawn here and now; several by all processes.
         draw = executor.map if len(found) > 1 else map
         files.write({one.name: one for one in found}, again, measured.drawn, draw)

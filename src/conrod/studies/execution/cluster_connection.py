@@ -38,7 +38,7 @@ def answer(call: bytes, limits: Limits, expected: Sequence[Mapping[str, Any]]) -
     try:
         function, arguments, named = pickle.loads(call)
         _check(expected, identities(arguments))
-        return True, _workers(limits).call(function, arguments, named)
+        return True, _workers(limits).call(function, *arguments, **named)
     except (InvalidInput, WorkerDied, TimeoutError, MemoryError) as error:
         return False, error
     except Exception as error:
@@ -89,7 +89,7 @@ def connected(address: str, patience: float) -> Any:
         with warnings.catch_warnings():
             # A difference that matters is refused below; Dask warns in a table of all that differs.
             warnings.simplefilter("ignore")
-            client: Any = distributed.Client(address, timeout=patience, set_as_default=False)  # type: ignore[no-untyped-call]
+            client: Any = distributed.Client(address, timeout=patience, set_as_default=False)  # type: ignore[no-untyped-call]  # Dask has no types
     except (OSError, ValueError, ImportError) as error:
         raise InvalidInput(f"no cluster answers at {address}: {one_line(error)}") from None
     try:
@@ -111,7 +111,7 @@ def _greet(address: str, patience: float) -> None:
     import distributed
 
     async def ask() -> Any:
-        async with distributed.rpc(address) as there:  # type: ignore[no-untyped-call]
+        async with distributed.rpc(address) as there:  # type: ignore[no-untyped-call]  # Dask has no types
             return await there.identity()
 
     async def ask_in_time() -> Any:

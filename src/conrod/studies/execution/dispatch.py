@@ -1,23 +1,24 @@
-"""Cases handed to an executor, and each result kept the moment it is there."""
+"""Cases handed to an executor, or timed one by one, and each result kept the moment it is there."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from itertools import islice
 from typing import Protocol
 
+from conrod.engines import engine_named
 from conrod.errors import InvalidInput
-from conrod.runs.trajectory import Outcome
+from conrod.studies.execution.isolation import outcome_of
+from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker import on_known_scene, perform
 from conrod.studies.execution.worker_process import Limits, WorkerDied
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
-
-# Cases handed over at a time to an executor that does not say how many it wants.
-IN_FLIGHT = 64
+from conrod.studies.frame.run import RunCase
+from conrod.studies.frame.timing import Timing, fingerprint, time_run
 
 
 class Watcher(Protocol):
@@ -27,15 +28,15 @@ class Watcher(Protocol):
         """There are so many different cases, of which so many need not run."""
         ...
 
-    def advanced(self, case: Case, measurement: Measurement) -> None:
-        """A case has run and its result is kept."""
+    def advanced(self, case: Case, how: str) -> None:
+        """A case has ended so, and what came of it is kept."""
         ...
 
 
 def run_cases(
     cases: Sequence[Case],
     ledger: Ledger,
-    executor: Executor,
+    executor: RepeatingExecutor,
     *,
     fresh: bool = False,
     watcher: Watcher | None = None,
@@ -47,7 +48,6 @@ def run_cases(
     goes on to the caller.
 
     Args:
-        executor: any; one with `limits` and `in_flight`, as conrod's own have, is asked for them.
         fresh: run them all.
 
     Raises:
@@ -58,16 +58,15 @@ def run_cases(
         finished, or on which call or process ran them.
     """
     by_key = {case.key: case for case in cases}
-    limits: Limits = getattr(executor, "limits", Limits())
-    waiting = by_key if fresh else _unfinished(by_key, ledger, limits)
+    waiting = by_key if fresh else _unfinished(by_key, ledger, executor.limits)
     if watcher is not None:
         watcher.started(len(by_key), len(by_key) - len(waiting))
 
     def keep(case: Case, future: Future[Measurement]) -> None:
         measurement = _outcome(future)
-        ledger.keep(case, measurement, limits.of(measurement.outcome), replace=fresh)
+        ledger.keep(case, measurement, executor.limits.of(measurement.outcome), replace=fresh)
         if watcher is not None:
-            watcher.advanced(case, measurement)
+            watcher.advanced(case, measurement.outcome)
 
     # Long ones first; else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
     _run(sorted(waiting.values(), key=lambda case: (-case.effort, case.key)), executor, keep)
@@ -80,20 +79,15 @@ def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> d
     return {key: case for key, case in by_key.items() if key not in finished or key in again}
 
 
-def _run(
-    cases: Sequence[Case],
-    executor: Executor,
-    keep: Callable[[Case, Future[Measurement]], None],
-) -> None:
+def _run(cases: Sequence[Case], executor: RepeatingExecutor, keep: Callable[[Case, Future[Measurement]], None]) -> None:
     """Run all of them, a bounded number at a time, and keep each as it finishes."""
     remaining = iter(cases)
     flying: dict[Future[Measurement], Case] = {}
     try:
         while True:
             # Asked for every time: a cluster grows and shrinks.
-            in_flight: int = getattr(executor, "in_flight", IN_FLIGHT)
-            for case in islice(remaining, max(0, in_flight - len(flying))):
-                flying[_submitted(executor, case)] = case
+            for case in islice(remaining, max(0, executor.in_flight - len(flying))):
+                flying[executor.submit(on_known_scene, perform, case)] = case
             if not flying:
                 return
             for future in wait(flying, return_when=FIRST_COMPLETED).done:
@@ -102,40 +96,59 @@ def _run(
     except BaseException:
         for future in flying:
             future.cancel()
-        _salvage(flying, keep)
+        # What finished beside the error or the interrupt. The ledger may be what failed: then the first error says why.
+        with suppress(InvalidInput):
+            for future, case in flying.items():
+                if future.done() and not future.cancelled() and future.exception() is None:
+                    keep(case, future)
         raise
-
-
-def _salvage(flying: Mapping[Future[Measurement], Case], keep: Callable[[Case, Future[Measurement]], None]) -> None:
-    """Keep what finished beside the error, or the interrupt, that ended it all."""
-    # The ledger itself may be what failed. Then it fails again, and the first error says why.
-    with suppress(InvalidInput):
-        for future, case in flying.items():
-            if future.done() and not future.cancelled() and future.exception() is None:
-                keep(case, future)
-
-
-def _submitted(executor: Executor, case: Case) -> Future[Measurement]:
-    try:
-        return executor.submit(on_known_scene, perform, case)
-    except BrokenExecutor as error:
-        raise _broken(error) from error
 
 
 def _outcome(future: Future[Measurement]) -> Measurement:
     """Result of a case's future; errors that no case causes by what it is go on to the caller."""
     try:
         return future.result()
-    except BrokenExecutor as error:
-        raise _broken(error) from error
-    except WorkerDied as error:
-        return Measurement(Outcome.CRASHED.slug, str(error))
-    except TimeoutError as error:
-        return Measurement(Outcome.TIMED_OUT.slug, str(error))
-    except MemoryError as error:
-        return Measurement(Outcome.OUT_OF_MEMORY.slug, str(error) or "there was no more")
+    except (WorkerDied, TimeoutError, MemoryError) as error:
+        return Measurement(outcome_of(error).slug, str(error) or "there was no more")
 
 
-def _broken(error: BrokenExecutor) -> InvalidInput:
-    """The standard library's pool loses all its calls with one process: none can be blamed, none is kept."""
-    return InvalidInput(f"the executor broke, and does not say which case broke it ({error}); use LocalProcesses")
+# -- costs ------------------------------------------------------------------------------------------------------------
+
+
+def time_cases(
+    cases: Sequence[RunCase],
+    ledger: Ledger,
+    *,
+    cell_timeout: float | None = None,
+    fresh: bool = False,
+    watcher: Watcher | None = None,
+) -> dict[str, Timing]:
+    """Time those cases that the ledger has no timing of on this machine, and give the timings of all.
+
+    Each is timed in a process of this machine's own, whatever ran the cases: figures of different machines do not
+    mix. A case that cannot be timed within the limit, or whose process dies, has no timing.
+
+    Args:
+        cell_timeout: longest wall time of a timing [s].
+        fresh: time them all.
+    """
+    by_key = {case.key: case for case in cases}
+    known = {} if fresh else ledger.timings(by_key, fingerprint())
+    if watcher is not None:
+        watcher.started(len(by_key), len(known))
+    with LocalProcesses(1, cell_timeout=cell_timeout) as worker:
+        for case in (case for key, case in by_key.items() if key not in known):
+            timing = None
+            # A cost that cannot be measured is not a cost; the run's own outcome says what happened to it.
+            with suppress(WorkerDied, TimeoutError, MemoryError):
+                timing = worker.submit(on_known_scene, time_case, case).result()
+            if timing is not None:
+                ledger.keep_timing(case, timing)
+            if watcher is not None:
+                watcher.advanced(case, "timed" if timing is not None else "without a timing")
+    return ledger.timings(by_key, fingerprint())
+
+
+def time_case(case: RunCase) -> Timing | None:
+    """Time one case, in the process that calls."""
+    return time_run(engine_named(case.settings.engine), case.scene, case.settings)

@@ -10,8 +10,7 @@ from typing import Any, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.child import KilledFromOutside
-from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
+from conrod.studies.execution.worker_process import KilledFromOutside, Limits, WorkerDied, WorkerProcess
 
 Result = TypeVar("Result")
 
@@ -63,36 +62,32 @@ def isolated_once(
     """
     worker = WorkerProcess(Limits(timeout, headroom=headroom), threads_of_its_own=True)
     try:
-        return worker.call(task, arguments, {})
-    except TimeoutError as error:
-        return Ended(Outcome.TIMED_OUT, str(error))
-    except MemoryError as error:
-        return Ended(Outcome.OUT_OF_MEMORY, str(error))
-    except WorkerDied as error:
-        return Ended(Outcome.CRASHED, str(error))
+        return worker.call(task, *arguments)
+    except (TimeoutError, MemoryError, WorkerDied) as error:
+        return Ended(outcome_of(error), str(error))
     finally:
         # Also where the wait was interrupted.
         worker.end()
 
 
-def confined(
-    task: Callable[..., Result],
-    path: Path,
-    *arguments: Any,
-    timeout: float = FILE_TIMEOUT,
-    headroom: int = FILE_HEADROOM,
-) -> Result:
+def outcome_of(error: TimeoutError | MemoryError | WorkerDied) -> Outcome:
+    """The outcome of a run that ended without a result."""
+    if isinstance(error, TimeoutError):
+        return Outcome.TIMED_OUT
+    return Outcome.OUT_OF_MEMORY if isinstance(error, MemoryError) else Outcome.CRASHED
+
+
+def confined(task: Callable[..., Result], path: Path, *arguments: Any, timeout: float = FILE_TIMEOUT) -> Result:
     """Result of a task on a user's file, in a fresh process: a file that takes it down is an error like any.
 
     Args:
         task: called with the path and the arguments; a function that can be pickled, as is what it returns.
         timeout: longest time that it may take [s].
-        headroom: memory that it may take beyond what a process begins with [bytes].
 
     Raises:
         InvalidInput: what the task raised, or that it crashed, took too long or too much memory.
     """
-    answer = isolated(task, path, *arguments, timeout=timeout, headroom=headroom)
+    answer = isolated(task, path, *arguments, timeout=timeout, headroom=FILE_HEADROOM)
     if isinstance(answer, Ended):
         raise InvalidInput(f"{path}: it cannot be used: {answer.outcome.meaning} ({answer.reason})")
     return answer

@@ -1,29 +1,106 @@
-"""Cells in processes of this machine: what one of them does to its process costs that cell alone."""
+"""Calls in processes of this machine: what one of them does to its process costs that call alone."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from abc import abstractmethod
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from conrod.errors import InvalidInput
-from conrod.studies.execution.child import KilledFromOutside
-from conrod.studies.execution.worker_process import Limits, WorkerProcesses, killed_again
+from conrod.studies.execution.worker_process import KilledFromOutside, Limits, WorkerProcesses
 
 MOST_JOBS = 1024
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 
-class LocalProcesses(Executor):
-    """An executor of which every job has a worker process; a call that kills, hangs or fills one ends by itself.
+class RepeatingExecutor(Executor):
+    """An executor of calls in other processes; one that is killed from outside is repeated before it is blamed.
 
-    A future then raises WorkerDied, TimeoutError or MemoryError; only that worker is replaced. A call whose worker is
-    killed from outside, by a person or for want of memory, is repeated once with nothing beside it. What is called must
-    be importable by its module's name, as with any process that does not fork, and not from the working folder.
+    Killed by a person or for want of memory, it is made once more, with nothing beside it. What is called must be
+    importable by its module's name, as with any process that does not fork, and not from the working folder.
+
+    Attributes:
+        limits: of each call.
+        in_flight: how many calls are to be handed over at a time: no process ever waits, and an interrupt is quick.
     """
+
+    def __init__(self, limits: Limits, in_flight: int, threads: int) -> None:
+        self.limits, self.in_flight = limits, in_flight
+        # A thread does nothing but wait for its call's answer.
+        self._threads = ThreadPoolExecutor(threads, thread_name_prefix="conrod-call")
+        # Each call passes the turnstile; one that must be alone stays in it, until the others have ended and it has.
+        self._turnstile, self._under_way, self._ended = threading.Lock(), 0, threading.Condition()
+
+    @abstractmethod
+    def _call(self, alone: bool, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
+        """The result of a call.
+
+        Args:
+            alone: whether nothing is to be beside it.
+
+        Raises:
+            WorkerDied, TimeoutError, MemoryError: what the call did to its process.
+            KilledFromOutside: its process was killed, and not by conrod.
+        """
+
+    @abstractmethod
+    def _stop(self) -> None:
+        """End all calls, and let none begin."""
+
+    def submit(
+        self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> Future[Result]:
+        """The future of a call; see `_call` for what it may raise."""
+        return self._threads.submit(self._called, fn, args, kwargs)
+
+    def _called(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
+        try:
+            with self._beside_others():
+                return self._call(False, function, *arguments, **named)
+        except KilledFromOutside:
+            pass
+        with self._turnstile:
+            with self._ended:
+                self._ended.wait_for(lambda: self._under_way == 0)
+            try:
+                return self._call(True, function, *arguments, **named)
+            except KilledFromOutside as error:
+                raise error.again from None
+
+    @contextmanager
+    def _beside_others(self) -> Iterator[None]:
+        with self._turnstile, self._ended:
+            self._under_way += 1
+        try:
+            yield
+        finally:
+            with self._ended:
+                self._under_way -= 1
+                self._ended.notify_all()
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Let the calls under way finish, and, unless they are cancelled, those that wait; then end the processes."""
+        self._threads.shutdown(wait=wait, cancel_futures=cancel_futures)
+        if wait:
+            self._stop()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
+    ) -> bool | None:
+        if error is not None:
+            # An interrupt must not wait for calls that take minutes.
+            self._stop()
+        self.shutdown(cancel_futures=error is not None)
+        return None
+
+
+class LocalProcesses(RepeatingExecutor):
+    """An executor of which every job has a worker process; a call that kills, hangs or fills one ends by itself."""
 
     def __init__(self, jobs: int = 1, *, cell_timeout: float | None = None, cell_memory: int | None = None) -> None:
         """Start nothing yet: processes start when they are needed.
@@ -38,58 +115,13 @@ class LocalProcesses(Executor):
         """
         if not 1 <= jobs <= MOST_JOBS:
             raise InvalidInput(f"{jobs} jobs: give a number from 1 to {MOST_JOBS}")
-        self.limits = Limits(cell_timeout, cell_memory)
-        # Enough waiting that no worker ever does, and few enough that an interrupt is quick.
-        self.in_flight = 4 * jobs
+        super().__init__(Limits(cell_timeout, cell_memory), 4 * jobs, jobs)
         self._workers = WorkerProcesses(self.limits)
-        # Each call takes a place; one that must be alone takes all, while no other passes the turnstile.
-        self._jobs, self._places, self._turnstile = jobs, threading.Semaphore(jobs), threading.Lock()
-        # A thread does nothing but wait for its worker's answer.
-        self._threads = ThreadPoolExecutor(jobs, thread_name_prefix="conrod-worker")
 
-    def submit(
-        self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
-    ) -> Future[Result]:
-        """The future of a call; see the class for what it may raise."""
-        return self._threads.submit(self._called, fn, args, kwargs)
+    def _call(self, alone: bool, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
+        if alone:
+            self._workers.rest()
+        return self._workers.call(function, *arguments, **named)
 
-    def _called(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
-        """Result of a call; one whose process was killed from outside is repeated before that is believed."""
-        try:
-            with self._turnstile:
-                self._places.acquire()
-            try:
-                return self._workers.call(function, arguments, named)
-            finally:
-                self._places.release()
-        except KilledFromOutside:
-            return self._called_alone(function, arguments, named)
-
-    def _called_alone(
-        self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]
-    ) -> Result:
-        with self._turnstile:
-            for _ in range(self._jobs):
-                self._places.acquire()
-            try:
-                self._workers.rest()
-                return self._workers.call(function, arguments, named)
-            except KilledFromOutside as error:
-                raise killed_again(error) from None
-            finally:
-                self._places.release(self._jobs)
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Let the calls under way finish, and, unless they are cancelled, those that wait; then end the processes."""
-        self._threads.shutdown(wait=wait, cancel_futures=cancel_futures)
-        if wait:
-            self._workers.stop()
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
-    ) -> bool | None:
-        if error is not None:
-            # An interrupt must not wait for cells that take minutes.
-            self._workers.stop()
-        self.shutdown(wait=True, cancel_futures=error is not None)
-        return None
+    def _stop(self) -> None:
+        self._workers.stop()

@@ -1,19 +1,22 @@
-"""A worker process: it answers one pickled call after another, until its owner is gone.
+"""A worker process from inside: it answers one pickled call after another, until its owner is gone.
 
 A process that runs many cases of one scene computes the scene's tables once.
 """
 
 from __future__ import annotations
 
+import os
 import pickle
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
 from typing import TypeVar
 
 from conrod.errors import InvalidInput, portable
 from conrod.scenes import Scene
-from conrod.studies.execution.child import BEGUN, RESERVE, Owner, address_space, ran_out_of_memory
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.measurement import Measurement
 
@@ -43,21 +46,72 @@ def _known(scene: Scene) -> Scene:
     return scene
 
 
-def main(owner: Owner, memory: int | None, headroom: int | None) -> None:
+# -- the process ------------------------------------------------------------------------------------------------------
+
+
+def main(pipe: int, memory: int | None, headroom: int | None) -> None:
     """Serve calls until their owner ends.
 
     Args:
-        owner: whose calls they are.
+        pipe: descriptor of the owner's connection.
         memory: largest address space of this process [bytes], None for no limit.
         headroom: the same, counted from what it has when a call begins [bytes].
     """
+    os.set_inheritable(pipe, False)
+    owner, calls = Connection(pipe), SimpleQueue[bytes]()
+    threading.Thread(target=_listen, args=(owner, calls), daemon=True).start()
     reserve = bytearray(0 if memory is headroom is None else RESERVE)
-    owner.send(pickle.dumps(_refusal(memory)))
+    refusal = _refusal(memory)
     while True:
-        call = owner.receive()
+        call = calls.get()
         # Before the call is looked at: to unpickle it may take the process down.
-        owner.send(BEGUN)
-        owner.send(_answer(call, reserve, headroom))
+        owner.send(refusal)
+        owner.send_bytes(_answer(call, reserve, headroom))
+
+
+def _listen(owner: Connection, calls: SimpleQueue[bytes]) -> None:
+    """Receive calls; the end of the owner is the end of this process, busy or not."""
+    while True:
+        try:
+            calls.put(owner.recv_bytes())
+        except (EOFError, OSError):
+            os._exit(0)
+
+
+def _answer(call: bytes, reserve: bytearray, headroom: int | None) -> bytes:
+    """The pickled pair of whether the call returned, and what it returned or raised."""
+    try:
+        function, arguments, named = pickle.loads(call)
+        if headroom is not None:
+            _limit(address_space() + headroom)
+        # Within the limits too: a result that there is no memory to send is none.
+        return pickle.dumps((True, function(*arguments, **named)))
+    except Exception as error:
+        if _out_of_memory(error):
+            reserve.clear()
+            return pickle.dumps((False, MemoryError(str(error))))
+        return pickle.dumps((False, portable(error)))
+
+
+# -- its memory -------------------------------------------------------------------------------------------------------
+
+# Kept back by a process whose memory is limited: to say that all is taken takes some.
+RESERVE = 1 << 24  # bytes
+# Less than this is too little for an engine to load its libraries, compile a model or make its state. (With 32 MB left,
+# MuJoCo fails in a handful of ways, of which only some say why; with 64 MB it does not.)
+SPARE = 1 << 26  # bytes
+# What libraries say that were given no memory, and as what kinds of error.
+SIGNS = ("allocate memory", "insufficient memory", "failed to map segment")
+FOREIGN = (ImportError, OSError, RuntimeError, ValueError)
+
+
+def address_space() -> int:
+    """Address space of this process [bytes]; 0 where the system does not say."""
+    try:
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    except FileNotFoundError:
+        return 0
 
 
 def _refusal(memory: int | None) -> InvalidInput | None:
@@ -84,16 +138,14 @@ def _limit(memory: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (least, least))
 
 
-def _answer(call: bytes, reserve: bytearray, headroom: int | None) -> bytes:
-    """The pickled pair of whether the call returned, and what it returned or raised."""
-    try:
-        function, arguments, named = pickle.loads(call)
-        if headroom is not None:
-            _limit(address_space() + headroom)
-        # Within the limits too: a result that there is no memory to send is none.
-        return pickle.dumps((True, function(*arguments, **named)))
-    except Exception as error:
-        if ran_out_of_memory(error):
-            reserve.clear()
-            return pickle.dumps((False, MemoryError(str(error))))
-        return pickle.dumps((False, portable(error)))
+def _out_of_memory(error: Exception) -> bool:
+    """True if an error came of this process's memory limit; to be asked before what the process holds is let go."""
+    if isinstance(error, MemoryError):
+        return True
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit == resource.RLIM_INFINITY or isinstance(error, InvalidInput):
+        return False
+    said = any(sign in str(error) for sign in SIGNS)
+    return said or (isinstance(error, FOREIGN) and limit - address_space() < SPARE)

@@ -1,20 +1,35 @@
-"""Worker processes as their owner sees them: called, limited, replaced when they die."""
+"""Worker processes as their owner sees them: started, called, limited, replaced when they die.
+
+Nothing is imported from the working folder there: files beside a user's model are data, whatever their names. A worker
+has a connection of its own: what is printed there is no message, and no other worker's death can leave it waiting.
+"""
 
 from __future__ import annotations
 
+import os
 import pickle
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing import Pipe
+from pathlib import Path
 from typing import Any, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.child import BEGUN, Child, KilledFromOutside
 
 Result = TypeVar("Result")
 
-LEAST_TIMEOUT, MOST_TIMEOUT = 0.1, 1e7
+LEAST_TIMEOUT, MOST_TIMEOUT = 0.1, 2e6  # [s]; a wait for a connection takes no more
+# There are as many processes as cores: the threads of their linear algebra would only get in each other's way.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+# Where this very conrod is.
+HOME = str(Path(__file__).parents[3])
+# What a kernel short of memory, a batch system or a person sends; an engine does not end itself so.
+FROM_OUTSIDE = {-signal.SIGKILL, -signal.SIGTERM}
 
 
 @dataclass(frozen=True)
@@ -62,103 +77,149 @@ class NotBegun(RuntimeError):
     """The process ended before it began with the call, which is not what it died of."""
 
 
-def killed_again(error: KilledFromOutside) -> Exception:
-    """Error of a second kill, with nothing beside the call: the call's own doing, if it had begun."""
-    return WorkerDied(f"{error.how}, and again with nothing beside it") if error.begun else error
+class KilledFromOutside(InvalidInput):
+    """A process was killed, and not by conrod: nothing is known of the call that it was busy with.
 
+    Attributes:
+        how: the signal.
+        begun: whether the process had begun with the call.
+    """
 
-# There are as many processes as cores: the threads of their linear algebra would only get in each other's way.
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    def __init__(self, how: str, begun: bool = True) -> None:
+        super().__init__(how, begun)
+        self.how, self.begun = how, begun
+
+    def __str__(self) -> str:
+        return f"a process was killed from outside{'' if self.begun else ' before it began'}: {self.how}"
+
+    @property
+    def again(self) -> Exception:
+        """Error of a second kill, with nothing beside the call: the call's own doing, if it had begun."""
+        return WorkerDied(f"{self.how}, and again with nothing beside it") if self.begun else self
 
 
 class WorkerProcess:
-    """A Python interpreter of its own that serves one call after another.
-
-    It has pipes of its own: no death of another one, at whatever moment, can leave this one waiting. And it ends with
-    its owner, however that ends. InvalidInput where the system cannot start one.
-    """
+    """A Python interpreter of its own that serves one call after another; it ends with its owner, however that ends."""
 
     def __init__(self, limits: Limits, threads_of_its_own: bool = False) -> None:
         """Start it.
 
         Args:
             threads_of_its_own: whether its linear algebra may use several cores.
+
+        Raises:
+            InvalidInput: the system cannot start it.
         """
         self._limits = limits
-        self._child = _started(limits, threads_of_its_own)
-        self._welcomed = False
+        self._pipe, theirs = Pipe()
+        code = "from conrod.studies.execution.worker import main; main{}"
+        try:
+            self._process = subprocess.Popen(
+                # -P: not from the working folder, which Python would put in front of its own library.
+                [sys.executable, "-P", "-c", code.format((theirs.fileno(), limits.memory, limits.headroom))],
+                stdin=subprocess.DEVNULL,
+                # What an engine prints is not what the command has to say.
+                stdout=2,
+                pass_fds=[theirs.fileno()],
+                env={
+                    **({} if threads_of_its_own else ONE_THREAD),
+                    **os.environ,
+                    "PYTHONPATH": os.pathsep.join(import_path()),
+                },
+                # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
+                process_group=0,
+            )
+        except OSError as error:
+            raise InvalidInput(f"a worker process cannot start: {error.strerror or error}") from None
+        finally:
+            theirs.close()
+        self._killed = self._served = self._busy = False
 
-    def call(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
+    def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
         """Call a function there; return or raise what it does.
 
         Raises:
             WorkerDied: the process died of it.
             KilledFromOutside: the process was killed, and not by conrod.
             TimeoutError: it took longer than the limit; the process was killed.
-            MemoryError: it needed more than the limit.
+            MemoryError: it needed more than the limit; the process was killed.
             NotBegun: the process died before, of something else.
             InvalidInput: also where the process cannot start at all, or not within the memory limit.
         """
         call = pickle.dumps((function, arguments, named))
-        self._welcome()
+        self._busy = True
         self._begin(call)
+        # A new process's start is not its first call's time.
+        if not self._pipe.poll(self._limits.timeout):
+            self.kill()
+            raise TimeoutError(f"no result after {self._limits.timeout:g} s")
         try:
-            returned, content = pickle.loads(self._child.receive(self._limits.timeout))
-        except EOFError:
-            raise WorkerDied(self._child.how_it_ended()) from None
+            returned, content = self._pipe.recv()
+        except (EOFError, OSError):
+            raise self._ended() from None
+        self._busy = False
         if returned:
             result: Result = content
             return result
-        if isinstance(content, MemoryError) and self._limits.memory is not None:
-            raise MemoryError(f"the limit was {self._limits.memory} bytes")
-        if isinstance(content, MemoryError) and self._limits.headroom is not None:
-            raise MemoryError(f"the limit was {self._limits.headroom} bytes more than it began with")
+        if isinstance(content, MemoryError):
+            # What the process still holds would be missing to the next call.
+            self.kill()
+            raise self._out_of_memory(content)
         raise content
-
-    def kill(self) -> None:
-        """End the process, whatever it is doing; a call under way ends as died."""
-        self._child.kill()
-
-    def end(self) -> None:
-        """End the process and wait for its end; for the thread that has it."""
-        self._child.end()
 
     @property
     def ready(self) -> bool:
-        """True if the process has started and still runs."""
-        return self._welcomed and self._child.alive
+        """True if it can be called."""
+        return not self._busy and not self._killed and self._process.poll() is None
 
-    def _welcome(self) -> None:
-        """Wait for a new process to be ready, which is not its first call's time."""
-        if self._welcomed:
-            return
-        try:
-            refusal: InvalidInput | None = pickle.loads(self._child.receive())
-        except EOFError:
-            raise self._not_started() from None
-        if refusal is not None:
-            raise refusal
-        self._welcomed = True
+    def kill(self) -> None:
+        """End the process, whatever it is doing; a call under way ends as died."""
+        self._killed = True
+        self._process.kill()
 
-    def _not_started(self) -> InvalidInput:
-        try:
-            how = self._child.how_it_ended()
-        except KilledFromOutside as error:
-            return KilledFromOutside(error.how, begun=False)
-        return InvalidInput(f"a worker process cannot start: it {how} before its first cell")
+    def end(self) -> None:
+        """End the process and wait for its end; for the thread that has it."""
+        self.kill()
+        self._process.wait()
+        self._pipe.close()
 
     def _begin(self, call: bytes) -> None:
+        """Send the call, and wait until the process begins with it."""
         try:
-            self._child.send(call)
-            begun = self._child.receive()
-        except EOFError:
-            raise NotBegun from None
-        assert begun == BEGUN
+            self._pipe.send_bytes(call)
+            refusal: InvalidInput | None = self._pipe.recv()
+        except (EOFError, OSError):
+            raise NotBegun if self._served else self._ended() from None
+        if refusal is not None:
+            raise refusal
+        self._served = True
+
+    def _ended(self) -> Exception:
+        """The error of a process that has ended; waits for its end."""
+        status = self._process.wait()
+        how = f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        if status in FROM_OUTSIDE and not self._killed:
+            return KilledFromOutside(how, begun=self._served)
+        if not self._served:
+            return InvalidInput(f"a worker process cannot start: it {how} before its first cell")
+        return WorkerDied(how)
+
+    def _out_of_memory(self, error: MemoryError) -> MemoryError:
+        memory, headroom = self._limits.memory, self._limits.headroom
+        if memory is headroom is None:
+            return error
+        return MemoryError(
+            f"the limit was {headroom} bytes more than it began with"
+            if memory is None
+            else f"the limit was {memory} bytes"
+        )
 
 
-def _started(limits: Limits, threads_of_its_own: bool = False) -> Child:
-    environment = {} if threads_of_its_own else ONE_THREAD
-    return Child("conrod.studies.execution.worker", limits.memory, limits.headroom, environment=environment)
+def import_path() -> list[str]:
+    """Folders that a worker imports from: those of this process but the working folder, and that of conrod."""
+    # An empty entry stands for the working folder, where an interpreter begins that was given no script.
+    path = [entry for entry in sys.path if entry]
+    return path if HOME in path else [HOME, *path]
 
 
 class WorkerProcesses:
@@ -171,22 +232,16 @@ class WorkerProcesses:
         self._idle: list[WorkerProcess] = []
         self._stopped = False
 
-    def call(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
+    def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
         """As `WorkerProcess.call`, in an idle worker or a new one; for any number of threads at once."""
         while True:
             worker = self._taken()
             try:
-                result = worker.call(function, arguments, named)
+                return worker.call(function, *arguments, **named)
             except NotBegun:
-                # Killed from outside while it had nothing to do: the call is for the next one.
-                self._give_back(worker, usable=False)
-            except BaseException as error:
-                # After a MemoryError, what the process still holds would be missing to the next call.
-                self._give_back(worker, usable=worker.ready and not isinstance(error, MemoryError))
-                raise
-            else:
-                self._give_back(worker, usable=True)
-                return result
+                pass  # killed from outside while it had nothing to do: the call is for the next one
+            finally:
+                self._give_back(worker)
 
     def rest(self) -> None:
         """End those that have nothing to do, which hold memory all the same."""
@@ -200,11 +255,9 @@ class WorkerProcesses:
         """Kill all of them; calls under way end as died, and no new ones begin."""
         with self._lock:
             self._stopped = True
-            idle, self._idle = self._idle, []
             for worker in self._all:
                 worker.kill()
-        for worker in idle:
-            worker.end()
+        self.rest()
 
     def _taken(self) -> WorkerProcess:
         with self._lock:
@@ -216,9 +269,9 @@ class WorkerProcesses:
             self._all.add(worker)
             return worker
 
-    def _give_back(self, worker: WorkerProcess, usable: bool) -> None:
+    def _give_back(self, worker: WorkerProcess) -> None:
         with self._lock:
-            if usable and not self._stopped:
+            if worker.ready and not self._stopped:
                 self._idle.append(worker)
                 return
             self._all.discard(worker)

@@ -11,8 +11,8 @@ from conrod.engines import Engine, engine_named, engine_names
 from conrod.engines.engine import judged_preset
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
-from conrod.studies.execution.child import address_space
 from conrod.studies.execution.isolation import Ended, isolated
+from conrod.studies.execution.worker import address_space
 from conrod.studies.frame.study import Results, Study, pursue
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS
 from conrod.studies.limits.axis import Axis
