@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ablations import SCENE, Planted, field_ingredient, timing
-from cell_tasks import assigned
+from cell_tasks import Here, assigned
 
 from conrod import MuJoCoSettings, PymunkSettings, compare, run
 from conrod.engines.mujoco.settings import HARDENING, STIFF_SOLIMP
@@ -195,7 +194,7 @@ def test_a_run_of_another_kind_of_cell_is_another_run() -> None:
 def test_an_interrupted_study_goes_on_where_it_stopped(tmp_path: Path) -> None:
     plan = plan_ablation(SCENE, SAW, Planted(PLANTED[:1], base), 40, 2)  # type: ignore[arg-type]
     cells = plan.change_cases()
-    with Ledger.open(tmp_path / "l.sqlite") as ledger, ThreadPoolExecutor(1) as executor:
+    with Ledger.open(tmp_path / "l.sqlite") as ledger, Here() as executor:
         first = run_cases(cells[:1], ledger, executor)
         both = run_cases(cells, ledger, executor)
         assert both[cells[0].key] == first[cells[0].key]

@@ -9,12 +9,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from itertools import islice
 from pathlib import Path
 
 import cell_tasks as tasks
 import pytest
+from cell_tasks import Here
 from rich.console import Console
 
 from conrod import InvalidInput
@@ -33,29 +33,6 @@ CELLS = tasks.cells(30)
 def local() -> Iterator[LocalProcesses]:
     with LocalProcesses(2, cell_timeout=60.0) as executor:
         yield executor
-
-
-class Here(RepeatingExecutor):
-    """Runs everything at once in the calling thread, and counts."""
-
-    def __init__(self, limits: Limits | None = None) -> None:
-        super().__init__(limits or Limits(), 64, 1)
-        self.ran: list[int] = []
-
-    def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
-        self.ran.append(tasks.number(args[-1]))
-        future: Future[Measurement] = Future()
-        future.set_running_or_notify_cancel()
-        try:
-            future.set_result(self._call(False, fn, *args, **kwargs))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-    def _call(self, alone: bool, function, *arguments, **named):  # type: ignore[no-untyped-def]
-        return function(*arguments, **named)
-
-    def _stop(self) -> None: ...
 
 
 def ended(outcome: type[Exception]) -> Callable[[RunCase], Measurement]:

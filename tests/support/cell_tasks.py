@@ -7,10 +7,13 @@ import os
 import signal
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from conrod import InvalidInput, PymunkSettings, Saw
+from conrod.studies.execution.local import RepeatingExecutor
+from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
@@ -52,6 +55,32 @@ def number(cell: Case) -> int:
     run = cell.case if isinstance(cell, Assigned) else cell
     assert isinstance(run, RunCase)
     return round(1e3 * run.start_angle)
+
+
+class Here(RepeatingExecutor):
+    """Runs everything at once in the calling thread, and keeps which cases it ran."""
+
+    def __init__(self, limits: Limits | None = None) -> None:
+        super().__init__(limits or Limits(), 64, 1)
+        self.cases: list[Case] = []
+
+    @property
+    def ran(self) -> list[int]:
+        return [number(case) for case in self.cases]
+
+    def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
+        self.cases.append(args[-1])
+        future: Future[Measurement] = Future()
+        future.set_running_or_notify_cancel()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def _call(self, alone: bool, function, *arguments, **named): ...  # type: ignore[no-untyped-def]
+
+    def _stop(self) -> None: ...
 
 
 def echo(cell: RunCase) -> Measurement:
