@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from conrod.own.tables.error_hypotheses import Cause
+from conrod.own.tables.causes import Cause
 from conrod.own.tables.estimation import Estimation
 from conrod.own.tables.judging import ERRORS
 from conrod.own.tables.study import TableStudy

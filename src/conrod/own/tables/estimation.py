@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.own.tables.fit import Fit
-from conrod.own.tables.fitting import Fitted, fitted
+from conrod.own.tables.fitting import Fit, Fitted, fitted
 from conrod.own.tables.samples import Alignment, Observed
 from conrod.scenes import Scene
 
@@ -94,38 +94,35 @@ def estimate(observed: Observed, scene: Scene, asked: Sequence[str]) -> Estimati
         InvalidInput: the table does not have what it would be determined from, or too little of it.
     """
     if not observed.has("position"):
-        _check_without_positions(observed, asked)
+        if observed.angle is None or "frame" in asked:
+            what = "frame" if observed.angle is not None else ",".join(asked)
+            raise InvalidInput(f"--estimate {what}: the table has no positions to estimate it from")
     elif scene.kinematics.mechanism.driver.span is not None and tuple(asked) != ("frame",):
         raise InvalidInput(
             f"--estimate {','.join(asked)}: it would be looked for anywhere in a turn, and the input makes one pass; "
             "only frame can be estimated"
         )
     rows = observed.thinned(MOST_ROWS)
+    usual = _with_sense(rows, scene, asked, 1)
     if "sense" not in asked:
-        return _with_sense(rows, scene, asked, 1)
-    usual, opposite = (_with_sense(rows, scene, asked, sense) for sense in (1, -1))
-    best, other = sorted((usual, opposite), key=lambda one: one.remaining)
+        return usual
+    best, other = sorted((usual, _with_sense(rows, scene, asked, -1)), key=lambda one: one.remaining)
     if other.remaining < ROUNDING or best.remaining > SAME_FIT * other.remaining:
         reason = "sense cannot be determined: both senses of rotation fit alike; it is taken to be the scene's"
         return replace(usual, undetermined=(*usual.undetermined, reason))
     return replace(best, sense=(best.alignment.sense, best.remaining, other.remaining))
 
 
-def _check_without_positions(observed: Observed, asked: Sequence[str]) -> None:
-    if observed.angle is None:
-        raise InvalidInput(f"--estimate {','.join(asked)}: the table has no positions to estimate it from")
-    if "frame" in asked:
-        raise InvalidInput("--estimate frame: the table has no positions to estimate it from")
-
-
 def _with_sense(observed: Observed, scene: Scene, asked: Sequence[str], sense: int) -> Estimation:
     fits = list(_fits(observed, scene, asked, Alignment(sense=sense)))
-    alignment = _within_a_turn(fits[-1].alignment, scene)
+    found, turn = fits[-1].alignment, 2.0 * math.pi
+    # The motion repeats: of all offsets that are as good, the smallest.
+    repeats = {"time": scene.period, "phase": turn, "zero": turn, "rotation": turn}
+    smallest: dict[str, Any] = {name: math.remainder(getattr(found, name), period) for name, period in repeats.items()}
+    values = smallest | dict(zip("xy", found.offset, strict=True))
     return Estimation(
-        alignment=alignment,
-        estimates=tuple(
-            Estimate(name, _value(alignment, name), error) for one in fits for name, error in one.errors.items()
-        ),
+        alignment=replace(found, **smallest),
+        estimates=tuple(Estimate(name, values[name], error) for one in fits for name, error in one.errors.items()),
         sense=None,
         undetermined=tuple(text for one in fits for text in one.undetermined),
         rows=len(observed.times),
@@ -135,28 +132,12 @@ def _with_sense(observed: Observed, scene: Scene, asked: Sequence[str], sense: i
 
 def _fits(observed: Observed, scene: Scene, asked: Sequence[str], start: Alignment) -> Iterator[Fitted]:
     """Of a table that says where its crank was: the crank's zero and the frame first, the clock from what is left."""
-    clock = [name for name in asked if name in ("time", "phase")]
+    frame = FRAME if "frame" in asked else ()
     if observed.angle is None or not observed.has("position"):
-        names = [part for name in asked for part in (FRAME if name == "frame" else (name,)) if name != "sense"]
+        names = [part for name in asked for part in (frame if name == "frame" else (name,)) if name != "sense"]
         yield fitted(Fit(observed, scene, "crank" if observed.angle is not None else "nominal"), start, names)
         return
-    names = [*(["zero"] if "phase" in asked else []), *(FRAME if "frame" in asked else ())]
-    crank = fitted(Fit(observed, scene, "reached"), start, names)
+    crank = fitted(Fit(observed, scene, "reached"), start, [*(["zero"] if "phase" in asked else []), *frame])
     yield crank
+    clock = [name for name in asked if name in ("time", "phase")]
     yield fitted(Fit(observed, scene, "nominal"), crank.alignment, clock)
-
-
-def _within_a_turn(alignment: Alignment, scene: Scene) -> Alignment:
-    """The motion repeats: of all offsets that are as good, the smallest."""
-    turn = 2.0 * math.pi
-    return replace(
-        alignment,
-        time=math.remainder(alignment.time, scene.period),
-        phase=math.remainder(alignment.phase, turn),
-        zero=math.remainder(alignment.zero, turn),
-        rotation=math.remainder(alignment.rotation, turn),
-    )
-
-
-def _value(alignment: Alignment, name: str) -> float:
-    return alignment.offset["xy".index(name)] if name in ("x", "y") else float(getattr(alignment, name))

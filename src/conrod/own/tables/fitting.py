@@ -1,4 +1,4 @@
-"""Least squares of an alignment, from the best of many crank angles round the turn.
+"""Least squares of an alignment of a table, from the best of many crank angles round the turn.
 
 The frame for each start is the closed solution of the orthogonal Procrustes problem (Schoenemann 1966; in the plane it
 is the angle of a complex product), so that no guess is needed.
@@ -9,16 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
-from conrod.own.tables.fit import TURNING, Fit
-from conrod.own.tables.samples import Alignment
+from conrod.exact.motion import Array, PointMotion
+from conrod.own.tables.samples import Alignment, Observed, Samples
+from conrod.scenes import Scene
 
+# What is fitted: positions at the nominal time, positions at the table's own crank angle, or that angle itself.
+Kind = Literal["nominal", "reached", "crank"]
+TURNING = ("time", "phase", "zero")  # what shifts the crank angle
 STARTS, START_ROWS, PURSUED = 72, 400, 4
 PRECISION = 4.0 * float(np.finfo(float).eps)  # relative, of the sum of squares, of a step and of the slope
 # Singular values below this share of the largest one are rounding: their direction cannot be determined.
@@ -43,40 +47,112 @@ class Fitted:
     remaining: float
 
 
+@dataclass(frozen=True)
+class Fit:
+    """A least-squares problem. Fitted quantities are in units in which each is about one; see `scale`.
+
+    Attributes:
+        kind: what is fitted.
+    """
+
+    observed: Observed
+    scene: Scene
+    kind: Kind
+
+    @cached_property
+    def positions(self) -> dict[str, Samples]:
+        """Samples of position by point."""
+        return {name: s["position"] for name, s in self.observed.points.items() if "position" in s}
+
+    def scale(self, name: str) -> float:
+        """The unit of a fitted quantity, SI: the time of a radian at nominal speed, the largest L, or a radian."""
+        if name == "time":
+            return 1.0 / abs(self.scene.speed)
+        return max(self.scene.lengths.values()) if name in ("x", "y") else 1.0
+
+    def moved(self, alignment: Alignment, names: Sequence[str], step: Sequence[float] | Array) -> Alignment:
+        """An alignment changed by so many units of each quantity."""
+        change = {name: float(size) * self.scale(name) for name, size in zip(names, step, strict=True)}
+        x, y = alignment.offset
+        offset = (x + change.pop("x", 0.0), y + change.pop("y", 0.0))
+        return replace(alignment, offset=offset, **{name: getattr(alignment, name) + by for name, by in change.items()})
+
+    def angle(self, alignment: Alignment) -> Array:
+        """Crank angles (T,) [rad] at which positions are fitted."""
+        at = alignment.nominal if self.kind == "nominal" else alignment.reached
+        return at(self.observed, self.scene.speed)
+
+    def left(self, alignment: Alignment) -> float:
+        """Sum of squares."""
+        residuals, _ = self.linearised(alignment)
+        return float(residuals @ residuals)
+
+    def linearised(self, alignment: Alignment, names: Sequence[str] = ()) -> tuple[Array, Array]:
+        """Residuals (N,), table minus exact, and derivatives of the exact values (N, p).
+
+        Positions are divided by L; the crank angle is in radians.
+        """
+        if self.kind == "crank":
+            reached = np.unwrap(alignment.reached(self.observed, self.scene.speed))
+            slopes = np.array([self._turn(alignment, name) for name in names])
+            nominal = alignment.nominal(self.observed, self.scene.speed)
+            return reached - nominal, np.broadcast_to(slopes, (len(reached), len(names)))
+        motion = self.scene.motion(self.angle(alignment), 1.0)
+        residuals, parts = [], []
+        for point, samples in self.positions.items():
+            exact, length = motion.point(point), self.scene.lengths[point]
+            off = samples.values - alignment.seen(exact.position, samples, placed=True)
+            residuals.append(off.ravel() / length)
+            columns = [self._slope(name, exact, samples, alignment).ravel() for name in names]
+            parts.append((np.column_stack(columns) if columns else np.empty((off.size, 0))) / length)
+        return np.concatenate(residuals), np.concatenate(parts)
+
+    def _slope(self, name: str, exact: PointMotion, samples: Samples, alignment: Alignment) -> Array:
+        if name in TURNING:
+            # At a crank speed of 1 rad/s the velocity is the derivative by the angle.
+            return self._turn(alignment, name) * alignment.seen(exact.velocity, samples, placed=False)
+        if name == "rotation":
+            turned = replace(alignment, rotation=alignment.rotation + 0.5 * math.pi)
+            return turned.seen(exact.position, samples, placed=False)
+        along = np.array([float(axis == "xy".index(name)) for axis in samples.axes])
+        return np.broadcast_to(along * self.scale(name), samples.values.shape)
+
+    def _turn(self, alignment: Alignment, name: str) -> float:
+        """Derivative of the crank angle by what shifts it."""
+        return -alignment.sense * math.copysign(1.0, self.scene.speed) if name == "time" else 1.0
+
+
 def fitted(problem: Fit, start: Alignment, asked: Sequence[str]) -> Fitted:
     """The alignment that leaves least, of what was asked for and can be determined; the rest stays as in `start`.
 
     Raises:
         InvalidInput: there are no more residuals than unknowns.
     """
-    names, undetermined = list(asked), []
+    names, undetermined = list(asked), list[str]()
     count = len(problem.linearised(start)[0])
     if count <= len(names):
         raise InvalidInput(f"{count} numbers are too few to estimate {', '.join(names)} from")
-    while True:
+    while names:
         best = _best(problem, start, names)
         residuals, slopes = problem.linearised(best, names)
-        tied = _tied(slopes, names)
-        if not tied:
+        _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
+        if singular[-1] > DETERMINED * max(singular[0], math.sqrt(count) * DETERMINED):
+            # Of independent errors of one size: the square root of s^2 (J^T J)^-1, s^2 = r^T r / (N - p).
+            variance = float(residuals @ residuals) / (count - len(names))
+            spread = np.sqrt(variance * np.sum((directions / singular[:, None]) ** 2, axis=0))
+            errors = {name: float(size) * problem.scale(name) for name, size in zip(names, spread, strict=True)}
             break
+        tied = [name for name, part in zip(names, directions[-1], strict=True) if abs(part) > INVOLVED]
         undetermined.append(_undetermined(tied))
         names.remove(tied[-1])
-    errors = _standard_errors(problem, names, residuals, slopes)
-    remaining = math.sqrt(float(residuals @ residuals) / problem.vectors)
-    return Fitted(best, errors, tuple(undetermined), remaining)
-
-
-def _tied(slopes: Array, names: Sequence[str]) -> list[str]:
-    """Quantities of which a combination changes nothing; empty where all can be determined."""
-    if not names:
-        return []
-    _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
-    if singular[-1] > DETERMINED * max(singular[0], math.sqrt(len(slopes)) * DETERMINED):
-        return []
-    return [name for name, part in zip(names, directions[-1], strict=True) if abs(part) > INVOLVED]
+    else:
+        best, errors = start, {}
+    vectors = len(problem.observed.times) * (1 if problem.kind == "crank" else len(problem.positions))
+    return Fitted(best, errors, tuple(undetermined), math.sqrt(problem.left(best) / vectors))
 
 
 def _undetermined(tied: Sequence[str]) -> str:
+    """Quantities of which a combination changes nothing, in words."""
     last = tied[-1]
     if len(tied) == 1:
         return f"{last} cannot be determined: nothing in this table depends on it"
@@ -85,44 +161,23 @@ def _undetermined(tied: Sequence[str]) -> str:
     return f"{' and '.join(tied)} cannot be separated in this table: {last} is kept at 0, the others stand for it"
 
 
-def _standard_errors(problem: Fit, names: Sequence[str], residuals: Array, slopes: Array) -> dict[str, float]:
-    """Of independent errors of one size: the square root of s^2 (J^T J)^-1, s^2 = r^T r / (N - p)."""
-    if not names:
-        return {}
-    variance = float(residuals @ residuals) / (len(residuals) - len(names))
-    _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
-    spread = np.sqrt(variance * np.sum((directions / singular[:, None]) ** 2, axis=0))
-    return {name: float(size) * problem.scale(name) for name, size in zip(names, spread, strict=True)}
-
-
 # -- the way there ---------------------------------------------------------------------------------------------------
 
 
 def _best(problem: Fit, start: Alignment, names: Sequence[str]) -> Alignment:
-    if not names:
-        return start
+    """The best minimum that descents lead to from the best starts of a ring, each lower than its neighbours."""
     turning = next((name for name in names if name in TURNING), None)
-    coarse = problem.thinned(START_ROWS)
+    coarse = replace(problem, observed=problem.observed.thinned(START_ROWS))
     if problem.kind == "crank" or turning is None:
         starts = [_framed(coarse, start, names)]
     else:
         turns = np.arange(STARTS) * (2.0 * np.pi / STARTS)
-        around = [_framed(coarse, coarse.moved(start, [turning], [t]), names) for t in turns]
-        starts = _lowest(around, [_left(coarse, one) for one in around])
+        around = [_framed(coarse, coarse.moved(start, [turning], [turn]), names) for turn in turns]
+        left = [coarse.left(one) for one in around]
+        minima = [k for k in range(STARTS) if left[k] <= min(left[k - 1], left[(k + 1) % STARTS])]
+        starts = [around[k] for k in sorted(minima, key=lambda k: left[k])[:PURSUED]]
     pursued = [_descended(coarse, one, names) for one in starts]
-    return _descended(problem, min(pursued, key=lambda one: _left(coarse, one)), names)
-
-
-def _lowest(around: Sequence[Alignment], left: Sequence[float]) -> list[Alignment]:
-    """The best starts of a ring, each lower than its neighbours."""
-    count = len(around)
-    minima = [k for k in range(count) if left[k] <= min(left[k - 1], left[(k + 1) % count])]
-    return [around[k] for k in sorted(minima, key=lambda k: left[k])[:PURSUED]]
-
-
-def _left(problem: Fit, alignment: Alignment) -> float:
-    residuals, _ = problem.linearised(alignment)
-    return float(residuals @ residuals)
+    return _descended(problem, min(pursued, key=coarse.left), names)
 
 
 def _descended(problem: Fit, alignment: Alignment, names: Sequence[str]) -> Alignment:
@@ -148,19 +203,12 @@ def _framed(problem: Fit, alignment: Alignment, names: Sequence[str]) -> Alignme
     """With the best frame at the crank angles as they are, as far as a frame is asked for."""
     if "x" not in names or not all(samples.whole for samples in problem.positions.values()):
         return alignment
-    motion = problem.scene.motion(problem.angle(alignment), 1.0)
-    exact = np.concatenate([_complex(motion.point(name).position) for name in problem.positions])
-    found = np.concatenate(
-        [_complex(samples.values[:, np.argsort(samples.axes)]) for samples in problem.positions.values()]
-    )
-    rows = len(problem.observed.times)
-    weights = np.repeat([problem.scene.lengths[name] ** -2 for name in problem.positions], rows)
+    motion, parts = problem.scene.motion(problem.angle(alignment), 1.0), np.array([1.0, 1.0j])
+    exact = np.concatenate([motion.point(name).position @ parts for name in problem.positions])
+    found = np.concatenate([s.values[:, np.argsort(s.axes)] @ parts for s in problem.positions.values()])
+    weights = np.repeat([problem.scene.lengths[name] ** -2 for name in problem.positions], len(problem.observed.times))
     middle, centre = np.average(exact, weights=weights), np.average(found, weights=weights)
     product = np.sum(weights * np.conj(exact - middle) * (found - centre))
     rotation = float(np.angle(product)) if "rotation" in names else alignment.rotation
     offset = centre - np.exp(1j * rotation) * middle
     return replace(alignment, rotation=rotation, offset=(float(offset.real), float(offset.imag)))
-
-
-def _complex(vectors: Array) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
-    return np.asarray(vectors[:, 0] + 1j * vectors[:, 1])

@@ -82,18 +82,15 @@ def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> Erro
     `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the table's
     own columns say; where it has none, at the nominal ones, and `position` is then the same as `total`.
     """
-    exact = Exact(observed, scene, alignment)
-    return {
-        point: {name: _error(exact, name, point) for name in ERRORS if quantity_of(name) in samples}
-        for point, samples in observed.points.items()
-    }
-
-
-def _error(exact: Exact, name: str, point: str) -> ErrorCurve:
-    norm = exact.scene.lengths[point] * abs(exact.scene.speed) ** QUANTITIES.index(quantity_of(name))
-    times = exact.observed.times
-    revolutions = (times - times[0]) / exact.scene.period
-    return error_curve(revolutions, np.linalg.norm(exact.difference(name, point), axis=1) / norm)
+    exact, revolutions = Exact(observed, scene, alignment), (observed.times - observed.times[0]) / scene.period
+    errors: dict[str, dict[str, ErrorCurve]] = {point: {} for point in observed.points}
+    for point, samples in observed.points.items():
+        for name in ERRORS:
+            if (quantity := quantity_of(name)) in samples:
+                norm = scene.lengths[point] * abs(scene.speed) ** QUANTITIES.index(quantity)
+                sizes = np.linalg.norm(exact.difference(name, point), axis=1) / norm
+                errors[point][name] = error_curve(revolutions, sizes)
+    return errors
 
 
 def largest(errors: Errors, name: str, measure: str = "max") -> float | None:

@@ -79,9 +79,8 @@ class Observed:
 
     def with_crank(self, change: Callable[[Array], Array]) -> Observed:
         """The table with changed columns of the crank, as far as it has them."""
-        angle, rate, acceleration = (
-            None if column is None else change(column) for column in (self.angle, self.rate, self.acceleration)
-        )
+        columns = (self.angle, self.rate, self.acceleration)
+        angle, rate, acceleration = (None if column is None else change(column) for column in columns)
         return replace(self, angle=angle, rate=rate, acceleration=acceleration)
 
 

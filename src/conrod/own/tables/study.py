@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conrod.errors import InvalidInput
+from conrod.own.tables.causes import Cause, likely_causes
 from conrod.own.tables.columns import Column
-from conrod.own.tables.error_hypotheses import Cause, likely_causes
 from conrod.own.tables.estimation import Estimation, estimate
 from conrod.own.tables.judging import ERRORS, Crank, Errors, crank_of, largest, table_errors
 from conrod.own.tables.reading import Reading
@@ -120,7 +120,10 @@ def study_table(
         span=(float(observed.times[0]), float(observed.times[-1])),
         step=observed.step,
         errors=table_errors(observed, scene, alignment),
-        components={point: _components(reading.columns, point) for point in observed.points},
+        components={
+            point: "".join(sorted({"xy"[axis] for samples in own.values() for axis in samples.axes}))
+            for point, own in observed.points.items()
+        },
         crank=crank_of(observed, scene, alignment),
         estimation=estimation,
         tolerance=dict(tolerance or {}),
@@ -133,11 +136,8 @@ def study_table(
 
 def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
     """Refuse a table whose clock leads out of the one pass of an input that cannot turn fully."""
-    span = scene.kinematics.mechanism.driver.span
-    if span is None:
-        return
-    angle = alignment.nominal(observed, scene.speed)
-    if angle.min() < span[0] - BEYOND or angle.max() > span[1] + BEYOND:
+    angle, span = alignment.nominal(observed, scene.speed), scene.kinematics.mechanism.driver.span
+    if span and (angle.min() < span[0] - BEYOND or angle.max() > span[1] + BEYOND):
         found, allowed = (
             f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in ((angle.min(), angle.max()), span)
         )
@@ -150,7 +150,7 @@ def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
 def _check_tolerance(found: TableStudy) -> None:
     for name in found.tolerance:
         if found.largest(name) is None:
-            what = "crank angle" if name == "phase" else "position" if name == "total" else name.removesuffix("_rms")
+            what = {"phase": "crank angle", "total": "position"}.get(name, name.removesuffix("_rms"))
             raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
 
 
@@ -159,10 +159,6 @@ def _wrong(found: TableStudy) -> list[str]:
     if found.passed:
         return []
     return [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > NOTEWORTHY]
-
-
-def _components(columns: Sequence[Column], point: str) -> str:
-    return "".join(sorted({"xy"[column.target.axis] for column in columns if column.target.point == point}))
 
 
 def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
@@ -187,20 +183,14 @@ def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
         parts = [f"{quantity} in {'xy'[s.axes[0]]}" for quantity, s in samples.items() if not s.whole]
         if parts:
             yield f"of {point} there is one component alone, {', '.join(parts)}: the other is not judged"
-    yield from _crank_notes(observed)
+    if observed.angle is None and observed.points:
+        yield "no crank angle: position is judged at the nominal time, as total is"
+    if not observed.points:
+        yield "no observed point: the crank's angle alone is judged"
+    if observed.angle is not None and observed.rate is None and observed.has("velocity"):
+        yield "no crank speed: velocities are judged at the nominal one"
+    if observed.angle is not None and observed.acceleration is None and observed.has("acceleration"):
+        yield "no angular acceleration of the crank: accelerations are judged at none"
     rounding = EPS * abs(scene.speed) * float(np.abs(observed.times).max())
     if rounding > CLOCK_ROUNDING:
         yield f"times this large leave the crank angle uncertain by {rounding:.1e} rad"
-
-
-def _crank_notes(observed: Observed) -> Iterator[str]:
-    if observed.angle is None:
-        if observed.points:
-            yield "no crank angle: position is judged at the nominal time, as total is"
-        return
-    if not observed.points:
-        yield "no observed point: the crank's angle alone is judged"
-    if observed.rate is None and observed.has("velocity"):
-        yield "no crank speed: velocities are judged at the nominal one"
-    if observed.acceleration is None and observed.has("acceleration"):
-        yield "no angular acceleration of the crank: accelerations are judged at none"

@@ -1,4 +1,4 @@
-"""Hypotheses on a table's errors: common slips, each named only where undoing it removes the difference."""
+"""Likely causes of a table's errors: common slips, each named only where undoing it removes the difference."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.tables.fit import Fit
-from conrod.own.tables.fitting import fitted
+from conrod.own.tables.fitting import Fit, fitted
 from conrod.own.tables.judging import ERRORS, Exact, largest, table_errors
 from conrod.own.tables.samples import Alignment, Observed
-from conrod.own.tables.stamps import shifted, stamp_of
 from conrod.scenes import Scene
 
 GRAVITY, GRAVITY_WIDTH = 9.81, 0.02  # [m/s^2], relative
+DEGREE, TURN, RPM = math.pi / 180.0, 2.0 * math.pi, math.pi / 30.0
 # What a length is too large by, and the slip that it comes of; those of angles and speeds likewise.
 LENGTHS = {
     1e3: "mm taken for m",
@@ -30,7 +30,6 @@ LENGTHS = {
     1.0 / 0.0254: "inches taken for m",
     0.0254: "m taken for inches",
 }
-DEGREE, TURN, RPM = math.pi / 180.0, 2.0 * math.pi, math.pi / 30.0
 ANGLES = {
     1.0 / DEGREE: "degrees taken for radians",
     DEGREE: "radians taken for degrees",
@@ -44,10 +43,10 @@ SPEEDS = {
 }
 # Stamps that differ by less than this share are one and the same.
 SAME_STAMP = 0.02
+FINE = 1e-13  # relative, of a stamp and of what it leaves
+HALF_TURN = 0.5  # of a period: beyond it another instant of another turn is nearer
 # Fewer numbers for each unknown are fitted by almost anything.
 NUMBERS_EACH = 3
-
-
 # A cause reproduces a difference where no more than this share of it is left once the cause is undone; of a difference
 # beyond L itself, than this share of L.
 LEFT = 0.05
@@ -148,21 +147,17 @@ def hypotheses(observed: Observed, scene: Scene, alignment: Alignment, wrong: Se
 
 def _units(observed: Observed, alignment: Alignment) -> Iterator[Hypothesis]:
     for factor, slip in LENGTHS.items():
-        text = f"lengths are {factor:.6g} times too large: {slip}"
-        yield Hypothesis("length unit", text, _scaled(observed, factor), alignment)
+        scaled = observed.with_samples(lambda _, s: replace(s, values=s.values / factor))  # noqa: B023
+        yield Hypothesis("length unit", f"lengths are {factor:.6g} times too large: {slip}", scaled, alignment)
     for factor, slip in ANGLES.items() if observed.angle is not None else ():
-        text = f"crank angles are {factor:.6g} times too large: {slip}"
-        yield Hypothesis("angle unit", text, observed.with_crank(partial(np.multiply, 1.0 / factor)), alignment)
+        scaled = observed.with_crank(partial(np.multiply, 1.0 / factor))
+        yield Hypothesis("angle unit", f"crank angles are {factor:.6g} times too large: {slip}", scaled, alignment)
     # Positions alone: at another speed, velocities are others too.
     concerns = ("total",) if observed.angle is not None else ("total", "position")
     for factor, slip in SPEEDS.items():
-        times = alignment.time + (observed.times - alignment.time) * factor
+        scaled = replace(observed, times=alignment.time + (observed.times - alignment.time) * factor)
         text = f"the crank turns at {factor:.6g} times the nominal speed: {slip}"
-        yield Hypothesis("speed unit", text, replace(observed, times=times), alignment, concerns)
-
-
-def _scaled(observed: Observed, factor: float) -> Observed:
-    return observed.with_samples(lambda _, samples: replace(samples, values=samples.values / factor))
+        yield Hypothesis("speed unit", text, scaled, alignment, concerns)
 
 
 def _gravity(observed: Observed, scene: Scene, alignment: Alignment) -> Iterator[Hypothesis]:
@@ -225,14 +220,53 @@ def _times(observed: Observed, scene: Scene, alignment: Alignment, wrong: Sequen
         degrees = math.degrees(abs(clock * scene.speed))
         text = f"each row belongs {_steps(clock, observed)} than its time says (or the crank is {degrees:.4g} deg off)"
         # Where the table has a crank angle of its own, its clock says nothing of that.
-        moved = (shifted(observed, clock, scene), alignment) if observed.angle is None else (observed, other)
+        moved = (_shifted(observed, clock, scene), alignment) if observed.angle is None else (observed, other)
         yield Hypothesis("time offset", text, *moved)
     for name in ("velocity", "acceleration"):
-        stamp = stamp_of(name, observed, scene, alignment) if name in wrong else None
+        stamp = _stamp_of(name, observed, scene, alignment) if name in wrong else None
         if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):
             text = f"each {name} belongs {_steps(stamp, observed)} than its row says"
-            yield Hypothesis(f"{name} stamp", text, shifted(observed, stamp, scene), alignment, (name,))
+            yield Hypothesis(f"{name} stamp", text, _shifted(observed, stamp, scene), alignment, (name,))
 
 
 def _steps(by: float, observed: Observed) -> str:
     return f"{abs(by):.4g} s ({abs(by) / observed.step:.3g} of a step) {'later' if by > 0 else 'earlier'}"
+
+
+def _shifted(observed: Observed, by: float, scene: Scene) -> Observed:
+    """The table with all its rows so much later [s], the crank as far on as it turns in that time."""
+    rate = scene.speed if observed.rate is None else observed.rate
+    angle = None if observed.angle is None else observed.angle + rate * by
+    return replace(observed, times=observed.times + by, angle=angle)
+
+
+def _stamp_of(name: str, observed: Observed, scene: Scene, alignment: Alignment) -> float | None:
+    """Time by which the values of a quantity belong later than their rows say [s], by least squares.
+
+    Returns:
+        None where no shift within half a turn makes the difference smaller.
+    """
+    samples = {point: own[name] for point, own in observed.points.items() if name in own}
+    rate = "acceleration" if name == "velocity" else "jerk"
+
+    def motion(by: Array) -> Exact:
+        return Exact(_shifted(observed, float(by[0]) * scene.period, scene), scene, alignment)
+
+    def residuals(by: Array) -> Array:
+        try:
+            exact = motion(by)
+            return np.concatenate([exact.difference(name, p).ravel() / scene.lengths[p] for p in samples])
+        except InvalidInput:  # the linkage does not come to where the crank would then be
+            return np.full(sum(own.values.size for own in samples.values()), np.nan)
+
+    def slopes(by: Array) -> Array:
+        exact = motion(by).motion(name)
+        rates = {p: getattr(exact.point(p), rate) for p in samples}
+        seen = [alignment.seen(rates[p], own, placed=False).ravel() / scene.lengths[p] for p, own in samples.items()]
+        return -scene.period * np.concatenate(seen)[:, None]
+
+    start = np.zeros(1)
+    before = 0.5 * float(np.sum(residuals(start) ** 2))
+    found = least_squares(residuals, start, jac=slopes, bounds=(-HALF_TURN, HALF_TURN), xtol=FINE, ftol=FINE, gtol=FINE)
+    within = abs(found.x[0]) < 0.99 * HALF_TURN
+    return float(found.x[0]) * scene.period if within and found.cost < before else None
