@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 from ablations import (
     COUNT,
-    DOUBLED,
     MINIMAL_ERROR,
-    OPEN,
     SCENE,
     ablation_study,
     alone,
@@ -21,12 +19,13 @@ from ablations import (
 )
 
 from conrod.cli.ablate import print_ablations
-from conrod.report.ablate import words
+from conrod.report.ablate import tables
 from conrod.report.ablate.report import KIND, merged
 from conrod.report.reproduction import Reproduction
+from conrod.report.table import text_of
 from conrod.report.writer import report_batch
 from conrod.studies.ablate.case import COUNTED
-from conrod.studies.ablate.findings import MEANINGS, Effect, Gruebler, Role, Verdict
+from conrod.studies.ablate.findings import MEANINGS, Effect, IngredientResult, Role, Verdict
 
 COMMAND = Reproduction("conrod ablate {scene} --out reports/ablate")
 
@@ -66,31 +65,36 @@ def test_the_page_begins_with_how_much_faster_the_minimal_model_is(pages: dict[s
     page = pages[f"{SCENE}.md"]
     assert "The minimal model is **1.80 times** as fast as the full one (1.79 .. 1.81)" in page[:600]
     assert "3.0e-11 in position, 3.0e-11 in velocity and 3.0e-11 in acceleration: they are equal within 1e-9." in page
-    assert "Left out of it: `noslip`; it does harm alone." in page
+    assert "Left out of it, as it does harm alone: `noslip`." in page
     assert "1.80 (1.79 .. 1.8" in pages["README.md"]
     # Negative control: a motion that is not equal is not called so.
     found = engine_study()
     changed = {**(found.variants[5].change or {}), "velocity": 2e-9}
     other = replace(found, variants=(*found.variants[:5], replace(found.variants[5], change=changed)))
-    assert "equal within" not in words.speed_up(other)
-    assert "2.0e-9 in velocity" in words.speed_up(other)
+    assert "equal within" not in tables.speed_up(other)
+    assert "2.0e-9 in velocity" in tables.speed_up(other)
     broken = replace(found.variants[5], outcome="opened", reason="a gap", change=None, cost=None)
-    assert "did not run to its end: a gap" in words.speed_up(replace(found, variants=(broken,)))
-    assert "no ingredient" in words.speed_up(replace(found, variants=found.variants[:1]))
+    assert "did not run to its end: a gap" in tables.speed_up(replace(found, variants=(broken,)))
+    assert "no ingredient" in tables.speed_up(replace(found, variants=found.variants[:1]))
 
 
 def test_the_page_counts_as_gruebler_does_and_names_what_is_redundant_or_missing(pages: dict[str, str]) -> None:
     page = pages[f"{SCENE}.md"]
-    assert "n = 4 links, j = 4 lower pairs, h = 0 higher pairs: 3 (n - 1) - 2 j - h = 9 - 8 = 1" in page
+    assert "n = 4 links, j = 4 lower pairs, h = 0 higher pairs: 3 (n - 1) - 2 j - h = 9 - 8 - 0 = 1" in page
     minimal = row(page, "minimal, and all others")
     assert minimal[1:] == ["3", "3", "2", "1, as counted", "empty: slider-pin z", "none"]
     open_loop = row(page, "minimal - closure | 3")
     assert open_loop[4:] == ["3, **Gruebler: 1**", "none", "2, of closure"]
-    assert words.redundant_text(DOUBLED) == "redundant: 2 of slider-pin/again; empty: slider-pin z"
-    assert words.missing_text(OPEN, []) == "2"
+    assert row(page, "full - sensors | 3")[5] == "redundant: 2 of slider-pin/again; empty: slider-pin z"
     assert f"at {COUNTED} crank angles" in page
-    assert words.freedom_text(replace(COUNT, least_rank=1), 1) == "1 (2 at some poses), as counted"
-    assert words.gruebler_text(Gruebler(3, 2, 1, 1)).endswith("= 6 - 4 - 1 = 1")
+    singular = replace(engine_study(), variants=(variant(Role.FULL, mobility=replace(COUNT, least_rank=1)),))
+    assert tables.counts_table(singular, 1).rows[0][3:5] == ("1 .. 2", "1 (2 at some poses), as counted")
+
+
+def shown(one: IngredientResult, heading: str) -> str:
+    """A cell of the only row of a table of ingredients."""
+    found = tables.ingredients_table(replace(engine_study(), ingredients=(one,)))
+    return text_of(found.rows[0][found.headings.index(heading)])
 
 
 def test_what_makes_a_right_motion_better_is_reported_though_it_is_not_required() -> None:
@@ -98,32 +102,32 @@ def test_what_makes_a_right_motion_better_is_reported_though_it_is_not_required(
     rough, finer = variant(Role.MINIMAL, error=1e-5), variant(Role.ADDED, "sensors", 1e-7, 1e-5)
     costly = fine.ingredients[1]
     found = replace(fine, variants=(rough, finer))
-    assert words.finer_text(found, costly) == "position 100 times as accurate with it"
+    assert tables.finer_text(found, costly) == "position 100 times as accurate with it"
     part = replace(costly, minimal=True)
     lacking = replace(fine, variants=(variant(Role.MINIMAL), variant(Role.REDUCED, "sensors", 4e-9, 4e-9)))
-    assert words.finer_text(lacking, part) == "position 4.0 times as accurate with it"
+    assert tables.finer_text(lacking, part) == "position 4.0 times as accurate with it"
     # Negative controls: below 1e-9 nothing is better, no better is not called so, and what is required is no extra.
-    assert words.finer_text(fine, costly) == ""
-    assert words.finer_text(replace(fine, variants=(rough, replace(finer, errors=rough.errors))), costly) == ""
-    assert words.finer_text(found, replace(costly, verdict=Verdict.REQUIRED)) == ""
+    assert tables.finer_text(fine, costly) == ""
+    assert tables.finer_text(replace(fine, variants=(rough, replace(finer, errors=rough.errors))), costly) == ""
+    assert tables.finer_text(found, replace(costly, verdict=Verdict.REQUIRED)) == ""
 
 
 def test_torque_and_time_saved_in_words() -> None:
     seen = alone(MINIMAL_ERROR, 0.0, 1.0)
     gravity = ingredient("gravity", (replace(seen, torque_effect=Effect.REQUIRED),), needed_by=("wear",))
-    assert words.torque_text(gravity) == "required"
-    assert words.needs_of(gravity) == ("drive torque", "wear")
+    assert shown(gravity, "drive torque") == "required"
+    assert shown(gravity, "needed by") == "drive torque, wear"
     damping = ingredient("damping", (replace(seen, torque_effect=Effect.CHANGED, torque_change=0.02),))
-    assert words.torque_text(damping) == "changes it, by 0.020"
+    assert shown(damping, "drive torque") == "changes it, by 0.020"
     beside = replace(seen, torque_effect=Effect.CHANGED, torque_change=0.03, full=True)
     both = ingredient("damping", (replace(seen, torque_effect=Effect.NONE), beside))
-    assert words.torque_text(both) == "changes it, by 0.030 (beside all others)"
-    assert words.torque_text(ingredient("looks", (replace(seen, torque_effect=Effect.NONE),))) == "no change"
-    assert words.torque_text(ingredient("looks", (seen,))) == "n/a"
-    assert not words.saves_time(ingredient("looks", (seen,)))
-    assert words.saves_time(ingredient("a faster one", (replace(seen, cost=timing(0.8)),)))
-    assert words.cost_text(timing(140.8, 20.0)) == "140.8 (120.8 .. 160.8)"
-    assert words.cost_text(None) == "n/a"
+    assert shown(both, "drive torque") == "changes it, by 0.030 (beside all others)"
+    assert shown(ingredient("looks", (replace(seen, torque_effect=Effect.NONE),)), "drive torque") == "no change"
+    assert shown(ingredient("looks", (seen,)), "drive torque") == "n/a"
+    assert shown(ingredient("looks", (seen,)), "verdict") == "free"
+    assert shown(ingredient("one", (replace(seen, cost=timing(0.8)),)), "verdict") == "free; faster with it"
+    assert tables.cost_text(timing(140.8, 20.0)) == "140.8 (120.8 .. 160.8)"
+    assert tables.cost_text(None) == "n/a"
 
 
 def test_the_console_has_a_line_for_every_ingredient(capsys: pytest.CaptureFixture[str]) -> None:

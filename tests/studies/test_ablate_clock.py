@@ -162,8 +162,8 @@ def test_the_interval_is_as_wide_as_the_rounds_disagree() -> None:
 def judged(share: float) -> Verdict:
     """The verdict on an ingredient that costs a share of time and does nothing else."""
     found = timed(FakeEngine(dearer(share)))
-    added = variant(Role.ADDED, "sleep", MINIMAL_ERROR, 0.0)
-    return verdict([evidence_of(MINIMAL, added, added, found, Levels.of([MINIMAL]))])[0]
+    added = replace(variant(Role.ADDED, "sleep", MINIMAL_ERROR), cost=found)
+    return verdict([evidence_of(added, MINIMAL, Levels.of([MINIMAL]))])[0]
 
 
 def test_a_planted_sleep_is_costly() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,9 @@ from conrod import MuJoCoSettings, PymunkSettings, compare, run
 from conrod.engines.mujoco.settings import HARDENING, STIFF_SOLIMP
 from conrod.runs.plain import plain
 from conrod.scenes import SCENES, Saw
-from conrod.studies.ablate.case import ChangeCase, CostCase, measure_change
-from conrod.studies.ablate.deviations import Deviation, observe
+from conrod.studies.ablate.case import ChangeCase, CostCase, Deviation, measure_change, observe
 from conrod.studies.ablate.findings import Effect, EngineAblation, IngredientResult, Role, VariantResult, Verdict
-from conrod.studies.ablate.plan import full_variants, plan_ablation, single_variants
-from conrod.studies.ablate.study import ablate_engine
+from conrod.studies.ablate.study import ablate_engine, full_variants, single_variants
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
@@ -53,17 +52,21 @@ def answer(case: ChangeCase | CostCase) -> Measurement:
     return Measurement("completed", beside={"paired": plain(timing(1.3 ** (dear[0] - dear[1])))})
 
 
+def studied(run: Callable[[list[Any]], Any], planted: tuple[Any, ...] = PLANTED, steps: int = STEPS) -> EngineAblation:
+    """The study of the saw with planted ingredients."""
+    engine: Any = Planted(planted, base)  # not all of an engine
+    return pursue([ablate_engine(SCENE, SAW, engine, steps, 2)], run)[0]
+
+
 @pytest.fixture(scope="module")
 def found() -> EngineAblation:
-    """The study of the saw with the planted ingredients."""
-    plan = plan_ablation(SCENE, SAW, Planted(PLANTED, base), STEPS, 2)  # type: ignore[arg-type]  # not all of an engine
     known: dict[str, Measurement] = {}
 
     def run(cases: list[Any]) -> dict[str, Measurement]:
         known.update({case.key: answer(case) for case in cases if case.key not in known})
         return known
 
-    return pursue([ablate_engine(plan)], run)[0]
+    return studied(run)
 
 
 def named(found: EngineAblation, name: str) -> IngredientResult:
@@ -191,18 +194,12 @@ def test_a_run_of_another_kind_of_cell_is_another_run() -> None:
     assert one.key == ChangeCase("another name", Saw(**dict(SAW.parameters)), settings, against=settings).key
 
 
-def test_an_interrupted_study_goes_on_where_it_stopped(tmp_path: Path) -> None:
-    plan = plan_ablation(SCENE, SAW, Planted(PLANTED[:1], base), 40, 2)  # type: ignore[arg-type]
-    cells = plan.change_cases()
+def test_a_study_that_the_ledger_has_makes_no_run_and_takes_no_cost(tmp_path: Path) -> None:
     with Ledger.open(tmp_path / "l.sqlite") as ledger, Here() as executor:
-        first = run_cases(cells[:1], ledger, executor)
-        both = run_cases(cells, ledger, executor)
-        assert both[cells[0].key] == first[cells[0].key]
-        again = run_cases(assigned(cells, never), ledger, executor)
-        costs = run_cases(plan.cost_cases(both), ledger, executor)
-        assert again == both
-        assert run_cases(assigned(plan.cost_cases(both), never), ledger, executor) == costs
-    assert all(cost.beside is not None and cost.beside["paired"]["rounds"] == 2 for cost in costs.values())
+        first = studied(lambda cases: run_cases(cases, ledger, executor), PLANTED[:1], 40)
+        again = studied(lambda cases: run_cases(assigned(cases, never), ledger, executor), PLANTED[:1], 40)
+    assert again == first
+    assert {one.cost.rounds for one in first.variants if one.cost is not None} == {2}
 
 
 def never(cell: object) -> Measurement:

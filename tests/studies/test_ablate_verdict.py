@@ -14,16 +14,16 @@ from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, Levels, evidenc
 LEVEL = Levels.of([MINIMAL])
 
 
-def without(error: float | None, cost: float | None = 1.0) -> Evidence:
+def without(error: float | None, cost: float = 1.0) -> Evidence:
     """What a part of the minimal model shows without which it is like this."""
-    reduced = variant(Role.REDUCED, "it", error, 0.0 if error is None else error)
-    return evidence_of(reduced, MINIMAL, reduced, None if cost is None else timing(cost), LEVEL)
+    reduced = variant(Role.REDUCED, "it", error, error or 0.0, 1.0 / cost)
+    return evidence_of(reduced, MINIMAL, LEVEL)
 
 
 def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evidence:
     """What an ingredient shows beside all others."""
-    taken, dressed = variant(Role.TAKEN, "it", before), variant(Role.FULL, "", after)
-    return evidence_of(taken, dressed, taken, timing(cost), LEVEL, full=True)
+    taken, full = variant(Role.TAKEN, "it", before, cost_in_full=timing(1.0 / cost)), variant(Role.FULL, "", after)
+    return evidence_of(taken, full, LEVEL)
 
 
 def test_what_changes_nothing_and_costs_nothing_is_free() -> None:
@@ -46,7 +46,7 @@ def test_what_makes_the_motion_worse_is_harmful_whatever_it_costs() -> None:
 
 def test_what_the_motion_is_wrong_without_is_required() -> None:
     assert verdict([without(1e-5)]) == (Verdict.REQUIRED, "position")
-    assert verdict([without(None, cost=None)]) == (Verdict.REQUIRED, "opened")
+    assert verdict([without(None)]) == (Verdict.REQUIRED, "opened")
 
 
 def test_a_part_that_the_motion_does_not_need_is_no_better_than_what_is_carried() -> None:
@@ -57,18 +57,18 @@ def test_a_part_that_the_motion_does_not_need_is_no_better_than_what_is_carried(
 def test_a_part_without_which_the_motion_is_better_is_harmful() -> None:
     rough = variant(Role.MINIMAL, error=1e-4)
     better = variant(Role.REDUCED, "it", 1e-6, 1e-4)
-    found = evidence_of(better, rough, better, timing(1.0), Levels.of([rough]))
+    found = evidence_of(better, rough, Levels.of([rough]))
     assert verdict([found]) == (Verdict.HARMFUL, "position, better without it")
     # What only improves a motion that is as good as was asked for is not required.
-    finer = variant(Role.ADDED, "it", 1e-6, 1e-4)
-    assert verdict([evidence_of(rough, finer, finer, timing(3.0), Levels.of([rough]))])[0] is Verdict.COSTLY
+    finer = variant(Role.ADDED, "it", 1e-6, 1e-4, 3.0)
+    assert verdict([evidence_of(finer, rough, Levels.of([rough]))])[0] is Verdict.COSTLY
 
 
 @pytest.mark.parametrize("quantity", JUDGED)
 def test_every_quantity_can_show_harm(quantity: str) -> None:
     errors = dict.fromkeys(JUDGED, MINIMAL_ERROR) | {quantity: 1e-5}
     added = replace(variant(Role.ADDED, "it"), errors=errors)
-    found = evidence_of(MINIMAL, added, added, timing(1.0), LEVEL)
+    found = evidence_of(added, MINIMAL, LEVEL)
     assert verdict([found]) == (Verdict.HARMFUL, quantity)
 
 
@@ -77,7 +77,7 @@ def test_a_change_below_the_minimal_models_own_error_or_below_what_is_none_is_no
     assert verdict([alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0)])[0] is Verdict.FREE
     rough = variant(Role.MINIMAL, error=1e-4)
     added = variant(Role.ADDED, "it", 1.5e-4, 0.9e-4)
-    assert verdict([evidence_of(rough, added, added, timing(1.0), Levels.of([rough]))])[0] is Verdict.FREE
+    assert verdict([evidence_of(added, rough, Levels.of([rough]))])[0] is Verdict.FREE
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_a_wrong_threshold_is_seen(
 def test_a_level_without_a_least_one_would_call_rounding_harm(monkeypatch: pytest.MonkeyPatch) -> None:
     added = variant(Role.ADDED, "it", 5 * MINIMAL_ERROR, 4 * MINIMAL_ERROR)
     monkeypatch.setattr(rules, "NO_CHANGE", 0.0)
-    found = evidence_of(MINIMAL, added, added, timing(1.0), Levels.of([MINIMAL]))
+    found = evidence_of(added, MINIMAL, Levels.of([MINIMAL]))
     assert verdict([found])[0] is Verdict.HARMFUL
 
 
@@ -118,7 +118,7 @@ def test_harm_beside_all_others_counts_and_is_told_so() -> None:
 
 def test_what_an_engine_cannot_do_is_not_told() -> None:
     refused = replace(variant(Role.ADDED, "it", None), outcome="unsupported", reason="it has no rod")
-    found = evidence_of(MINIMAL, refused, refused, None, LEVEL)
+    found = evidence_of(refused, MINIMAL, LEVEL)
     assert verdict([found]) == (Verdict.UNDECIDED, "it has no rod")
     assert verdict([]) == (Verdict.UNDECIDED, "")
     assert verdict([alone(MINIMAL_ERROR, 0.0, None)]) == (Verdict.UNDECIDED, "it could not be timed")
@@ -129,7 +129,7 @@ def torque(before: float | None, after: float | None, change: float, best: float
     one = variant(Role.MINIMAL, torque_error=before)
     two = variant(Role.ADDED, "it", torque_error=after, torque_change=change)
     level = replace(LEVEL, torque=best)
-    return torque_verdict([evidence_of(one, two, two, timing(1.0), level)])
+    return torque_verdict([evidence_of(two, one, level)])
 
 
 def test_what_the_torque_is_wrong_without_is_required_of_it_though_the_motion_does_not_change() -> None:

@@ -9,9 +9,9 @@ from typing import Any
 from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
 from conrod.engines.ingredients import Ingredient, Quantity
+from conrod.engines.mobility import MobilityCount
 from conrod.studies.ablate.findings import (
     AblationStudy,
-    CompiledCount,
     EngineAblation,
     Evidence,
     Gruebler,
@@ -24,9 +24,9 @@ from conrod.studies.frame.paired_timing import PairedTiming
 
 SCENE = "saw-500rpm"
 MINIMAL_ERROR = 4e-11
-COUNT = CompiledCount(3, 3, 2, 2, ("slider-pin z",), {})
-DOUBLED = CompiledCount(3, 6, 2, 2, ("slider-pin z",), {"slider-pin/again": 2})
-OPEN = CompiledCount(3, 0, 0, 0, (), {})
+COUNT = MobilityCount(3, 3, 2, 2, ("slider-pin z",), {})
+DOUBLED = MobilityCount(3, 6, 2, 2, ("slider-pin z",), {"slider-pin/again": 2})
+OPEN = MobilityCount(3, 0, 0, 0, (), {})
 
 
 def timing(ratio: float, half: float = 0.01) -> PairedTiming:
@@ -67,7 +67,7 @@ MINIMAL = variant(Role.MINIMAL)
 def alone(error: float | None, change: float, cost: float | None) -> Evidence:
     """What an ingredient shows that makes the minimal model like this."""
     added = variant(Role.ADDED, "it", error, change, cost)
-    return evidence_of(MINIMAL, added, added, added.cost, Levels.of([MINIMAL]))
+    return evidence_of(added, MINIMAL, Levels.of([MINIMAL]))
 
 
 def ingredient(name: str, evidence: tuple[Evidence, ...], *, minimal: bool = False, **others: Any) -> IngredientResult:
@@ -98,13 +98,13 @@ def engine_study(engine: str = "mujoco", version: str = "1.2.3") -> EngineAblati
         variant(Role.ADDED, "noslip", 1e-6, 1e-6, 1.1),
         variant(Role.REDUCED, "closure", None, mobility=OPEN),
         dressed,
-        variant(Role.TAKEN, "sensors", cost=1.5, cost_in_full=timing(1.0 / 1.3), mobility=DOUBLED),
+        variant(Role.TAKEN, "sensors", cost=1.5, cost_in_full=timing(1.3).inverse, mobility=DOUBLED),
         variant(Role.HARMED, "noslip", 1e-6, 1e-6, 2.0, cost_in_full=timing(1.1)),
         variant(Role.ALL, "", 1e-6, 1e-6, 2.0),
     )
     level = Levels.of(models)
-    costly = evidence_of(models[6], dressed, models[6], timing(1.3), level, full=True)
-    required = evidence_of(models[4], MINIMAL, models[4], None, level)
+    costly = evidence_of(models[6], dressed, level)
+    required = evidence_of(models[4], MINIMAL, level)
     found = (
         ingredient("looks", (alone(MINIMAL_ERROR, 0.0, 1.0),), needed_by=("impact",)),
         ingredient("sensors", (alone(MINIMAL_ERROR, 0.0, 1.2), costly)),

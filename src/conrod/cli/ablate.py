@@ -11,9 +11,8 @@ from conrod.cli import options
 
 if TYPE_CHECKING:
     from conrod.cli.outputs import Outputs
-    from conrod.cli.runner import Runner
-    from conrod.studies.ablate.findings import AblationStudy, EngineAblation
-    from conrod.studies.ablate.plan import AblationPlan
+    from conrod.studies.ablate.findings import AblationStudy
+    from conrod.studies.frame.case import Case
 
 WIDE = 190  # where there is no terminal to fit
 CAPTION = (
@@ -59,11 +58,11 @@ def ablate(
     from conrod.engines.capabilities import HasIngredients, Lacking, capability
     from conrod.mechanism.units import check_count
     from conrod.report.ablate.report import KIND
-    from conrod.studies.ablate.plan import plan_ablation
-    from conrod.studies.ablate.study import ablation_study
+    from conrod.studies.ablate.study import ablate_engine, ablation_study
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import check_table, select_engines, select_scenes
     from conrod.studies.frame.run import REVOLUTIONS
+    from conrod.studies.frame.study import pursue
 
     chosen = select_scenes(scenes, assignments)
     asked = {one: capability(one, HasIngredients) for one in select_engines(engine)}
@@ -73,14 +72,13 @@ def ablate(
             check_table(name, steps_per_rev, round(REVOLUTIONS))
     check_count("--rounds", rounds, LEAST_ROUNDS, MOST_ROUNDS)
     files = outputs(KIND, chosen, out, document)
-    plans = {
-        name: [plan_ablation(name, scene, one, steps_per_rev, rounds) for one in asked if one.name not in unsupported]
-        for name, scene in chosen.items()
-    }
-    with Runner.of(how, files.file) as runner:
-        found = iter(_findings([plan for own in plans.values() for plan in own], runner))
+    engines = [one for one in asked if one.name not in unsupported]
+    asked_for = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in engines]
+    with Runner.of(how, files.file) as runner, runner.answering() as run:
+        # Runs of all side by side; timings after them, alone.
+        found = iter(pursue(asked_for, lambda cases: runner.run_alone(cases, "costs") if _timed(cases) else run(cases)))
     studies = [
-        ablation_study(name, chosen[name], [next(found) for _ in own], unsupported) for name, own in plans.items()
+        ablation_study(name, scene, [next(found) for _ in engines], unsupported) for name, scene in chosen.items()
     ]
     with naming("standard output"):
         print_ablations(studies)
@@ -96,19 +94,10 @@ def ablate(
     files.write(whole, command)
 
 
-def _findings(plans: Sequence[AblationPlan], runner: Runner) -> list[EngineAblation]:
-    """Runs of all plans side by side; timings after them, alone."""
+def _timed(cases: Sequence[Case]) -> bool:
     from conrod.studies.ablate.case import CostCase
-    from conrod.studies.ablate.study import ablate_engine
-    from conrod.studies.frame.study import pursue
 
-    with runner.answering() as run:
-        return pursue(
-            [ablate_engine(plan) for plan in plans],
-            lambda cases: (
-                runner.run_alone(cases, "costs") if any(isinstance(c, CostCase) for c in cases) else run(cases)
-            ),
-        )
+    return any(isinstance(case, CostCase) for case in cases)
 
 
 def _with_earlier(study: AblationStudy, files: Outputs[AblationStudy]) -> AblationStudy:
@@ -124,8 +113,7 @@ def _with_earlier(study: AblationStudy, files: Outputs[AblationStudy]) -> Ablati
 
 def print_ablations(studies: Sequence[AblationStudy]) -> None:
     """For each scene and engine, what every ingredient costs and changes, and what follows."""
-    from conrod.report.ablate.report import ingredients_table
-    from conrod.report.ablate.words import speed_up
+    from conrod.report.ablate.tables import ingredients_table, speed_up
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console(WIDE)

@@ -44,7 +44,7 @@ class MobilityCount:
     rows: int
     least_rank: int
     most_rank: int
-    empty: tuple[Row, ...]
+    empty: tuple[str, ...]
     redundant: Mapping[str, int]
 
     @property
@@ -80,7 +80,7 @@ def count_mobility(rows: Sequence[Row], jacobians: Array) -> MobilityCount:
         rows=len(rows),
         least_rank=min(ranks),
         most_rank=max(ranks),
-        empty=tuple(row for row, none in zip(rows, empty, strict=True) if none),
+        empty=tuple(str(row) for row, none in zip(rows, empty, strict=True) if none),
         redundant=dict(
             Counter(row.constraint for row, none, new in zip(rows, empty, kept, strict=True) if not (none or new))
         ),

@@ -17,7 +17,7 @@ from conrod.studies.ablate.findings import Effect, EngineAblation, Evidence, Ing
 from conrod.studies.ablate.verdict import COSTS, Levels
 
 WIDTH, ROW = 9.5, 0.24  # [inch]
-LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 2.6, 0.25, 0.85, 0.42, 0.5  # [inch]
+LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 2.6, 0.35, 0.85, 0.42, 0.5  # [inch]
 COST_SHARE = 0.52  # of the panels' width
 # Okabe and Ito's colours, distinct for colour-blind readers; the verdict stands beside the row in words as well.
 COLOURS = {
@@ -30,11 +30,8 @@ COLOURS = {
 MARK: dict[str, Any] = {"marker": "o", "markersize": 4.6, "linestyle": "none", "markeredgewidth": 1.1}
 APART = 0.17  # of a row: the two models of an ingredient above each other
 Row = IngredientResult | str  # or the heading of those below it
-TICKS = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-FEW_TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-NARROW = 30.0  # largest ratio of the ends of a cost axis that has all the ticks
+TICKS = (0.1, 0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 END_LENGTH = 28  # characters of how a run ended that fit into its row
-TITLE_LENGTH = 36  # characters of an ingredient's title that fit beside its row
 
 
 def ingredients_figure(found: EngineAblation) -> Figure:
@@ -47,7 +44,7 @@ def ingredients_figure(found: EngineAblation) -> Figure:
     costs = layout.axes(LEFT, BOTTOM, COST_SHARE * wide, tall)
     changes = layout.axes(LEFT + COST_SHARE * wide + BETWEEN, BOTTOM, (1.0 - COST_SHARE) * wide, tall)
     for axes in (costs, changes):
-        rows_axis(axes, [_title(one) for one in rows])
+        rows_axis(axes, [one if isinstance(one, str) else one.title for one in rows])
         axes.grid(visible=False, axis="y")
         for row in range(1, len(rows), 2):
             axes.axhspan(row - 0.5, row + 0.5, color="#f5f5f5", zorder=0, linewidth=0)
@@ -79,16 +76,16 @@ def _costs(axes: Axes, rows: Sequence[Row]) -> None:
         if evidence.cost is None:
             continue
         low, middle, high = on_grid(np.array([evidence.cost.low, evidence.cost.ratio, evidence.cost.high]), 1.0)
-        at, colour = _lane(row, one, evidence), _colour(one)
+        at, colour = _lane(row, one, evidence), COLOURS[one.verdict]
         axes.plot([low, high], [at, at], color=colour, linewidth=2.2, alpha=0.55, solid_capstyle="butt", zorder=3)
         axes.plot([middle], [at], **_mark(colour, evidence))
         ends += [float(low), float(high)]
     axes.axvline(1.0, color="#333333", linewidth=0.9, zorder=2)
     axes.axvspan(1.0, COSTS, color="#e2e2e2", zorder=1, linewidth=0)
     low, high = min(ends) / 1.06, max(ends) * 1.06
-    ticks = [tick for tick in (TICKS if high / low < NARROW else FEW_TICKS) if low <= tick <= high]
+    ticks = [tick for tick in TICKS if low <= tick <= high]
     log_axis(axes, (low, high), ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_xlabel("CPU time with it over without it")
+    axes.set_xlabel("CPU time with it / without it [-]")
     for label, shown in zip(axes.get_yticklabels(), rows, strict=True):
         if isinstance(shown, str):
             label.set_fontstyle("italic")
@@ -103,7 +100,7 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
             _end(axes, row, one, evidence, level)
             continue
         change = float(on_log_grid(np.array([evidence.change["position"]]))[0])
-        axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(_colour(one), evidence))
+        axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(COLOURS[one.verdict], evidence))
         largest = max(largest, change)
     top = 10.0 ** np.ceil(np.log10(largest) + 0.3)
     axes.axvspan(0.5 * ROUNDING, float(on_log_grid(np.array([level]))[0]), color="#e2e2e2", zorder=1, linewidth=0)
@@ -112,7 +109,7 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     decades = range(first, last + 1, every)
     names = ["$\\leq 10^{-12}$" if k == first else f"$10^{{{k}}}$" for k in decades]
     log_axis(axes, (0.5 * ROUNDING, top), [10.0**k for k in decades], names)
-    axes.set_xlabel("change of the position, over L")
+    axes.set_xlabel("change of the position, max / L")
     axes.set_yticks([])
 
 
@@ -122,10 +119,10 @@ def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence, level:
     if evidence is not ended[0]:
         return
     left = any(other.change["position"] > level for other in one.evidence if other.change is not None)
-    how = {Effect.REQUIRED: "without it", Effect.WORSE: "with it"}.get(evidence.effect, "")
-    text = f"{', '.join(dict.fromkeys(other.because for other in ended))} {how}".strip()
-    shown = text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
+    how = {Effect.REQUIRED: " without it", Effect.WORSE: " with it"}.get(evidence.effect, "")
+    text = ", ".join(dict.fromkeys(other.because for other in ended)) + how
     height = float(row) if len(ended) == len(one.evidence) else _lane(row, one, evidence)
+    shown = text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
     _note(axes, one, shown, (0.05 if left else 0.98, height), ha="left" if left else "right", fontsize=7.5)
 
 
@@ -139,7 +136,7 @@ def _verdicts(axes: Axes, rows: Sequence[Row]) -> None:
 
 def _note(axes: Axes, one: IngredientResult, text: str, at: tuple[float, float], **style: Any) -> None:
     """A text in the colour of an ingredient, at a share of the panel's width and a row."""
-    axes.annotate(text, at, xycoords=("axes fraction", "data"), va="center", color=_colour(one), **style)
+    axes.annotate(text, at, xycoords=("axes fraction", "data"), va="center", color=COLOURS[one.verdict], **style)
 
 
 def _lane(row: int, one: IngredientResult, evidence: Evidence) -> float:
@@ -151,18 +148,6 @@ def _lane(row: int, one: IngredientResult, evidence: Evidence) -> float:
 
 def _mark(colour: str, evidence: Evidence) -> dict[str, Any]:
     return {**MARK, "color": colour, "markerfacecolor": "white" if evidence.full else colour, "zorder": 5}
-
-
-def _colour(one: IngredientResult) -> str:
-    return COLOURS[one.verdict]
-
-
-def _title(one: Row) -> str:
-    if isinstance(one, str):
-        return one
-    # The part after a comma distinguishes it from others; the tables have it.
-    short = one.title if len(one.title) <= TITLE_LENGTH else one.title.partition(",")[0]
-    return short if len(short) <= TITLE_LENGTH else one.name
 
 
 def _legend() -> list[Line2D]:

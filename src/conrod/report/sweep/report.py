@@ -98,7 +98,7 @@ def _index(index: Index[SweepStudy]) -> Page:
         transfers=tables.transfers_table(tried),
         count=len(tried),
         held=sum(one.held for one in tried),
-        versions=_versions(index.entries),
+        versions=index.versions({"machine": "machine that was timed on", "grid": "grid"}),
         origin=index.origin,
     )
     return Page(text, (figure,) if figure else ())
@@ -111,18 +111,6 @@ def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
         return None
     alt = f"Position error against cost of every run, {study.name}"
     return Figure("position", alt, partial(work_precision_figure, study, ("position",)))
-
-
-def _versions(entries: Mapping[str, Mapping[str, Any]]) -> Table:
-    """All versions and machines that occur: scenes that were swept earlier stay as they were."""
-    found: dict[str, set[str]] = {"conrod": {entry["conrod"] for entry in entries.values()}}
-    for entry in entries.values():
-        summary = entry["summary"]
-        for engine, version in summary["engines"].items():
-            found.setdefault(engine_title(engine), set()).add(version)
-        found.setdefault("machine that was timed on", set()).add(summary["machine"])
-        found.setdefault("grid", set()).add(summary["grid"])
-    return table(["what", "which"], [[name, "; ".join(sorted(versions))] for name, versions in found.items()])
 
 
 KIND = Kind(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from conrod.engines.mobility import MobilityCount
 from conrod.studies.frame.paired_timing import PairedTiming
 
 
@@ -20,6 +21,10 @@ class Role(Enum):
     TAKEN = "taken"  # full without one of them, or without a part of the minimal model
     HARMED = "harmed"  # full and one of those that do harm
     ALL = "all"  # minimal and all ingredients, those that do harm as well
+
+
+# Made from the full model; all others are made from the minimal one.
+OF_FULL = (Role.TAKEN, Role.HARMED)
 
 
 class Effect(Enum):
@@ -52,33 +57,6 @@ MEANINGS = {
 
 
 @dataclass(frozen=True)
-class CompiledCount:
-    """Degrees of freedom and constraints of a compiled model along its motion, see `engines.mobility`.
-
-    Attributes:
-        empty: rows that no coordinate enters.
-        redundant: constraint -> rows of it that repeat others.
-    """
-
-    coordinates: int
-    rows: int
-    least_rank: int
-    most_rank: int
-    empty: tuple[str, ...]
-    redundant: Mapping[str, int]
-
-    @property
-    def freedom(self) -> int:
-        """Degrees of freedom that are left, singular poses apart."""
-        return self.coordinates - self.most_rank
-
-    @property
-    def missing(self) -> int:
-        """Constraints that a machine with one driven crank lacks."""
-        return max(self.freedom - 1, 0)
-
-
-@dataclass(frozen=True)
 class VariantResult:
     """A model of a study.
 
@@ -104,15 +82,10 @@ class VariantResult:
     change: Mapping[str, float] | None
     torque_error: float | None
     torque_change: float | None
-    mobility: CompiledCount | None
+    mobility: MobilityCount | None
     cost: PairedTiming | None
     cost_in_full: PairedTiming | None
     settings: Mapping[str, Any]
-
-    @property
-    def completed(self) -> bool:
-        """True if it has errors."""
-        return self.errors is not None
 
 
 @dataclass(frozen=True)

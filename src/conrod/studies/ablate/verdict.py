@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from conrod.runs.trajectory import Outcome
-from conrod.studies.ablate.findings import Effect, Evidence, VariantResult, Verdict
+from conrod.studies.ablate.findings import OF_FULL, Effect, Evidence, Role, VariantResult, Verdict
 from conrod.studies.frame.paired_timing import PairedTiming
 
 # A difference of this share of the travel (and of omega L, omega^2 L, the torque's peak) is none: what rounding grows
@@ -46,31 +46,20 @@ class Levels:
         return cls({q: max(own.get(q, 0.0), NO_CHANGE) for q in JUDGED}, max(min(torques, default=0.0), NO_CHANGE))
 
 
-def evidence_of(
-    without: VariantResult,
-    with_it: VariantResult,
-    compared: VariantResult,
-    cost: PairedTiming | None,
-    level: Levels,
-    *,
-    full: bool = False,
-) -> Evidence:
-    """Evidence of two models on the ingredient that they differ by.
-
-    Args:
-        compared: the one of the two that the change is kept with.
-        cost: with it over without it.
-        full: whether all other ingredients are there.
-    """
+def evidence_of(model: VariantResult, base: VariantResult, level: Levels) -> Evidence:
+    """Evidence of a model and the one that it is made from on the ingredient that they differ by."""
+    removed, full = model.role in (Role.REDUCED, Role.TAKEN), model.role in OF_FULL
+    without, with_it = (model, base) if removed else (base, model)
+    cost = model.cost_in_full if full else model.cost
     effect, because = motion_effect(without, with_it, level.motion)
     return Evidence(
         full=full,
-        cost=cost,
-        change=compared.change,
+        cost=cost.inverse if cost and removed else cost,
+        change=model.change,
         effect=effect,
         because=because,
-        torque_change=compared.torque_change,
-        torque_effect=_torque_effect(without, with_it, compared.torque_change, level.torque),
+        torque_change=model.torque_change,
+        torque_effect=_torque_effect(without, with_it, model.torque_change, level.torque),
     )
 
 
