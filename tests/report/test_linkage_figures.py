@@ -18,8 +18,8 @@ from conrod.exact.linkage.centres import instant_centres
 from conrod.exact.linkage.polygon import acceleration_polygon, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, linkage_state
 from conrod.report.charts.canvas import drawing_style
+from conrod.report.linkage.figures import polygon_figure
 from conrod.report.linkage.mechanism_figure import centres_figure
-from conrod.report.linkage.polygon_figure import polygon_figure
 from conrod.report.linkage.sheet import Sheet, mathematical
 
 STATES = {

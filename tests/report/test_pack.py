@@ -17,8 +17,7 @@ import pytest
 from conrod import InvalidInput
 from conrod.mechanism.mechanism import CamContact, Prismatic, Revolute
 from conrod.own.tables.study import study_table
-from conrod.report.pack.contents import PAGES, mechanism_document, pack_files, pack_to_write
-from conrod.report.pack.reading import read_parameters
+from conrod.report.pack.contents import PAGES, mechanism_document, pack_files, pack_to_write, read_parameters
 from conrod.report.pack.readme import worth_meeting
 from conrod.scenes import SCENES, Saw, Scene
 from tests.support.command_line import conrod

@@ -15,8 +15,7 @@ import pytest
 from conrod import InvalidInput
 from conrod.own.tables.estimation import estimate
 from conrod.own.tables.study import TableStudy, study_table
-from conrod.report.pack.contents import pack_files
-from conrod.report.pack.reading import read_parameters
+from conrod.report.pack.contents import pack_files, read_parameters
 from conrod.scenes.catalogue import catalogue_scene, catalogue_text
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.frame.resolve_arguments import machine_text

@@ -1,4 +1,4 @@
-"""Output of `conrod show`, and the content of exported files."""
+"""Output of `conrod show`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from rich.padding import Padding
 from rich.text import Text
 
 from conrod.engines import engine_names
-from conrod.errors import unknown_choice
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.centres import centre_count
 from conrod.exact.linkage.quantities import InstantQuantities, TurnQuantities
@@ -24,7 +23,6 @@ from conrod.report.linkage.tables import (
     reach_words,
     transmission_table,
 )
-from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.scene_words import described
 from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table
@@ -33,7 +31,6 @@ from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics
 from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
 
 WIDE = 400  # for lines that tell of a source
-CSV_SAMPLES = 360
 PARAMETER = ("parameter", "value", "unit", "meaning")
 
 
@@ -145,18 +142,3 @@ def show_instant(instant: InstantQuantities, numbering: dict[str, int]) -> None:
 def _print_titled(out: Console, shown: Table) -> None:
     print_lines(out, ("", shown.title))
     print_table(out, replace(shown, title=""), folding=shown.headings, framed=False)
-
-
-# -- export ----------------------------------------------------------------------------------------------------------
-
-
-def exported(name: str, scene: Scene, kind: str, steps_per_revolution: int | None, revolutions: int) -> str | bytes:
-    """Content of an exported file."""
-    if kind == "mjcf":
-        from conrod.engines.mujoco.standalone import standalone_mjcf
-
-        return standalone_mjcf(name, scene, steps_per_revolution)
-    if kind not in ("csv", "npz"):
-        raise unknown_choice("format", kind, ("mjcf", "csv", "npz", "pack"))
-    columns = exact_columns(scene, steps_per_revolution or CSV_SAMPLES, revolutions)
-    return as_csv(columns) if kind == "csv" else as_npz(columns)

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from conrod.cli import options
 from conrod.errors import InvalidInput
 
-if TYPE_CHECKING:
-    from conrod.scenes import Scene
-
-# The figure that counts is taken over two turns.
-PACK_REVOLUTIONS = 2
+CSV_SAMPLES = 360  # a revolution
+PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 
 
 @click.command()
@@ -38,41 +33,41 @@ def export(
     revolutions: int | None,
 ) -> None:
     """Write the MJCF model of SCENE, its exact trajectory as a table with units, or a pack for other tools to solve."""
-    from conrod.cli.console import CSV_SAMPLES, exported
-    from conrod.studies.frame.files import file_to_write, naming, write_whole
+    from conrod.errors import unknown_choice
+    from conrod.studies.frame.files import file_to_write, naming, single, write_together
     from conrod.studies.frame.resolve_arguments import check_model, check_table, machine_text, select_scene
 
     name, chosen = select_scene(scene, assignments)
-    if kind == "pack":
-        _export_pack(name, chosen, machine_text(scene), output, steps_per_rev, revolutions)
-        return
-    turns = 1 if revolutions is None else revolutions
     if kind == "mjcf":
         check_model(steps_per_rev, revolutions)
-    else:
-        check_table(name, CSV_SAMPLES if steps_per_rev is None else steps_per_rev, turns)
+    samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev
+    turns = revolutions if revolutions is not None else PACK_REVOLUTIONS if kind == "pack" else 1
+    if kind != "mjcf":
+        check_table(name, samples, turns)
+    if kind == "pack":
+        from conrod.report.pack.contents import pack_batch, pack_files, pack_to_write
+
+        place = pack_to_write(output)
+        write_together([pack_batch(pack_files(name, chosen, samples, turns, machine_text(scene)), place)])
+        click.echo(f"pack: {place}")
+        return
     file = None if output is None else file_to_write(output, "-o")
-    content = exported(name, chosen, kind, steps_per_rev, turns)
+    content: str | bytes
+    if kind == "mjcf":
+        from conrod.engines.mujoco.standalone import standalone_mjcf
+
+        content = standalone_mjcf(name, chosen, steps_per_rev)
+    elif kind in ("csv", "npz"):
+        from conrod.report.pack.export import as_csv, as_npz, exact_columns
+
+        columns = exact_columns(chosen, samples, turns)
+        content = as_csv(columns) if kind == "csv" else as_npz(columns)
+    else:
+        raise unknown_choice("format", kind, ("mjcf", "csv", "npz", "pack"))
     if file:
-        write_whole(file, content)
+        write_together([single(file, content)])
     elif isinstance(content, bytes):
         raise InvalidInput(f"--format {kind} is not text: give a file with -o")
     else:
         with naming("standard output"):
             click.echo(content, nl=False)
-
-
-def _export_pack(
-    name: str, scene: Scene, machine: bytes | None, output: str | None, samples: int | None, revolutions: int | None
-) -> None:
-    from conrod.cli.console import CSV_SAMPLES
-    from conrod.report.pack.contents import pack_batch, pack_files, pack_to_write
-    from conrod.studies.frame.files import write_together
-    from conrod.studies.frame.resolve_arguments import check_table
-
-    a_turn = CSV_SAMPLES if samples is None else samples
-    turns = PACK_REVOLUTIONS if revolutions is None else revolutions
-    check_table(name, a_turn, turns)
-    place = pack_to_write(output)
-    write_together([pack_batch(pack_files(name, scene, a_turn, turns, machine), place)])
-    click.echo(f"pack: {place}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,21 +12,11 @@ from conrod.cli import options
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from conrod.exact.linkage.quantities import InstantQuantities, TurnQuantities
+    from conrod.exact.linkage.quantities import InstantQuantities
     from conrod.scenes import Scene
-    from conrod.studies.frame.files import Batch
 
 # Crank angle of the figures where none is asked for: away from the dead centres of most machines.
 USUAL_ANGLE = math.radians(60.0)
-
-
-@dataclass(frozen=True)
-class _Files:
-    """Files to write, if any."""
-
-    drawing: Path | None
-    figures: Path | None
-    document: Path | None
 
 
 @click.command()
@@ -48,46 +37,58 @@ def show(
     """List what is available, one line each; or describe one SCENE."""
     from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
     from conrod.exact.linkage.quantities import turn_quantities
-    from conrod.studies.frame.files import write_together
+    from conrod.studies.frame.files import single, write_together
     from conrod.studies.frame.resolve_arguments import select_scene
 
+    wanted = {"--svg": drawing, "--figures": figures, "--json": document}
     if scene is None:
-        given = {"--svg": drawing, "--set": assignments, "--angle": angle, "--figures": figures, "--json": document}
-        if any(value for value in given.values()) or drawing is not None:
+        if assignments or angle or any(value is not None for value in wanted.values()):
             raise InvalidInput("--svg, --set, --angle, --figures and --json need a SCENE; `conrod show` lists them")
         show_catalogue()
         return
-    files = _files(drawing, figures, document)
+    files = _files({option: text for option, text in wanted.items() if text is not None})
     name, chosen = select_scene(scene, assignments)
-    instant = _instant(chosen, angle, files.figures is not None)
+    instant = _instant(chosen, angle, "--figures" in files)
     turn = turn_quantities(chosen.kinematics)
     show_scene(name, chosen)
     show_turn(chosen.kinematics, turn)
     if instant:
         show_instant(instant, turn.numbers)
-    write_together(_batches(files, name, chosen, turn, instant))
-    if files.drawing:
-        click.echo(f"drawing: {files.drawing}")
-    if files.figures:
-        click.echo(f"figures: {files.figures}")
+    batches = []
+    if "--svg" in files:
+        from conrod.report.drawing.drawing import mechanism_svg
+
+        batches.append(single(files["--svg"], mechanism_svg(chosen)))
+    if "--figures" in files and instant:
+        from conrod.report.linkage.figures import figures_batch
+
+        batches.append(figures_batch(instant, files["--figures"]))
+    if "--json" in files:
+        from conrod.report.linkage.document import linkage_text
+
+        batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
+    write_together(batches)
+    for option, word in (("--svg", "drawing"), ("--figures", "figures")):
+        if option in files:
+            click.echo(f"{word}: {files[option]}")
 
 
-def _files(drawing: str | None, figures: str | None, document: str | None) -> _Files:
-    """Files that can be written, before any work is done."""
+def _files(texts: dict[str, str]) -> dict[str, Path]:
+    """Files and folders that can be written, by option, before any work is done."""
     from conrod.report.linkage.figures import FIGURES
     from conrod.studies.frame.files import check_apart, file_to_write, folder_to_write
 
-    if drawing is not None and drawing.strip() and not drawing.lower().endswith(".svg"):
+    drawing = texts.get("--svg", "").strip()
+    if drawing and not drawing.lower().endswith(".svg"):
         raise InvalidInput(f"--svg {drawing}: the drawing is SVG: give a name that ends in .svg")
-    found = _Files(
-        None if drawing is None else file_to_write(drawing, "--svg"),
-        None if figures is None else folder_to_write(figures, "--figures"),
-        None if document is None else file_to_write(document, "--json"),
-    )
-    named = {"--svg": found.drawing, "--json": found.document}
-    if found.figures:
-        named |= {f"the figure {figure}": found.figures / figure for figure in FIGURES}
-    check_apart({option: path for option, path in named.items() if path is not None})
+    found = {
+        option: folder_to_write(text, option) if option == "--figures" else file_to_write(text, option)
+        for option, text in texts.items()
+    }
+    named = {option: path for option, path in found.items() if option != "--figures"}
+    if "--figures" in found:
+        named |= {f"the figure {figure}": found["--figures"] / figure for figure in FIGURES}
+    check_apart(named)
     return found
 
 
@@ -112,23 +113,3 @@ def _instant(scene: Scene, text: str | None, wanted: bool) -> InstantQuantities 
                 f"--angle {text}: the crank makes one pass, from {first} to {last} deg; give an angle between them"
             )
     return instant_quantities(scene.kinematics, angle, scene.speed)
-
-
-def _batches(
-    files: _Files, name: str, scene: Scene, turn: TurnQuantities, instant: InstantQuantities | None
-) -> list[Batch]:
-    from conrod.report.linkage.document import linkage_text
-    from conrod.studies.frame.files import single
-
-    batches = []
-    if files.drawing:
-        from conrod.report.drawing.drawing import mechanism_svg
-
-        batches.append(single(files.drawing, mechanism_svg(scene)))
-    if files.figures and instant:
-        from conrod.report.linkage.figures import figures_batch
-
-        batches.append(figures_batch(instant, files.figures))
-    if files.document:
-        batches.append(single(files.document, linkage_text(name, scene, turn, instant)))
-    return batches

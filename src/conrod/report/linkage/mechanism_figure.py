@@ -44,7 +44,6 @@ def centres_figure(state: LinkageState) -> Figure:
     draw_joints(view)
     draw_links(view)
     _lines(sheet, state, drawn)
-    _normals(sheet, state, drawn)
     _centres(sheet, state, centres)
     for number, name in links:
         if name != GROUND:
@@ -81,24 +80,20 @@ def _stems(state: LinkageState, length: float) -> Array:
 
 
 def _lines(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
-    """For each centre that two lines find, these lines, where they are on the sheet."""
+    """For each centre the two lines that find it, and the common normals of cams and rollers; on the sheet."""
+    lines = []
     for pair, thirds in drawn.steps:
         for third in thirds:
-            points = [drawn.centres[frozenset((link, third))] for link in sorted(pair)]
-            line = _clipped(sheet, [*points, drawn.centres[pair]])
-            if line is not None:
-                sheet.axes.plot(*np.round(line, 2).T, color="#aaaaaa", linewidth=0.7, dashes=(5, 3), zorder=1)
-
-
-def _normals(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
-    """The common normal of a cam and its roller, as far as their centre."""
+            found = [drawn.centres[frozenset((link, third))] for link in sorted(pair)]
+            lines.append((1, [*found, drawn.centres[pair]]))
     for contact in state.mechanism.cam_contacts:
         centre = drawn.centres.get(frozenset((contact.a, contact.b)))
         if centre is not None:
-            roller = np.array([*state.links[contact.b].place(contact.roller_centre), 1.0])
-            line = _clipped(sheet, [roller, centre])
-            if line is not None:
-                sheet.axes.plot(*np.round(line, 2).T, color="#aaaaaa", linewidth=0.7, dashes=(5, 3), zorder=6)
+            lines.append((6, [np.array([*state.links[contact.b].place(contact.roller_centre), 1.0]), centre]))
+    for zorder, points in lines:
+        line = _clipped(sheet, points)
+        if line is not None:
+            sheet.axes.plot(*np.round(line, 2).T, color="#aaaaaa", linewidth=0.7, dashes=(5, 3), zorder=zorder)
 
 
 def _clipped(sheet: Sheet, points: list[Array]) -> Array | None:

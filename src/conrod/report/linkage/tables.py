@@ -8,10 +8,9 @@ import numpy as np
 
 from conrod.exact.linkage.centres import InstantCentre
 from conrod.exact.linkage.course import CrankRange
-from conrod.exact.linkage.outputs import DeadCentre, Output
+from conrod.exact.linkage.outputs import Output
 from conrod.exact.linkage.polygon import Polygon
 from conrod.exact.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
-from conrod.exact.linkage.transmission import Extreme, TransmissionAngle
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.table import Table, table
@@ -39,10 +38,9 @@ def reach_words(reach: CrankRange) -> str:
 
 def outputs_table(turn: TurnQuantities) -> Table:
     """Strokes, dead centres and time ratios of the driven links."""
-    head = ("driven link", "guided by", "stroke", "turns back at [deg]", "there and back [deg]", "time ratio")
     right = ("stroke", "turns back at [deg]", "there and back [deg]", "time ratio")
     title = "strokes, dead centres and time ratios"
-    return table(head, [_output_row(output) for output in turn.outputs], right, title)
+    return table(("driven link", "guided by", *right), [_output_row(output) for output in turn.outputs], right, title)
 
 
 def _output_row(output: Output) -> tuple[str, ...]:
@@ -54,7 +52,8 @@ def _output_row(output: Output) -> tuple[str, ...]:
     if output.forward is not None and output.backward is not None:
         there_and_back = f"{degrees(output.forward)}, {degrees(output.backward)}"
     ratio = "" if output.time_ratio is None else f"{output.time_ratio:.6g}"
-    centres = ", ".join(_dead_centre(centre) for centre in output.dead_centres)
+    ends = [dict.fromkeys((degrees(centre.angle), degrees(centre.until))) for centre in output.dead_centres]
+    centres = ", ".join(" to ".join(end) for end in ends)
     return (output.link, output.joint, stroke, centres or "nowhere", there_and_back, ratio)
 
 
@@ -62,26 +61,16 @@ def _way(value: float, unit: str) -> str:
     return f"{MM * value:.6g} mm" if unit == "m" else f"{math.degrees(value):.6g} deg"
 
 
-def _dead_centre(centre: DeadCentre) -> str:
-    if centre.until == centre.angle:
-        return degrees(centre.angle)
-    return f"{degrees(centre.angle)} to {degrees(centre.until)}"
-
-
 def transmission_table(turn: TurnQuantities) -> Table:
     """Transmission angles of the driven links, with the crank angles where they are taken."""
     head = ("driven link", "pushed by", "least", "greatest", "worst", "greatest pressure angle")
     title = "transmission angles [deg], and the crank angles where they are taken"
-    return table(head, [_transmission_row(angle) for angle in turn.transmission], title=title)
-
-
-def _transmission_row(angle: TransmissionAngle) -> tuple[str, ...]:
-    extremes = (angle.least, angle.greatest, angle.worst, angle.greatest_pressure_angle)
-    return (angle.driven, angle.through, *(_extreme(extreme) for extreme in extremes))
-
-
-def _extreme(extreme: Extreme) -> str:
-    return f"{math.degrees(extreme.value):.4f} at {math.degrees(extreme.angle):.2f}"
+    rows = []
+    for angle in turn.transmission:
+        extremes = (angle.least, angle.greatest, angle.worst, angle.greatest_pressure_angle)
+        values = [f"{math.degrees(one.value):.4f} at {math.degrees(one.angle):.2f}" for one in extremes]
+        rows.append((angle.driven, angle.through, *values))
+    return table(head, rows, title=title)
 
 
 # -- at a crank angle ------------------------------------------------------------------------------------------------
@@ -122,17 +111,13 @@ def _points_table(instant: InstantQuantities) -> Table:
         (
             *(point.name, ", ".join(point.links), *(_length(float(value)) for value in point.place)),
             _clean(_size(point.velocity), speeds),
-            *(_clean(_size(a), parts) for a in (point.parts.normal + point.parts.tangential, *_both(point))),
+            *(_clean(_size(a), parts) for a in (p.normal + p.tangential, p.normal, p.tangential)),
             _radius(point),
         )
-        for point in points
+        for point, p in ((point, point.parts) for point in points)
     ]
     right = ("x [mm]", "y [mm]", "velocity [m/s]", "acceleration [m/s²]", "normal", "tangential", "radius of path [mm]")
     return table(("", "of", *right), rows, right, "points")
-
-
-def _both(point: PointQuantities) -> tuple[Array, Array]:
-    return point.parts.normal, point.parts.tangential
 
 
 def _vectors_table(polygon: Polygon, unit: str) -> Table:

@@ -11,13 +11,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.folder import document_in
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.pack.readme import readme, worth_meeting
-from conrod.scenes import Scene
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.files import Batch, file_to_write, folder_to_write, is_folder, is_no_file, single
 
 SCHEMA = 1
@@ -115,6 +116,35 @@ def _kind(joint: Joint) -> str:
 
 def _json(document: dict[str, Any]) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+# -- read again ------------------------------------------------------------------------------------------------------
+
+
+def read_parameters(path: Path) -> Scene:
+    """The scene of a pack's `parameters.json`; that of a mechanism file needs the file, which lies beside it.
+
+    Raises:
+        InvalidInput: the file is none, or its values are not within range.
+    """
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        kind, given = document["kind"], document["parameters"]
+        values = {name: float(entry["value"]) for name, entry in given.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        raise InvalidInput(f"{path}: it does not hold the parameters of a pack") from None
+    kinds = {scene.kind: scene for scene in SCENES.values()}
+    if "machine" not in document and kind not in kinds:
+        raise unknown_choice("kind of scene", str(kind), kinds)
+    scene: Scene = read_scene(path.parent / MACHINE) if "machine" in document else kinds[kind]
+    usual = scene.parameters
+    for name in values:
+        if name not in usual:
+            raise unknown_choice("parameter", name, usual)
+    if missing := sorted(usual.keys() - values.keys()):
+        raise InvalidInput(f"{path}: there is no {', '.join(missing)}")
+    changed = {name: value for name, value in values.items() if value != usual[name]}
+    return scene.with_parameters(**changed) if changed else scene
 
 
 # -- on the disk -----------------------------------------------------------------------------------------------------
