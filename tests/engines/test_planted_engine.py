@@ -157,7 +157,7 @@ def test_a_brought_engine_stands_beside_those_that_ship() -> None:
     assert engine_named(NAME) is ENGINE
     assert engine_packages()[-1] == "planted-engine"
     assert look_of(NAME).title == NAME
-    assert look_of(NAME).colour not in {one.look.colour for one in ENGINES.values()}
+    assert look_of(NAME).colour not in {one.colour for one in ENGINES.values()}
     assert line_style(NAME, "sharp") == ENGINE.presets["sharp"].style
 
 

@@ -13,8 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from conrod.engines.engine import PIECE, Engine, Machine, step_length
-from conrod.engines.presets import STOCK, Preset
+from conrod.engines.engine import PIECE, STOCK, Engine, Machine, Preset, step_length
 from conrod.exact.motion import Array
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track, Trajectory

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Generic, TypeAlias
 
-from conrod.engines.presets import AnyFields, with_fields
+from conrod.engines.engine import AnyFields, with_fields
 
 Change: TypeAlias = Callable[[AnyFields], AnyFields]
 

@@ -13,13 +13,10 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from conrod.engines.presets import OTHER_LINE, LineStyle, Preset
+from conrod.engines.engine import OTHER_LINE, Engine, LineStyle, Preset
 from conrod.errors import InvalidInput, unknown_choice
-
-if TYPE_CHECKING:
-    from conrod.engines.engine import Engine
 
 GROUP = "conrod.engines"
 
@@ -39,37 +36,9 @@ class Look:
     dot: str = "s"
 
 
-@dataclass(frozen=True)
-class Shipped:
-    """An engine that ships: where it is, and what is known of it without loading it.
-
-    Attributes:
-        engine: "module:name" of the object; importing it loads the engine, which is slow.
-        presets: "module:name" of its presets, which load no engine.
-        package: the distribution that it comes with.
-    """
-
-    engine: str
-    presets: str
-    package: str
-    look: Look
-
-
-# Okabe and Ito's colours, distinguishable by colour-blind readers.
-ENGINES: Mapping[str, Shipped] = {
-    "mujoco": Shipped(
-        "conrod.engines.mujoco.engine:ENGINE",
-        "conrod.engines.mujoco.settings:PRESETS",
-        "mujoco",
-        Look("MuJoCo", "#0072B2", "o"),
-    ),
-    "pymunk": Shipped(
-        "conrod.engines.pymunk.engine:ENGINE",
-        "conrod.engines.pymunk.settings:PRESETS",
-        "pymunk",
-        Look("pymunk", "#D55E00", "D"),
-    ),
-}
+# Engines that ship, each in a package of conrod of the name of its distribution: `engine.ENGINE`, importing which loads
+# the engine, and `settings.PRESETS`, which do not. Okabe and Ito's colours, distinguishable by colour-blind readers.
+ENGINES: Mapping[str, Look] = {"mujoco": Look("MuJoCo", "#0072B2", "o"), "pymunk": Look("pymunk", "#D55E00", "D")}
 OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
@@ -81,7 +50,7 @@ def engine_names() -> tuple[str, ...]:
 def engine_packages() -> tuple[str, ...]:
     """Names of the distributions that the engines come with."""
     brought = [point.dist.name for point in _brought().values() if point.dist is not None]
-    return tuple(dict.fromkeys([*(one.package for one in ENGINES.values()), *brought]))
+    return tuple(dict.fromkeys([*ENGINES, *brought]))
 
 
 @cache
@@ -92,7 +61,7 @@ def engine_named(name: str) -> Engine[Any]:
         InvalidInput: there is none, with the choices; or it cannot be loaded.
     """
     if name in ENGINES:
-        shipped: Engine[Any] = _loaded(ENGINES[name].engine)
+        shipped: Engine[Any] = import_module(f"conrod.engines.{name}.engine").ENGINE
         return shipped
     if name not in _brought():
         raise unknown_choice("engine", name, engine_names())
@@ -108,15 +77,13 @@ def engine_named(name: str) -> Engine[Any]:
 
 def look_of(name: str) -> Look:
     """The look of an engine, be it installed or not."""
-    if name in ENGINES:
-        return ENGINES[name].look
-    return Look(name, OTHER_COLOURS[sum(name.encode()) % len(OTHER_COLOURS)])
+    return ENGINES.get(name) or Look(name, OTHER_COLOURS[sum(name.encode()) % len(OTHER_COLOURS)])
 
 
 def presets_of(name: str) -> Mapping[str, Preset[Any]]:
     """Presets of an engine; none of one that is not installed."""
     if name in ENGINES:
-        presets: Mapping[str, Preset[Any]] = _loaded(ENGINES[name].presets)
+        presets: Mapping[str, Preset[Any]] = import_module(f"conrod.engines.{name}.settings").PRESETS
         return presets
     try:
         return engine_named(name).presets
@@ -134,9 +101,3 @@ def line_style(engine: str, preset: str | None) -> LineStyle:
 def _brought() -> dict[str, EntryPoint]:
     """Entry points by name; an engine that ships is not replaced."""
     return {point.name: point for point in entry_points(group=GROUP) if point.name not in ENGINES}
-
-
-@cache
-def _loaded(place: str) -> Any:
-    module, name = place.split(":")
-    return getattr(import_module(module), name)

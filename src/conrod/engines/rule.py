@@ -5,14 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from conrod.engines.presets import Preset
+from conrod.engines.engine import Machine, Preset
 from conrod.errors import unknown_choice
 from conrod.runs.trajectory import Settings
-
-if TYPE_CHECKING:
-    from conrod.engines.engine import Machine
 
 Grid = Literal["coarse", "default", "fine"]
 GRIDS: tuple[Grid, ...] = ("coarse", "default", "fine")

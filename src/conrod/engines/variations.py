@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Generic
+from typing import Generic
 
-from conrod.engines.presets import AnyFields, with_fields
-
-if TYPE_CHECKING:
-    from conrod.engines.engine import Machine
+from conrod.engines.engine import AnyFields, Machine, with_fields
 
 
 class Variations(ABC, Generic[AnyFields]):

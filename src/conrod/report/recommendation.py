@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from conrod.engines.presets import STOCK
+from conrod.engines.engine import STOCK
 from conrod.studies.recommend.recommendation import Confirmation, Groups, Recommendation, Refusal, Rejected
 
 

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
+from conrod.engines.engine import STOCK
 from conrod.engines.free_run import FreeRun, free_energy, free_verdict
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mesh_rows import tree_refusal
@@ -19,7 +20,6 @@ from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled, laws_acting
 from conrod.engines.mujoco.recorder import STATE, WARNINGS, warnings_kept_quiet
 from conrod.engines.mujoco.settings import CONTACT_SOLIMP, PRESETS, STIFF_SOLIMP, MuJoCoSettings, harden
-from conrod.engines.presets import STOCK
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array

@@ -7,10 +7,9 @@ from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import Any
 
-from conrod.engines.engine import Machine, step_length
+from conrod.engines.engine import Machine, as_preset, step_length
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.mujoco.settings import PRESETS, STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
-from conrod.engines.presets import as_preset
 from conrod.engines.rule import Grid, Rule, distinct, texts_of
 
 # Where a time constant stands: in seconds, in steps, or in shares of the period.

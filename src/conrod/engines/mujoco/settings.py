@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from conrod.engines.engine import Machine, step_length
+from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, ForceBars, Machine, Preset, step_length
 from conrod.engines.forces import load_work
 from conrod.engines.massless_rod import BODY, ROD_FORMS
-from conrod.engines.presets import DASHED, DOTTED, SOLID, STOCK, ForceBars, Preset
 from conrod.engines.rule import plain
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number

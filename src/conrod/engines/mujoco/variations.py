@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
-from conrod.engines.engine import Machine, step_length
+from conrod.engines.engine import Machine, step_length, with_fields
 from conrod.engines.massless_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import HARDENING, MuJoCoSettings
-from conrod.engines.presets import with_fields
 from conrod.engines.tree import tree_of
 from conrod.engines.variations import Variations
 

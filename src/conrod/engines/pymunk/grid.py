@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import product
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, as_preset
 from conrod.engines.massless_rod import BODY, ROD_FORMS
-from conrod.engines.presets import as_preset
 from conrod.engines.pymunk.settings import PRESETS, STOCK_BIAS, PymunkSettings
 from conrod.engines.rule import Grid, Rule, distinct, texts_of
 

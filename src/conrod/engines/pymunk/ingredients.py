@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeAlias
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, with_fields
 from conrod.engines.ingredients import Ingredient, Ingredients, Quantity, edited, unedited, valued
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, form_refusal
-from conrod.engines.presets import with_fields
 from conrod.engines.pymunk import settings as names
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from conrod.engines.engine import Machine, step_length
+from conrod.engines.engine import DASHED, DOTTED, STOCK, ForceBars, Machine, Preset, step_length
 from conrod.engines.massless_rod import BODY, ROD_FORMS
-from conrod.engines.presets import DASHED, DOTTED, STOCK, ForceBars, Preset
 from conrod.engines.rule import plain
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics.inverse import mass_ratio

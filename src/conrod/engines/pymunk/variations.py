@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from conrod.engines.engine import Machine, step_length
+from conrod.engines.engine import Machine, step_length, with_fields
 from conrod.engines.massless_rod import DISTANCE_JOINT
-from conrod.engines.presets import with_fields
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 from conrod.engines.variations import Variations
 

@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.runs.trajectory import Outcome
 from conrod.studies.validation.results import Result
 
-HUES = (*(one.look.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
+HUES = (*(one.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
 EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
 
 # Mark of an outcome, and its shade in a map of limits, as dark as its level.

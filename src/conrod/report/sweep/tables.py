@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 
-from conrod.engines.presets import STOCK
+from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, preset_title
 from conrod.report.sweep.orders import order_words

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.engines.presets import Preset
+from conrod.engines.engine import Preset
 from conrod.exact.dynamics.inverse import InverseDynamics, State, component_names
 from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, quantities
 from conrod.exact.kinematics import Kinematics

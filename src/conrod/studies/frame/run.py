@@ -8,8 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
-from conrod.engines.presets import CUSTOM
+from conrod.engines.engine import CUSTOM, run_of
 from conrod.engines.running import run
 from conrod.exact.motion import Array
 from conrod.runs.closure_prediction import predicted_errors

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.engines.presets import Preset
+from conrod.engines.engine import Preset
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.exact.joint_equations import pose_jets

@@ -9,7 +9,7 @@ from typing import Any
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
-from conrod.engines.presets import CUSTOM, STOCK
+from conrod.engines.engine import CUSTOM, STOCK
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.scenes import Scene

@@ -7,7 +7,7 @@ from statistics import median
 
 from conrod.engines import engine_named
 from conrod.engines.capabilities import Lacking, SoftnessLaw, capability, variations_of
-from conrod.engines.presets import CUSTOM
+from conrod.engines.engine import CUSTOM
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import Study
