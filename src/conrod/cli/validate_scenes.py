@@ -118,6 +118,8 @@ def _steady_motion(asked: Request, chosen: Scenes) -> Measured:
     plan = make_plan(chosen, asked.steps_per_rev, _turns(asked), asked.tolerance)
     figures = FEW_FIGURES if asked.figures is None and CATALOGUE in asked.subjects else asked.figures
     shown = figures_of(figures)
+    if asked.figures is not None and asked.out is None:
+        raise InvalidInput(f"--figures {asked.figures} is for a report: name its folder with --out")
     return Measured(
         kind=KIND,
         study=lambda scenes, engines, presets: validation(scenes, engines, presets, plan),

@@ -39,11 +39,11 @@ class ForceTracks:
     outcome: Outcome = Outcome.COMPLETED
 
 
-def nothing_told(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
+def no_forces(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
     """The result of a run that reports no force, for one reason."""
     none = np.zeros(0)
-    untold = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
-    return ForceTracks(Instants(none, none, none, none), None, {}, untold, outcome)
+    unreported = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
+    return ForceTracks(Instants(none, none, none, none), None, {}, unreported, outcome)
 
 
 def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:

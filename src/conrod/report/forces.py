@@ -214,4 +214,5 @@ KIND = Kind(
     results="forces.json",
     index_file="forces.md",
     suffix="-forces",
+    digits=6,
 )

@@ -184,5 +184,6 @@ KIND = Kind(
     results="motion.json",
     index_file="motion.md",
     suffix="-motion",
+    digits=6,
     kept=_without_clock,
 )

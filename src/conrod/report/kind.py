@@ -120,7 +120,7 @@ class Kind(Generic[F]):
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: of the names of its pages and data.
         kept: what of the findings is saved.
-        digits: significant ones of measured fractions in a folder; all of them where it is None.
+        digits: of measured fractions in a folder, see `shortened`; all of them where it is None.
         schema: of the findings.
     """
 

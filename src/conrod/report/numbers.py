@@ -8,6 +8,7 @@ from collections.abc import Mapping
 # Below this every normalised error is rounding noise, different on another machine: its digits mean nothing.
 ROUNDING = 1e-12
 BELOW_ROUNDING = "< 1e-12"
+NOISE_DECIMALS = 13  # that leave two digits of an error of that size; those beyond change from run to run
 MISSING = "n/a"
 PLAIN = (1e-3, 1e4)  # sizes that read best without an exponent
 
@@ -79,6 +80,11 @@ def in_shown_unit(value: float, unit: str) -> tuple[str, str]:
     """A parameter's value and unit as people write them: ('32.5', 'mm') for 0.0325 m."""
     shown, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
     return quantity(value * factor, 6), shown or "-"
+
+
+def reproducible(value: float, digits: int) -> float:
+    """A measured number in so many significant digits, and none that are rounding noise."""
+    return round(rounded(value, digits), NOISE_DECIMALS) + 0.0
 
 
 def rounded(value: float, digits: int) -> float:

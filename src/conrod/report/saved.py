@@ -21,7 +21,7 @@ T = TypeVar("T")
 # Digits of an array, which is there to be drawn; single numbers keep all of theirs.
 DRAWN_DIGITS = 7
 LONGEST_LINE = 100
-GIVEN = {"parameters", "settings", "changes"}
+GIVEN = {"parameters", "given_anew", "settings", "changes"}
 
 
 def plain(value: Any) -> Any:
@@ -68,10 +68,13 @@ def restore(wanted: type[T], values: Any) -> T:
 
 
 def shortened(values: Any, digits: int | None) -> Any:
-    """The values with so many significant digits of measured fractions; given ones keep all of theirs."""
+    """The values with so many significant digits of measured fractions and no rounding noise.
+
+    Given ones keep all of theirs.
+    """
     match values:
         case float() if digits is not None:
-            return numbers.rounded(values, digits)
+            return numbers.reproducible(values, digits)
         case dict():
             return {key: part if key in GIVEN else shortened(part, digits) for key, part in values.items()}
         case list():

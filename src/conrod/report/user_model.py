@@ -61,4 +61,5 @@ KIND = Kind(
     results="models.json",
     index_file="models.md",
     suffix="-model",
+    digits=6,
 )

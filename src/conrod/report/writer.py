@@ -134,10 +134,12 @@ def _batch(
     done = {name: done[name] for name in sorted(done, key=kind_order)}
     first: dict[str, str] = {}
     if kind.index is not None:
-        read = lambda name: restore(kind.findings, saved[name] if name in saved else target.values(name))  # noqa: E731
-        first = _page_files(
-            kind.index_file, kind.index(Index(done, head["environment"], _origin(head["command"]), read))
-        )
+
+        def read(name: str) -> Any:
+            return restore(kind.findings, saved[name] if name in saved else target.values(name))
+
+        index = Index(done, head["environment"], _origin(head["command"]), read)
+        first = _page_files(kind.index_file, kind.index(index))
     document = {**head, "files": [kind.results, *first], "parts": done}
     target.check_free([*files, *first, kind.results])
     owned = {kind.results, *first, *(name for entry in done.values() for name in entry["files"])}

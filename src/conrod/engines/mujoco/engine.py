@@ -6,7 +6,7 @@ import mujoco
 
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.engine import Engine, Machine
-from conrod.engines.forces import ForceTracks, nothing_told
+from conrod.engines.forces import ForceTracks, no_forces
 from conrod.engines.free_run import FreeRun
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
@@ -52,7 +52,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
     ) -> ForceTracks:
         if reason := self.refusal(machine, settings):
-            return nothing_told(machine.kinematics.mechanism, reason)
+            return no_forces(machine.kinematics.mechanism, reason)
         return forces(machine, settings, revolutions, start_angle)
 
     def free_run(

@@ -21,7 +21,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.forces import EDITED, ForceTracks, applied_forces, nothing_told
+from conrod.engines.forces import EDITED, ForceTracks, applied_forces, no_forces
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import Build, build, laws_acting
@@ -70,7 +70,7 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     """Drive torque and reactions of a run at constant crank speed, at every step."""
     mechanism = machine.kinematics.mechanism
     if reason := _refusal(settings) or (ROLLING if mechanism.meshes else None):
-        return nothing_told(mechanism, reason)
+        return no_forces(mechanism, reason)
     used = force_settings(settings)
     if _meets_change_points(machine):
         # There softer closures do not bring a run past: with 1e-6 a parallelogram's crank is lost.
@@ -87,7 +87,7 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
         verdict = judge(machine.kinematics, BodyTracks(kept, kept, kept), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
         why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
-        return nothing_told(mechanism, why, verdict.outcome)
+        return no_forces(mechanism, why, verdict.outcome)
     reading = _Reading(made)
     with laws_acting(made.model, made.tree):
         reading.read(times, coordinates, speeds, poses, rates)

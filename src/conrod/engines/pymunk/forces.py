@@ -24,7 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.forces import DRIVE, EDITED, ForceTracks, nothing_told
+from conrod.engines.forces import DRIVE, EDITED, ForceTracks, no_forces
 from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_tracks, started
 from conrod.engines.pymunk.loads import pushes_of
@@ -49,9 +49,9 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     """Drive torque and reactions of a run at constant crank speed, from its third step on."""
     mechanism = machine.kinematics.mechanism
     reason = refusal(machine, settings)
-    untold = {DRIVE: reason} if reason else _untold(mechanism, settings)
-    if DRIVE in untold:
-        return nothing_told(mechanism, untold[DRIVE])
+    unreported = {DRIVE: reason} if reason else _unreported(mechanism, settings)
+    if DRIVE in unreported:
+        return no_forces(mechanism, unreported[DRIVE])
     made = started(machine, settings, start_angle)
     steps, h = round(settings.steps_per_revolution * revolutions), settings.timestep
     times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
@@ -68,14 +68,14 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
         verdict = judge(machine.kinematics, body_tracks(made.form, at, centres, rates), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
         why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
-        return nothing_told(mechanism, why, verdict.outcome)
+        return no_forces(mechanism, why, verdict.outcome)
     poses, _ = body_states(made.mechanism, centres, rates)
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
     right = _carried(mechanism, settings, at, run)
-    return _tracks(machine, at.acceleration, poses[FIRST:], right, untold)
+    return _tracks(machine, at.acceleration, poses[FIRST:], right, unreported)
 
 
-def _untold(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
+def _unreported(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
     """Quantities that these settings do not report, with the reasons; with the drive torque none is reported."""
     if settings.rounded_state:
         return {DRIVE: ROUNDED}
@@ -118,7 +118,9 @@ def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run:
     return result
 
 
-def _tracks(machine: Machine, instants: Instants, poses: Array, right: Array, untold: dict[str, str]) -> ForceTracks:
+def _tracks(
+    machine: Machine, instants: Instants, poses: Array, right: Array, unreported: dict[str, str]
+) -> ForceTracks:
     kinematics = machine.kinematics
     mechanism = kinematics.mechanism
     transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
@@ -129,10 +131,10 @@ def _tracks(machine: Machine, instants: Instants, poses: Array, right: Array, un
     joints, row = {}, 0
     for joint in mechanism.joints:
         names = component_names(joint)
-        if joint.name not in untold:
+        if joint.name not in unreported:
             joints[joint.name] = {name: carried[:, row + k] for k, name in enumerate(names)}
         row += len(names)
-    return ForceTracks(instants, mechanism.driver.sense * carried[:, row], joints, untold)
+    return ForceTracks(instants, mechanism.driver.sense * carried[:, row], joints, unreported)
 
 
 def means(values: Array) -> Array:

@@ -44,7 +44,7 @@ def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
     low, high = float(first.exact.min()), float(first.exact.max())
     room = 0.15 * max(high - low, 1e-3 * size)
     axes.plot(on_grid(np.degrees(first.angle), span), on_grid(first.exact, size), label="exact", **EXACT)
-    torques = [(on_grid(np.degrees(c.angle), span), on_grid(c.told, size), _style(run)) for run, c in runs]
+    torques = [(on_grid(np.degrees(c.angle), span), on_grid(c.reported, size), _style(run)) for run, c in runs]
     draw_curves(axes, torques, tail=4)
     axes.set_ylim(low - room, high + room)
     axes.xaxis.set_major_locator(angle_ticks(span, 45.0))

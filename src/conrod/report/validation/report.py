@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -42,29 +42,28 @@ ERROR_DIGITS = 4
 
 def _kept(study: SceneStudy) -> SceneStudy:
     """The study with its curves in as many digits as a figure can show."""
-    return replace(study, results=tuple(_thinned(r) for r in study.results))
+    return replace(study, results=tuple(_curves_changed(r, _thinned) for r in study.results))
 
 
 def without_motion(study: SceneStudy) -> SceneStudy:
     """The study without the curves that only a figure of the motion shows."""
-    none = np.zeros(0)
-    cut = lambda curve: replace(curve, angle=none, values=none.reshape(0, 2))  # noqa: E731
-    return replace(study, results=tuple(_curves_changed(r, cut) for r in study.results))
+    return replace(study, results=tuple(_curves_changed(r, _error_alone) for r in study.results))
 
 
-def _thinned(result: Result) -> Result:
-    return _curves_changed(
-        result,
-        lambda curve: Curve(
-            angle=_on_grid(curve.angle),
-            values=_on_grid(curve.values),
-            error_angle=_on_grid(curve.error_angle),
-            error=np.array([numbers.rounded(error, ERROR_DIGITS) for error in curve.error.tolist()]),
-        ),
+def _error_alone(curve: Curve) -> Curve:
+    return replace(curve, angle=np.zeros(0), values=np.zeros((0, 2)))
+
+
+def _thinned(curve: Curve) -> Curve:
+    return Curve(
+        angle=_on_grid(curve.angle),
+        values=_on_grid(curve.values),
+        error_angle=_on_grid(curve.error_angle),
+        error=np.array([numbers.rounded(error, ERROR_DIGITS) for error in curve.error.tolist()]),
     )
 
 
-def _curves_changed(result: Result, change: Any) -> Result:
+def _curves_changed(result: Result, change: Callable[[Curve], Curve]) -> Result:
     if result.curves is None:
         return result
     curves = {p: {q: change(curve) for q, curve in curves.items()} for p, curves in result.curves.items()}
@@ -220,4 +219,5 @@ KIND = Kind(
     page=_page,
     index=_index,
     kept=_kept,
+    digits=6,
 )

@@ -46,7 +46,7 @@ class TorqueCurve:
     """Drive torque of the last turn, thinned, and its error over the run; angles [rad], torques [N m]."""
 
     angle: Array
-    told: Array
+    reported: Array
     exact: Array
     error_angle: Array
     error: Array
@@ -111,14 +111,16 @@ class ForceResult:
 
         What an engine does not report is no error of its own.
         """
-        pairs = {g: (self.judged(g), allowed) for g, allowed in (self.tolerance or {}).items() if not self._untold(g)}
+        pairs = {
+            g: (self.judged(g), allowed) for g, allowed in (self.tolerance or {}).items() if not self._unreported(g)
+        }
         return {group: pair for group, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
 
     def mistaken(self) -> dict[str, float]:
         """Wrong masses that the errors look like, by "body.property", in changes that are to be seen."""
         return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= LOOKS_LIKE}
 
-    def _untold(self, group: str) -> bool:
+    def _unreported(self, group: str) -> bool:
         return all(name in (self.unsupported or {}) for name in self.groups.get(group, ()))
 
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, ReportsForces, capability
 from conrod.engines.engine import run_of
-from conrod.engines.forces import ForceTracks, nothing_told
+from conrod.engines.forces import ForceTracks, no_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -106,7 +106,7 @@ def _forces(engine: Engine[Any], scene: Scene, settings: Any, revolutions: float
     """The forces of a run; an engine that reports none says so."""
     reports = capability(engine, ReportsForces)
     if isinstance(reports, Lacking):
-        return nothing_told(scene.kinematics.mechanism, reports.reason)
+        return no_forces(scene.kinematics.mechanism, reports.reason)
     return reports.forces(scene, settings, revolutions, start)
 
 
@@ -117,18 +117,18 @@ def judged_sizes(errors: Mapping[str, ForceErrors]) -> dict[str, float]:
 
 def _outcome_fields(result: ForceResult, tracks: ForceTracks) -> dict[str, Any]:
     """Outcome, and by quantity asked for why it is not reported."""
-    untold = {}
+    unreported = {}
     for names in result.groups.values():
         for name in names:
             joint = name.rpartition(".")[0] or name
             if joint in tracks.unsupported:
-                untold[name] = tracks.unsupported[joint]
+                unreported[name] = tracks.unsupported[joint]
     asked = [name for names in result.groups.values() for name in names]
-    if tracks.outcome is Outcome.COMPLETED and len(untold) < len(asked):
-        return {"unsupported": untold}
+    if tracks.outcome is Outcome.COMPLETED and len(unreported) < len(asked):
+        return {"unsupported": unreported}
     outcome = tracks.outcome if tracks.outcome is not Outcome.COMPLETED else Outcome.UNSUPPORTED
-    reason = next(iter(untold.values()), outcome.meaning)
-    return {"unsupported": untold, "outcome": outcome.slug, "reason": reason}
+    reason = next(iter(unreported.values()), outcome.meaning)
+    return {"unsupported": unreported, "outcome": outcome.slug, "reason": reason}
 
 
 def _refine(
