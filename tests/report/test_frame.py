@@ -53,11 +53,12 @@ def study(name: str, error: float = 1e-9, curves: bool = True) -> MotionStudy:
     drawn = MotionCurves(times, np.sin(times), times, np.full(50, error), np.full(50, error))
     sizes = {"max": error, "rms": error / 3.0, "final": error}
     result = MotionResult(
-        name, "free", "mujoco", "4.0.0", "hardened", 1e-3, 1.0, "completed", "", 1e-6, {"position": 1e-8},
-        {"B": sizes}, sizes, sizes, cpu_seconds=3.0, curves=drawn if curves else None,
+        scene=name, motion="free", engine="mujoco", engine_version="4.0.0", preset="hardened", step=1e-3, seconds=1.0,
+        leaving=1e-6, tolerance={"position": 1e-8}, errors={"B": sizes}, angle=sizes, energy=sizes, cpu_seconds=3.0,
+        curves=drawn if curves else None, passed=True,
     )  # fmt: skip
     scene = SCENES.get(name, SCENES["saw-40rpm"])
-    return MotionStudy(name, scene, "free", (), ExactSummary(1e-13, "", times, np.sin(times)), (result,))
+    return MotionStudy(name, scene, (result,), "free", (), ExactSummary(1e-13, "", times, np.sin(times)))
 
 
 def write(folder: Path, *studies: MotionStudy) -> None:
@@ -94,9 +95,10 @@ def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
         plain(lambda: None)
 
 
-def test_given_values_keep_all_their_digits_and_measured_ones_those_asked_for() -> None:
+def test_given_values_keep_all_their_digits_and_measured_ones_those_that_are_reproducible() -> None:
     values = {"parameters": {"rod": 0.123456789}, "error": 0.123456789}
     assert shortened(values, 6) == {"parameters": {"rod": 0.123456789}, "error": 0.123457}
+    assert shortened([3.1e-16, -2e-14, 3.4567e-12], 6) == [0.0, 0.0, 3.5e-12]
 
 
 FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_study}

@@ -28,21 +28,21 @@ from conrod.report.validation.tables import verdicts_table
 from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import check_writable_folder, write_together
+from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.validation.results import (
-    QUANTITIES,
     Curve,
     PrintedCells,
     RefinementPoint,
-    Result,
     SceneStudy,
     Tolerance,
+    ValidationResult,
 )
 
 COMMAND = Reproduction("conrod validate {scene} --out reports")
 ALL = sorted(SCENES)
 
 
-def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str | None = "tuned") -> Result:
+def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str | None = "tuned") -> ValidationResult:
     """A run that is off by about `size`, without any engine."""
     scene = SCENES[name]
     angle = np.linspace(2.0 * np.pi, 4.0 * np.pi, 181)
@@ -50,7 +50,7 @@ def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str 
     shape = size * (1.0 + 0.5 * np.sin(np.arange(60)))
     norm = {"max": 1.5 * size, "rms": size, "final": 0.5 * size}
     steps = (125, 250, 500, 1000)
-    return Result(
+    return ValidationResult(
         scene=name,
         parameters=scene.parameters,
         engine=engine,
@@ -81,25 +81,14 @@ def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str 
     )
 
 
-def ended(name: str, outcome: str, reason: str, passed: bool | None) -> Result:
+def ended(name: str, outcome: str, reason: str, passed: bool | None) -> ValidationResult:
     """A run that did not complete: it has no figures."""
-    return replace(
-        a_result(name, preset="hardened"),
-        outcome=outcome,
-        reason=reason,
-        passed=passed,
-        errors=None,
-        peak=None,
-        closure=None,
-        phase=None,
-        drive=None,
-        order=None,
-        refinement=(),
-        curves=None,
-    )
+    none = dict.fromkeys(("errors", "peak", "closure", "phase", "drive", "order", "curves"))
+    run = a_result(name, preset="hardened")
+    return replace(run, outcome=outcome, reason=reason, passed=passed, refinement=(), **none)
 
 
-def a_study(name: str, *results: Result) -> SceneStudy:
+def a_study(name: str, *results: ValidationResult) -> SceneStudy:
     return SceneStudy(name, SCENES[name], results or (a_result(name), a_result(name, 1e-4, "pymunk", "stock")))
 
 
@@ -117,7 +106,7 @@ def write_report(studies: list[SceneStudy], folder: Path, command: Reproduction)
     write_together([report_batch(KIND, {study.name: study for study in studies}, folder, command)])
 
 
-def last_bits_changed(result: Result) -> Result:
+def last_bits_changed(result: ValidationResult) -> ValidationResult:
     """The same run as another machine would compute it."""
     assert result.curves is not None
 
@@ -391,11 +380,12 @@ def test_the_index_shows_errors_versions_and_what_failed(tmp_path: Path) -> None
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_saved_findings_have_all_digits_and_null_for_what_is_missing(tmp_path: Path) -> None:
+def test_saved_findings_have_reproducible_digits_and_null_for_what_is_missing(tmp_path: Path) -> None:
     lost = ended("saw-40rpm", "opened", "pin", False)
-    write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1.23456e-6), lost)], tmp_path, COMMAND)
+    write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1.2345678e-6), lost)], tmp_path, COMMAND)
     good, bad = json.loads((tmp_path / "data/saw-40rpm.json").read_text(encoding="utf-8"))["results"]
-    assert good["errors"]["C"]["position"]["rms"] == 1.23456e-6
+    assert good["errors"]["C"]["position"]["rms"] == 1.23457e-6
+    assert good["phase"] == {"max": 0.0, "final": 0.0}
     assert good["parameters"]["offset"] == 0.09
     assert bad["errors"] is None
 

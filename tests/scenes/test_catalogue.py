@@ -40,7 +40,7 @@ from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
 from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan
-from conrod.studies.validation.results import Result, SceneStudy
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 from conrod.studies.validation.study import ValidationCase, validation_cases
 from tests.support.command_line import conrod
 
@@ -195,7 +195,7 @@ def few_cases(steps: int = 60) -> list[ValidationCase]:
     return validation_cases(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0))
 
 
-def told(result: Result) -> str:
+def told(result: ValidationResult) -> str:
     """All of a result, to the last bit."""
     with np.printoptions(floatmode="unique", threshold=10**6):
         return repr(result)
@@ -215,7 +215,7 @@ def test_results_do_not_depend_on_how_many_run_at_a_time_nor_on_the_way_through_
 class Fatal(ValidationCase):
     """A case that kills its process."""
 
-    def run(self) -> Result:
+    def run(self) -> ValidationResult:
         import os
 
         os.abort()

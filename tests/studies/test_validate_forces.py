@@ -17,15 +17,14 @@ from conrod.engines import engine_named
 from conrod.engines.forces import ForceTracks
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.mechanism import Body, Mechanism
-from conrod.report.forces import KIND, force_findings
+from conrod.report.forces import KIND
 from conrod.report.reproduction import Reproduction
 from conrod.report.writer import report_batch
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import catalogue_text
-from conrod.studies.forces.exact import peaks_of
-from conrod.studies.forces.results import ForceResult, ForceStudy
-from conrod.studies.forces.seen import Seen, seen_of
+from conrod.studies.forces.exact import peaks_of, seen_of
+from conrod.studies.forces.results import Effect, ForceResult, ForceStudy
 from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.validation.plan import Plan
@@ -48,8 +47,8 @@ def scene_of(name: str) -> Scene:
 
 
 @cache
-def seen_in(name: str) -> Seen:
-    return seen_of(scene_of(name))
+def seen_in(name: str) -> tuple[Effect, ...]:
+    return seen_of(scene_of(name))[0]
 
 
 @cache
@@ -71,7 +70,7 @@ def test_torque_and_reactions_are_within_what_is_required_with_their_orders(
     assert "required at 1000 steps" in found.reason_of_tolerance
     bars = {"torque": 1e-7, "reactions": 1e-6} if engine == "mujoco" else {"torque": 1e-3, "reactions": 1e-3}
     assert found.tolerance == bars
-    assert all((found.judged(group) or np.inf) < bar for group, bar in bars.items())
+    assert all((found.judged_error(group) or np.inf) < bar for group, bar in bars.items())
     assert found.order is not None
     # Where an error comes to its floor none is claimed.
     claimed = [order for order in found.order.values() if order is not None]
@@ -87,7 +86,7 @@ def test_an_error_out_of_tolerance_does_not_pass_and_stock_is_not_judged() -> No
     assert list(strict.exceeded()) == ["torque"]
     stock = measured("shear-press", "mujoco", "stock", FEW)
     assert stock.passed is None
-    assert (stock.judged("torque") or 0.0) > 1e-3
+    assert (stock.judged_error("torque") or 0.0) > 1e-3
 
 
 def test_with_fewer_steps_the_bar_grows_by_the_order_and_says_so() -> None:
@@ -159,7 +158,7 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
     # So many steps that an engine's own errors look like a tenth of a change at most.
     plan = ForcePlan(Plan({"mujoco": 125, "pymunk": 500}[engine], 1.0), refined=False)
     assert measured(name, engine, preset, plan).passed
-    for effect in seen_in(name).effects:
+    for effect in seen_in(name):
         body, quality, unseen = effect.body, effect.quality, effect.unseen
         # What nothing depends on may be wrong by much.
         wrong: Any = Defective(engine, body, quality, (20.0 if unseen else 1.0) * effect.change)
@@ -173,7 +172,7 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
 @pytest.mark.parametrize("quality", ["mass", "centre_of_gravity.x"])
 @pytest.mark.slow
 def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -> None:
-    effect = next(e for e in seen_in("cam-follower").effects if (e.body, e.quality) == ("follower", quality))
+    effect = next(e for e in seen_in("cam-follower") if (e.body, e.quality) == ("follower", quality))
     plan = ForcePlan(Plan(31416, 1.0), refined=False)
     assert measured("cam-follower", "pymunk", "tuned", plan).passed
     # With few steps the scatter says nothing of masses, and nothing is said of them.
@@ -187,15 +186,15 @@ def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -
 
 
 def test_what_no_quantity_sees_is_listed() -> None:
-    unseen = {(e.body, e.quality) for e in seen_in("shear-press").effects if e.unseen}
+    unseen = {(e.body, e.quality) for e in seen_in("shear-press") if e.unseen}
     assert unseen == {("crank", "inertia"), ("slider", "centre_of_gravity.y"), ("slider", "inertia")}
     # A drive torque alone sees less: nothing of where the slider's mass is.
-    torque = {(e.body, e.quality) for e in seen_of(scene_of("shear-press"), ("torque",)).effects if e.unseen}
+    torque = {(e.body, e.quality) for e in seen_of(scene_of("shear-press"), ("torque",))[0] if e.unseen}
     assert unseen < torque
     assert ("slider", "centre_of_gravity.x") in torque
     # Two changes together may be hidden of which each alone is not.
-    hidden = [set(blind.shares) for blind in seen_in("six-bar").blind]
-    assert {("slider", "centre_of_gravity.x"), ("slider", "centre_of_gravity.y")} in hidden
+    hidden = [set(shares) for shares in seen_of(scene_of("six-bar"))[1]]
+    assert {"slider.centre_of_gravity.x", "slider.centre_of_gravity.y"} in hidden
 
 
 # -- what is not told ------------------------------------------------------------------------------------------------
@@ -209,8 +208,8 @@ def test_what_an_engine_does_not_tell_is_unsupported_with_its_reason() -> None:
     assert pymunk.passed
     assert pymunk.unsupported is not None
     assert set(pymunk.unsupported) == set(pymunk.groups["reactions"])
-    assert pymunk.judged("torque") is not None
-    assert pymunk.judged("reactions") is None
+    assert pymunk.judged_error("torque") is not None
+    assert pymunk.judged_error("reactions") is None
     cam = measured("cam-follower", "mujoco", "hardened", FEW)
     assert (cam.outcome, cam.reason) == ("unsupported", "hardening does not apply to contact")
 
@@ -238,8 +237,8 @@ def test_a_machine_with_change_points_is_told_away_from_them() -> None:
         assert found.stamps is not None
         assert found.stamps.left_out > 0
         # There the links lie in one line, and hardly tell what holds them.
-        assert (found.judged("torque") or 1.0) < 1e-3
-        assert (found.judged("reactions") or 1.0) < 0.05
+        assert (found.judged_error("torque") or 1.0) < 1e-3
+        assert (found.judged_error("reactions") or 1.0) < 0.05
 
 
 # -- the command -----------------------------------------------------------------------------------------------------
@@ -305,11 +304,13 @@ def test_what_cannot_be_asked_is_said_in_a_line(arguments: tuple[str, ...], said
 
 
 def test_a_report_needs_no_run_that_reported_forces(tmp_path: Path) -> None:
-    scene, seen = scene_of("shear-press"), seen_in("shear-press")
+    scene = scene_of("shear-press")
     command = Reproduction("conrod validate {scene} --quantity torque,reactions")
     broken: Any = Broken("pymunk", "", "", 0.0)
-    failed = ForceStudy("shear-press", scene, (validate_forces("shear-press", scene, broken, "tuned", FEW),), seen)
-    files = report_batch(KIND, {"shear-press": force_findings(failed)}, tmp_path, command).files
+    failed = ForceStudy(
+        "shear-press", scene, (validate_forces("shear-press", scene, broken, "tuned", FEW),), *seen_of(scene)
+    )
+    files = report_batch(KIND, {"shear-press": failed}, tmp_path, command).files
     assert "opened: it opened" in str(files["shear-press-forces.md"])
     assert not any(name.endswith(".svg") for name in files)
 

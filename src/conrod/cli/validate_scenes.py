@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any
 
 from conrod.cli import options as exit_status
 from conrod.cli.options import Request
@@ -26,6 +26,7 @@ from conrod.studies.frame.resolve_arguments import (
     select_presets,
     select_scenes,
 )
+from conrod.studies.frame.result import SceneResults
 from conrod.studies.frame.study import Study
 
 DEFAULT_REVOLUTIONS = 2
@@ -35,15 +36,6 @@ SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
 
 Scenes = Mapping[str, Scene]
 Presets = Mapping[str, tuple[str, ...]]
-
-
-class Findings(Protocol):
-    """Findings on one scene."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def passed(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -63,7 +55,7 @@ class Measured:
     study: Callable[[Scenes, Sequence[Engine[Any]], Presets], Study[Sequence[Any]]]
     show: Callable[[Sequence[Any]], None]
     given: Mapping[str, object]
-    found: Callable[[Any], Findings] = lambda study: study
+    found: Callable[[Any], SceneResults[Any]] = lambda study: study
     drawn: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -131,7 +123,7 @@ def _steady_motion(asked: Request, chosen: Scenes) -> Measured:
 
 
 def _forces(asked: Request, chosen: Scenes) -> Measured:
-    from conrod.report.forces import KIND, force_findings
+    from conrod.report.forces import KIND
     from conrod.studies.forces.study import ForcePlan, force_study
 
     if asked.figures is not None:
@@ -144,7 +136,6 @@ def _forces(asked: Request, chosen: Scenes) -> Measured:
         study=lambda scenes, engines, presets: force_study(scenes, engines, presets, ForcePlan(run, quantities)),
         show=print_forces,
         given={"--quantity": asked.quantity, **_steady(asked)},
-        found=force_findings,
     )
 
 

@@ -9,7 +9,7 @@ from conrod.report.numbers import fine_order
 from conrod.report.terminal import console, print_lines, print_table
 
 if TYPE_CHECKING:
-    from conrod.report.forces import ForceFindings
+    from conrod.studies.forces.results import ForceStudy
     from conrod.studies.free_motion.results import MotionStudy
     from conrod.studies.validation.results import SceneStudy
 
@@ -31,10 +31,9 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     print_lines(out, (f"{scene}: tolerances: {reason}" for scene, reason in reasons))
 
 
-def print_forces(found: Sequence[ForceFindings]) -> None:
+def print_forces(found: Sequence[ForceStudy]) -> None:
     """Largest errors, observed orders, verdict; then what no quantity shows of a wrong mass."""
-    from conrod.report.force_words import hidden_words, tolerance_reasons, unseen_words
-    from conrod.report.forces import verdicts_table
+    from conrod.report.forces import hidden_words, tolerance_reasons, unseen_words, verdicts_table
 
     out = console()
     print_table(out, verdicts_table(found, fine_order), folding=("verdict",))
@@ -47,8 +46,8 @@ def print_forces(found: Sequence[ForceFindings]) -> None:
 
 def print_motions(studies: Sequence[MotionStudy]) -> None:
     """Errors in time, and what is to be said of the exact motion."""
-    from conrod.report.free_motion import exact_words, loads_words, results_table
+    from conrod.report.free_motion import exact_words, loads_words, verdicts_table
 
     out = console(WIDE)
-    print_table(out, results_table(studies, with_clock=True), folding=("verdict",))
+    print_table(out, verdicts_table(studies, with_clock=True), folding=("verdict",))
     print_lines(out, (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies))

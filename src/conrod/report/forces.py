@@ -3,95 +3,111 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from conrod.exact.dynamics.sensitivity import INERTIA, MASS
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.charts.torque import torque_figure
 from conrod.report.figure import Figure
-from conrod.report.force_words import (
-    change_words,
-    hidden_words,
-    property_words,
-    stamps_words,
-    tolerance_reasons,
-    unsupported_words,
-    verdict_words,
+from conrod.report.kind import Kind, Page, Part
+from conrod.report.results import (
+    index_page,
+    name_of,
+    refinement_table,
+    results_table,
+    summary_of,
+    verdict_cell,
+    versions_words,
 )
-from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.scenes import Scene
 from conrod.studies.forces.exact import GROUPS, is_moment
-from conrod.studies.forces.results import ForceResult, ForceStudy
-from conrod.studies.forces.seen import Effect
+from conrod.studies.forces.results import Effect, ForcePoint, ForceResult, ForceStudy, Stamps
 
 TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
+UNITS = {MASS: "kg", INERTIA: "kg m²"}
 
 
-@dataclass(frozen=True)
-class ForceFindings:
-    """All results of one scene, and what they can show of a wrong mass.
-
-    Attributes:
-        effects: of each property of each body on the quantities.
-        hidden: changes of several properties together, by "body.property", that none of the quantities shows.
-    """
-
-    name: str
-    scene: Scene
-    results: tuple[ForceResult, ...]
-    effects: tuple[Effect, ...]
-    hidden: tuple[Mapping[str, float], ...]
-
-    @property
-    def passed(self) -> bool:
-        """No judged result is out of tolerance."""
-        return all(result.passed is not False for result in self.results)
+# -- words -----------------------------------------------------------------------------------------------------------
 
 
-def force_findings(study: ForceStudy) -> ForceFindings:
-    """The findings of a study."""
-    hidden = tuple({".".join(of): change for of, change in blind.shares.items()} for blind in study.seen.blind)
-    return ForceFindings(study.name, study.scene, study.results, study.seen.effects, hidden)
+def tolerance_reasons(results: Iterable[ForceResult]) -> list[str]:
+    """The reasons of the tolerances, each once with its engine and preset."""
+    given = [(r.engine, r.preset, r.reason_of_tolerance) for r in results if r.reason_of_tolerance]
+    return [f"{engine_title(engine)} {preset}, {why}" for engine, preset, why in dict.fromkeys(given)]
+
+
+def unsupported_words(result: ForceResult) -> list[str]:
+    """Quantities that the engine does not report, a phrase for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for name, reason in (result.unsupported or {}).items():
+        joint = name.rpartition(".")[0] or name
+        names = reasons.setdefault(reason, [])
+        if joint not in names:
+            names.append(joint)
+    return [f"unsupported: {', '.join(names)} ({reason})" for reason, names in reasons.items()]
+
+
+def stamps_words(stamps: Stamps | None) -> str:
+    """The instants that the values belong to."""
+    if stamps is None:
+        return numbers.MISSING
+    spaced = "every step" if stamps.spacing == 1.0 else f"every {stamps.spacing:g} steps, each a mean of these"
+    left_out = f"; {stamps.left_out} left out at change points" if stamps.left_out else ""
+    return f"{stamps.count} values, {spaced}, the first at {stamps.first:g} steps after the start{left_out}"
+
+
+def unseen_words(effects: Iterable[Effect]) -> list[str]:
+    """Properties that no quantity depends on."""
+    return [f"{effect.body} {property_words(effect.quality)}" for effect in effects if effect.unseen]
+
+
+def hidden_words(hidden: Iterable[Mapping[str, float]]) -> list[str]:
+    """Changes of several properties together, by "body.property", that no quantity shows."""
+    return [" with ".join(_changed(name, change) for name, change in shares.items()) for shares in hidden]
+
+
+def _changed(name: str, change: float) -> str:
+    body, _, quality = name.partition(".")
+    sign = "+" if change >= 0.0 else "-"
+    return f"{body} {property_words(quality)} {sign}{change_words(quality, abs(change))}"
+
+
+def property_words(quality: str) -> str:
+    """A body's property as people say it."""
+    return quality.replace("_", " ").replace(".", " ")
+
+
+def change_words(quality: str, change: float) -> str:
+    """A change of a property with its unit."""
+    unit = UNITS.get(quality)
+    return f"{numbers.quantity(change)} {unit}" if unit else f"{numbers.quantity(1e3 * change)} mm"
 
 
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
-def verdicts_table(found: Sequence[ForceFindings], order: Callable[[float | None], str] = numbers.order) -> Table:
+def verdicts_table(found: Sequence[ForceStudy], order: Callable[[float | None], str] = numbers.order) -> Table:
     """A row for each result: largest errors, observed orders as asked for, verdict."""
-    groups = _groups(r for one in found for r in one.results)
-    right = ("steps/rev", *groups, *(f"order of {g}" for g in groups))
-    rows = [
-        (
-            *(one.name, *_name(r), str(r.steps_per_revolution)),
-            *(numbers.measured(r.judged(g)) for g in groups),
-            *(order((r.order or {}).get(g)) for g in groups),
-            _verdict(r),
-        )
-        for one in found
-        for r in one.results
-    ]
-    return table(("scene", "engine", "preset", *right, "verdict"), rows, right, TITLE)
+    groups = [g for g in GROUPS if any(g in r.groups for one in found for r in one.results)]
+    columns: dict[str, Callable[[ForceResult], str]] = {"steps/rev": lambda r: str(r.steps_per_revolution)}
+    columns |= {g: partial(_judged, group=g) for g in groups}
+    columns |= {f"order of {g}": partial(_order, group=g, shown=order) for g in groups}
+    return results_table(found, columns, TITLE, lambda r: verdict_cell(r, "".join(f"; {w}" for w in _lacking(r))))
 
 
-def _verdict(result: ForceResult) -> Cell:
-    words = verdict_words(result)
-    if result.outcome != "completed":
-        return Toned(words, "odd")
-    return words if result.passed is None else Toned(words, "good" if result.passed else "bad")
+def _judged(result: ForceResult, group: str) -> str:
+    return numbers.measured(result.judged_error(group))
 
 
-def _name(result: ForceResult) -> tuple[str, str]:
-    return engine_title(result.engine), result.preset
+def _order(result: ForceResult, group: str, shown: Callable[[float | None], str] = numbers.order) -> str:
+    return shown((result.order or {}).get(group))
 
 
-def _groups(results: Iterable[ForceResult]) -> list[str]:
-    there = {group for result in results for group in result.groups}
-    return [g for g in GROUPS if g in there]
+def _lacking(result: ForceResult) -> list[str]:
+    return unsupported_words(result) if result.completed else []
 
 
 def _errors_table(results: Sequence[ForceResult], group: str) -> Table:
@@ -106,7 +122,7 @@ def _errors_table(results: Sequence[ForceResult], group: str) -> Table:
         unit = "N m" if is_moment(name) else "N"
         peak = f"{numbers.quantity(some[0].peak)} {unit}" + ("" if some[0].own_peak else " (of others)")
         rows.append([f"`{name}`", peak, *(_sizes(r, name) for r in results)])
-    return table(["quantity", "exact peak", *(f"{' '.join(_name(r))}: max, rms" for r in results)], rows)
+    return table(["quantity", "exact peak", *(f"{' '.join(name_of(r))}: max, rms" for r in results)], rows)
 
 
 def _sizes(result: ForceResult, name: str) -> str:
@@ -117,24 +133,11 @@ def _sizes(result: ForceResult, name: str) -> str:
     return f"{numbers.measured(one.max)}, {numbers.measured(one.rms)}{between}"
 
 
-def _orders_table(results: Sequence[ForceResult]) -> Table:
-    runs = [r for r in results if r.refinement]
-    steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
-    rows = []
-    for run in runs:
-        by_steps = {p.steps_per_revolution: p for p in run.refinement}
-        for group, names in run.groups.items():
-            cells = []
-            for n in steps:
-                point = by_steps.get(n)
-                sizes = [] if point is None else [point.errors[k] for k in names if k in point.errors]
-                ended = "" if point is None or point.outcome == "completed" else f" ({point.outcome})"
-                cells.append(numbers.measured(max(sizes) if sizes else None) + ended)
-            rows.append([*_name(run), group, *cells, numbers.order((run.order or {}).get(group))])
-    return table(["engine", "preset", "largest of", *(f"N = {n}" for n in steps), "order"], rows)
+def _largest(run: ForceResult, point: ForcePoint, group: str) -> float | None:
+    return max((point.errors[name] for name in run.groups[group] if name in point.errors), default=None)
 
 
-def _masses_table(found: ForceFindings) -> Table:
+def _masses_table(found: ForceStudy) -> Table:
     """A row for each property of each body: what shows it most, and how many such changes errors look like."""
     judged = [r for r in found.results if r.likeness is not None and r.tolerance]
     rows = []
@@ -144,73 +147,54 @@ def _masses_table(found: ForceFindings) -> Table:
         by = numbers.measured(None if effect.unseen else effect.effect)
         changed = (effect.body, property_words(effect.quality), change_words(effect.quality, effect.change))
         rows.append([*changed, most, by, *(numbers.measured((r.likeness or {}).get(name)) for r in judged)])
-    head = ["body", "property", "change", "shown most by", "by, of its peak", *(" ".join(_name(r)) for r in judged)]
+    head = ["body", "property", "change", "shown most by", "by, of its peak", *(" ".join(name_of(r)) for r in judged)]
     return table(head, rows)
 
 
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _figures(found: ForceFindings) -> tuple[Figure, ...]:
+def _figures(found: ForceStudy) -> tuple[Figure, ...]:
     if all(r.curve is None for r in found.results):
         return ()
     alt = f"Drive torque of {found.name} over the crank angle, exact and by engines, and its error"
     return (Figure(f"{found.name}-torque", alt, partial(torque_figure, found.results)),)
 
 
-def _page(part: Part[ForceFindings]) -> Page:
+def _page(part: Part[ForceStudy]) -> Page:
     found, figures = part.findings, _figures(part.findings)
     measured = [r for r in found.results if r.errors]
-    lacking = [
-        f"{' '.join(_name(r))}: {words}"
-        for r in found.results
-        if r.outcome == "completed"
-        for words in unsupported_words(r)
-    ]
+    lacking = [f"{' '.join(name_of(r))}: {words}" for r in found.results for words in _lacking(r)]
     text = rendered(
         "forces", found=found, figures=figures, command=part.command, verdicts=verdicts_table([found]),
-        versions=", ".join(dict.fromkeys(f"{engine_title(r.engine)} {r.engine_version}" for r in found.results)),
-        reasons=tolerance_reasons(found.results), lacking=lacking, orders=_orders_table(measured),
+        versions=versions_words(found.results),
+        reasons=tolerance_reasons(found.results), lacking=lacking,
+        orders=refinement_table(measured, "largest of", lambda r: r.groups, _largest, _order),
         contact=bool(found.scene.kinematics.mechanism.cam_contacts),
         errors=[_errors_table(measured, group) for group in GROUPS],
-        stamps=table(["engine", "preset", "values"], [[*_name(r), stamps_words(r.stamps)] for r in measured]),
+        stamps=table(["engine", "preset", "values"], [[*name_of(r), stamps_words(r.stamps)] for r in measured]),
         masses=_masses_table(found), hidden=hidden_words(found.hidden),
     )  # fmt: skip
     return Page(text, figures)
 
 
-def _summary(found: ForceFindings) -> dict[str, Any]:
-    results = [
-        {
-            "engine": r.engine,
-            "preset": r.preset,
-            "verdict": verdict_words(r),
-            "passed": r.passed,
-            "largest": {group: r.judged(group) for group in r.groups},
-        }
-        for r in found.results
-    ]
-    return {"passed": found.passed, "results": results}
-
-
-def _index(index: Index[ForceFindings]) -> Page:
-    found = [index.findings(name) for name in index.entries]
-    failed = [one.name for one in found if not one.passed]
-    figures = [figure for one in found for figure in _figures(one)]
-    text = rendered(
-        "forces-index", entries=index.entries, verdicts=verdicts_table(found), failed=failed, figures=figures[:1],
-        origin=index.origin,
-    )  # fmt: skip
-    return Page(text)
+def _judged_sizes(result: ForceResult) -> dict[str, Any]:
+    return {"largest": {group: result.judged_error(group) for group in result.groups}}
 
 
 KIND = Kind(
     name="forces",
-    findings=ForceFindings,
+    findings=ForceStudy,
     title=lambda found: found.scene.title,
-    summary=_summary,
+    summary=partial(summary_of, more=_judged_sizes),
     page=_page,
-    index=_index,
+    index=partial(
+        index_page,
+        title="Drive torque, joint reactions and contact forces against the exact ones",
+        file="forces.json",
+        verdicts=verdicts_table,
+        figures=_figures,
+    ),
     results="forces.json",
     index_file="forces.md",
     suffix="-forces",

@@ -11,7 +11,8 @@ from conrod.report.charts.layout import NORMS
 from conrod.report.charts.panels import Curve, angle_ticks, error_panel, finish_panels
 from conrod.report.charts.styles import completed, curve_style, label
 from conrod.scenes import Scene
-from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 
 def error_figure(study: SceneStudy) -> Figure:
@@ -39,7 +40,7 @@ def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
     return (low, high) if scene.speed > 0.0 else (high, low)
 
 
-def _error_curve(run: Result, name: str) -> Curve:
+def _error_curve(run: ValidationResult, name: str) -> Curve:
     """Crank angle [deg] and the largest error there over all observed points, on the grid that is drawn."""
     assert run.curves is not None
     curves = [curves[name] for curves in run.curves.values()]

@@ -14,7 +14,8 @@ from conrod.report.charts.canvas import legend_above, on_grid
 from conrod.report.charts.layout import edge_note
 from conrod.report.charts.styles import EXACT, completed, curve_style, label
 from conrod.scenes import Scene
-from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 SECONDS = {"position": "", "velocity": "/s", "acceleration": "/s²"}
 # Numbers of more digits than this, in mm, are shown in m.
@@ -78,7 +79,7 @@ def moving_components(scene: Scene) -> list[tuple[str, int]]:
     return [(name, k) for (name, k), span in spans.items() if span > FLAT * scene.lengths[name]]
 
 
-def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list[Result]) -> None:
+def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list[ValidationResult]) -> None:
     unit, metres = ("m", 1.0) if np.abs(truth).max() * 1e3 > LARGEST_IN_MM else ("mm", 1e-3)
     truth, unit = truth / metres, unit + SECONDS[shown.quantity]
     span = float(np.ptp(truth)) or 1.0
@@ -110,7 +111,7 @@ def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list
         edge_note(axes, text, (0.995, 0.03), ha="right", va="bottom")
 
 
-def _draw(axes: Axes, run: Result, degrees: Array, values: Array, span: float, phase: float) -> None:
+def _draw(axes: Axes, run: ValidationResult, degrees: Array, values: Array, span: float, phase: float) -> None:
     """A thin line with sparse markers; `phase`, from 0 to 1, shifts the markers."""
     style = curve_style(run) | {"linewidth": 0.7}
     marked = _markers(degrees, phase)

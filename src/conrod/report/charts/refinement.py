@@ -13,7 +13,8 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
 from conrod.report.charts.layout import NORMS, steps_axis
 from conrod.report.charts.styles import curve_style, label
-from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 LABEL_HEIGHT = 0.05  # of a panel
 
@@ -47,17 +48,17 @@ def refinement_figure(study: SceneStudy) -> Figure:
     return figure
 
 
-def _stable(run: Result, name: str) -> tuple[Array, Array]:
+def _stable(run: ValidationResult, name: str) -> tuple[Array, Array]:
     """Steps per revolution and errors of the runs that completed."""
     stable = [(p.steps_per_revolution, e) for p in run.refinement if (e := getattr(p, name)) is not None]
     return np.array([float(n) for n, _ in stable]), on_log_grid(np.array([e for _, e in stable]))
 
 
-def _claimed(run: Result, name: str) -> float | None:
+def _claimed(run: ValidationResult, name: str) -> float | None:
     return None if run.order is None else run.order.get(name)
 
 
-def _curve(axes: Axes, run: Result, name: str) -> Array:
+def _curve(axes: Axes, run: ValidationResult, name: str) -> Array:
     steps, errors = _stable(run, name)
     order = _claimed(run, name)
     found = "order not claimed" if order is None else f"order {numbers.order(order)}"
@@ -65,7 +66,7 @@ def _curve(axes: Axes, run: Result, name: str) -> Array:
     return errors
 
 
-def _guide(axes: Axes, run: Result, name: str) -> Guide | None:
+def _guide(axes: Axes, run: ValidationResult, name: str) -> Guide | None:
     """A pale line of the nearest whole order through the coarsest point of a curve that claims an order."""
     steps, errors = _stable(run, name)
     order = _claimed(run, name)

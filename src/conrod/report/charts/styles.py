@@ -10,7 +10,8 @@ from typing import Any
 from conrod.engines.registry import ENGINES, OTHER_COLOURS, line_style, look_of
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.runs.trajectory import Outcome
-from conrod.studies.validation.results import Result
+from conrod.studies.frame.result import Result
+from conrod.studies.validation.results import ValidationResult
 
 HUES = (*(one.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
 EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
@@ -81,7 +82,7 @@ def preset_style(engine: str, name: str | None) -> dict[str, Any]:
     }
 
 
-def completed(results: tuple[Result, ...]) -> list[Result]:
+def completed(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
     """Dynamic runs that have errors and curves to draw."""
     return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]
 

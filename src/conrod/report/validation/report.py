@@ -18,13 +18,14 @@ from conrod.report.charts.styles import FIGURE_NAMES, completed, engine_title
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.results import summary_of, summary_words, versions_words
 from conrod.report.scene_words import described, parameters_table
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import rendered
 from conrod.report.validation import tables, words
 from conrod.report.validation.settings import settings_tables
 from conrod.scenes import CamFollower
-from conrod.studies.validation.results import Curve, Result, SceneStudy
+from conrod.studies.validation.results import Curve, SceneStudy, ValidationResult
 
 ALT = {
     "mechanism": "The mechanism of {name} with its dimensions",
@@ -63,7 +64,7 @@ def _thinned(curve: Curve) -> Curve:
     )
 
 
-def _curves_changed(result: Result, change: Callable[[Curve], Curve]) -> Result:
+def _curves_changed(result: ValidationResult, change: Callable[[Curve], Curve]) -> ValidationResult:
     if result.curves is None:
         return result
     curves = {p: {q: change(curve) for q, curve in curves.items()} for p, curves in result.curves.items()}
@@ -77,26 +78,12 @@ def _on_grid(values: Any) -> Any:
 
 
 def _summary(study: SceneStudy) -> dict[str, Any]:
-    return {
-        "passed": study.passed,
-        "verdict": words.summary_words(study),
-        "closed_form": study.scene.closed_form,
-        "results": [
-            {
-                "engine": r.engine,
-                "engine_version": r.engine_version,
-                "preset": r.preset,
-                "mode": r.mode,
-                "outcome": r.outcome,
-                "reason": r.reason,
-                "passed": r.passed,
-                "verdict": words.verdict_words(r),
-                "largest": {name: r.largest(name) for name in ("position", "velocity", "acceleration", "total")},
-                "allowed": r.tolerance.judged(),
-            }
-            for r in study.results
-        ],
-    }
+    return {"closed_form": study.scene.closed_form, **summary_of(study, _sizes)}
+
+
+def _sizes(result: ValidationResult) -> dict[str, Any]:
+    largest = {name: result.largest(name) for name in ("position", "velocity", "acceleration", "total")}
+    return {"mode": result.mode, "largest": largest, "allowed": result.limits}
 
 
 # -- a scene's page --------------------------------------------------------------------------------------------------
@@ -127,7 +114,7 @@ def _page(part: Part[SceneStudy]) -> Page:
     points = [(p, tables.peaks_table(study, p), tables.errors_table(study, p)) for p in scene.lengths] if runs else []
     text = rendered(
         "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures, whole=whole,
-        last=last, summary=words.summary_words(study), versions=words.versions_words(study.results),
+        last=last, summary=summary_words(study.results), versions=versions_words(study.results),
         verdicts=tables.verdicts_table([study]), parameters=parameters_table(scene), has_contact=has_contact,
         one_pass=scene.kinematics.mechanism.driver.span is not None, kinematic=tables.kinematic_table(study),
         refined=any(run.refinement for run in runs), points=points, orders=tables.orders_table(study),

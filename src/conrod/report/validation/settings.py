@@ -9,7 +9,7 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.table import Table, table
 from conrod.report.validation.tables import dynamic
-from conrod.studies.validation.results import Result, SceneStudy
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MEANINGS = {
     "timestep": "time step [s]",
@@ -49,7 +49,7 @@ def settings_tables(study: SceneStudy, has_contact: bool) -> list[tuple[str, Tab
     return found
 
 
-def _table(runs: Sequence[Result], left_out: set[str]) -> Table:
+def _table(runs: Sequence[ValidationResult], left_out: set[str]) -> Table:
     rows = [
         (f"`{name}`", MEANINGS.get(name, ""), *(_shown((run.settings or {}).get(name)) for run in runs))
         for name in runs[0].settings or {}

@@ -3,50 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.validation.words import name_of, order_words, verdict_words
+from conrod.report.results import name_of, refinement_table, results_table, verdict_cell
+from conrod.report.table import Table, table
+from conrod.report.validation.words import order_words
 from conrod.runs.trajectory import Outcome
-from conrod.studies.validation.results import QUANTITIES, Result, SceneStudy
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MEASURES = ("max", "rms", "final")
 JUDGED = (*QUANTITIES, "total", "velocity_rms")
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
-TONES = {True: "good", False: "bad"}
 
 
-def dynamic(study: SceneStudy) -> list[Result]:
+def dynamic(study: SceneStudy) -> list[ValidationResult]:
     """The results of real time stepping."""
     return [r for r in study.results if r.mode == "dynamic"]
 
 
 def verdicts_table(studies: Sequence[SceneStudy], order: Callable[[float | None], str] = numbers.order) -> Table:
     """A row for each result: largest errors over the observed points, observed orders as asked for, verdict."""
-    right = ("steps/rev", *QUANTITIES, "order x, v, a")
-    rows = [
-        (
-            *(study.name, *name_of(r), str(r.steps_per_revolution or "")),
-            *(numbers.measured(r.largest(q)) for q in QUANTITIES),
-            "" if r.order is None else ", ".join(order(r.order[q]) for q in QUANTITIES),
-            _verdict(r),
-        )
-        for study in studies
-        for r in study.results
-    ]
-    return table(("scene", "engine", "preset", *right, "verdict"), rows, right, TITLE)
+
+    def orders(run: ValidationResult) -> str:
+        return "" if run.order is None else ", ".join(order(run.order[q]) for q in QUANTITIES)
+
+    columns: dict[str, Callable[[ValidationResult], str]] = {
+        "steps/rev": lambda r: str(r.steps_per_revolution or ""),
+        **{q: partial(_largest, quantity=q) for q in QUANTITIES},
+        "order x, v, a": orders,
+    }
+    return results_table(studies, columns, TITLE)
 
 
-def _verdict(result: Result) -> Cell:
-    words = verdict_words(result)
-    if result.passed is False:
-        return Toned(words, "bad")
-    if result.outcome != Outcome.COMPLETED.slug:
-        return Toned(words, "odd")
-    return Toned(words, "good") if result.passed else words
+def _largest(run: ValidationResult, quantity: str, measure: str = "max") -> str:
+    return numbers.measured(run.largest(quantity, measure))
 
 
 def errors_table(study: SceneStudy, point: str) -> Table:
@@ -83,20 +78,13 @@ def peaks_table(study: SceneStudy, point: str) -> Table:
 
 def orders_table(study: SceneStudy) -> Table:
     """Errors along the refinement path and the order that they show."""
-    runs = [r for r in dynamic(study) if r.refinement]
-    steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
-    rows = [
-        (*name_of(run), quantity, *(_refined(run, quantity, n) for n in steps), order_words(run, quantity))
-        for run in runs
-        for quantity in QUANTITIES
-    ]
-    return table(["engine", "preset", "quantity", *(f"N = {n}" for n in steps), "order"], rows)
-
-
-def _refined(run: Result, quantity: str, steps: int) -> str:
-    point = next((p for p in run.refinement if p.steps_per_revolution == steps), None)
-    ended = "" if point is None or point.outcome == "completed" else f" ({point.outcome})"
-    return numbers.measured(None if point is None else getattr(point, quantity)) + ended
+    return refinement_table(
+        dynamic(study),
+        "quantity",
+        lambda _: QUANTITIES,
+        lambda _, point, quantity: getattr(point, quantity),
+        order_words,
+    )
 
 
 def closure_table(study: SceneStudy) -> Table:
@@ -126,9 +114,9 @@ def prediction_table(study: SceneStudy) -> Table:
     return table(["engine", "preset", *(f"{q}: measured, predicted, difference" for q in QUANTITIES)], rows)
 
 
-def _predicted(run: Result, quantity: str) -> list[str]:
+def _predicted(run: ValidationResult, quantity: str) -> list[str]:
     found = None if run.prediction is None else run.prediction[quantity]
-    return [numbers.measured(run.largest(quantity)), *_values(found, ("predicted", "difference"))]
+    return [_largest(run, quantity), *_values(found, ("predicted", "difference"))]
 
 
 def _values(values: Mapping[str, float | None] | None, names: tuple[str, ...]) -> list[str]:
@@ -142,11 +130,11 @@ def kinematic_table(study: SceneStudy) -> Table:
     rows = [
         (
             engine_title(r.engine),
-            *(numbers.measured(r.largest(q)) for q in ("position", "velocity")),
+            *(_largest(r, q) for q in ("position", "velocity")),
             *_values(r.closure, ("position",)),
             *(numbers.measured(allowed) for allowed in (r.tolerance.position, r.tolerance.velocity)),
             r.tolerance.reason,
-            _verdict(r),
+            verdict_cell(r),
         )
         for r in study.results
         if r.mode == "kinematic"
@@ -182,7 +170,7 @@ def contact_table(study: SceneStudy) -> Table:
         (
             *name_of(r),
             numbers.measured(r.lift_error),
-            *(numbers.measured(r.largest(q, "rms")) for q in ("velocity", "acceleration")),
+            *(_largest(r, q, "rms") for q in ("velocity", "acceleration")),
         )
         for r in dynamic(study)
         if r.errors is not None

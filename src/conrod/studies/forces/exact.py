@@ -7,20 +7,22 @@ error; with more it stays.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from conrod.engines.engine import Preset
 from conrod.exact.dynamics.inverse import InverseDynamics, State, component_names
-from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, quantities
+from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, blind_changes, quantities, sensitivities
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.scenes import Scene
+from conrod.studies.forces.results import Effect
 
 GROUPS = ("torque", "reactions", "contact")
+Peaks: TypeAlias = Mapping[str, tuple[float, bool]]  # as `peaks_of` gives them
 
 
 def quantities_of(mechanism: Mechanism, group: str) -> tuple[str, ...]:
@@ -114,3 +116,29 @@ def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
 def is_moment(name: str) -> bool:
     """True if a quantity is in N m."""
     return name == TORQUE or name.endswith(".moment")
+
+
+# -- what forces show of a wrong mass --------------------------------------------------------------------------------
+
+
+def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> tuple[tuple[Effect, ...], tuple[Mapping[str, float], ...]]:
+    """Effects that the quantities of some groups detect at constant speed, and changes together that none of them does.
+
+    The latter by "body.property".
+    """
+    names = [name for group in asked for name in quantities_of(scene.kinematics.mechanism, group)]
+    if not names:
+        return (), ()
+    together = blind_changes(sensitivities(scene.kinematics, even_state(scene)), names)
+    hidden = ({".".join(of): change for of, change in blind.shares.items()} for blind in together)
+    return effects_on(scene, names, peaks_of(scene)), tuple(shares for shares in hidden if len(shares) > 1)
+
+
+def effects_on(scene: Scene, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
+    """Effect of each property of each body on some quantities, over their peaks."""
+    effects = []
+    for one in sensitivities(scene.kinematics, even_state(scene)):
+        shares = {n: float(np.abs(one.derivatives[n]).max()) * one.change / peaks[n][0] for n in names}
+        most = max(names, key=lambda name: shares[name])
+        effects.append(Effect(one.body, one.quality, one.change, most, shares[most]))
+    return tuple(effects)

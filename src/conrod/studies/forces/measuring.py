@@ -7,7 +7,7 @@ errors look different.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -19,9 +19,8 @@ from conrod.exact.dynamics.inverse import State
 from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
-from conrod.studies.forces.exact import NEAR, exact_quantities
+from conrod.studies.forces.exact import NEAR, Peaks, effects_on, exact_quantities
 from conrod.studies.forces.results import LOOKS_LIKE, ForceErrors, Stamps, TorqueCurve
-from conrod.studies.forces.seen import effects_on
 
 SAMPLES = 131072  # at most: with contact single values scatter, and only many of them show it
 
@@ -77,9 +76,7 @@ def reported_quantities(tracks: ForceTracks) -> dict[str, Array]:
 class Measured:
     """One run that reported something, beside the exact forces."""
 
-    def __init__(
-        self, scene: Scene, tracks: ForceTracks, peaks: Mapping[str, tuple[float, bool]], stamps: Stamps
-    ) -> None:
+    def __init__(self, scene: Scene, tracks: ForceTracks, peaks: Peaks, stamps: Stamps) -> None:
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, NEAR)
         self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))

@@ -3,15 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
+from conrod.exact.dynamics.sensitivity import SEEN
 from conrod.exact.motion import Array
-from conrod.scenes import Scene
-from conrod.studies.forces.seen import Seen
+from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
 # Of a change that is to be seen: errors that look like half of it look like it.
 LOOKS_LIKE = 0.5
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Effect of a change of one property of one body on the measured quantities.
+
+    Attributes:
+        change: that is to be seen, 1 % of a mass, 1 % of a length, 5 % of an inertia [kg], [m] or [kg m^2].
+        quantity: the one that shows it most, and how much of its peak.
+    """
+
+    body: str
+    quality: str
+    change: float
+    quantity: str
+    effect: float
+
+    @property
+    def unseen(self) -> bool:
+        """True if none of the quantities depends on the property."""
+        return self.effect < SEEN
 
 
 @dataclass(frozen=True)
@@ -61,9 +82,9 @@ class ForcePoint:
     errors: Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class ForceResult:
-    """One scene, engine and preset.
+@dataclass(frozen=True, kw_only=True)
+class ForceResult(Result):
+    """Errors of forces, by quantity.
 
     Attributes:
         groups: those asked for that the machine has, by the names of their quantities.
@@ -73,67 +94,71 @@ class ForceResult:
         likeness: by "body.property", how many times the change that is to be seen the errors look like.
     """
 
-    scene: str
-    parameters: Mapping[str, float]
-    engine: str
-    engine_version: str
     preset: str
-    settings: Mapping[str, Any] | None
+    parameters: Mapping[str, float]
+    settings: Mapping[str, Any] | None = None
     steps_per_revolution: int
     revolutions: float
     groups: Mapping[str, tuple[str, ...]]
-    outcome: str
-    reason: str
+    unsupported: Mapping[str, str] | None = None
     stamps: Stamps | None = None
     errors: Mapping[str, ForceErrors] | None = None
-    unsupported: Mapping[str, str] | None = None
-    order: Mapping[str, float | None] | None = None
     refinement: tuple[ForcePoint, ...] = ()
+    curve: TorqueCurve | None = None
+    likeness: Mapping[str, float] | None = None
     tolerance: Mapping[str, float] | None = None
     reason_of_tolerance: str = ""
-    likeness: Mapping[str, float] | None = None
-    passed: bool | None = None
-    curve: TorqueCurve | None = None
 
-    def largest(self, group: str, measure: str = "max") -> float | None:
-        """Largest error of a group's quantities; None where there is none."""
-        found = [self.errors[name] for name in self.groups.get(group, ()) if self.errors and name in self.errors]
-        sizes = [size for one in found if (size := getattr(one, measure)) is not None]
-        return max(sizes) if sizes else None
+    @property
+    def names(self) -> list[str]:
+        """All quantities that were asked for."""
+        return [name for names in self.groups.values() for name in names]
 
-    def judged(self, group: str) -> float | None:
+    @property
+    def limits(self) -> Mapping[str, float]:
+        return self.tolerance or {}
+
+    def faults(self) -> list[str]:
+        likely = sorted(self.mistaken().items(), key=lambda pair: -abs(pair[1]))
+        looks = ", ".join(
+            f"{name.replace('_', ' ').replace('.', ' ')} by {times:+.2g} changes" for name, times in likely
+        )
+        return [f"looks like a wrong mass: {looks}"] if looks else []
+
+    def largest(self, quantity: str, measure: str = "max") -> float | None:
+        """Largest error of a group; None where nothing of it is reported. `measure`: max, rms or between."""
+        found = [self.errors[name] for name in self.groups.get(quantity, ()) if self.errors and name in self.errors]
+        return max((size for one in found if (size := getattr(one, measure)) is not None), default=None)
+
+    def judged_error(self, name: str) -> float | None:
         """The error that is compared with a tolerance: of contact rms between the cam's arc joints, else the max."""
-        between = self.largest(group, "between") if group == "contact" else None
-        return self.largest(group, "rms" if group == "contact" else "max") if between is None else between
+        between = self.largest(name, "between") if name == "contact" else None
+        return self.largest(name, "rms" if name == "contact" else "max") if between is None else between
 
     def exceeded(self) -> dict[str, tuple[float | None, float]]:
-        """Judged groups out of tolerance: what was found (None: nothing) and what is allowed.
-
-        What an engine does not report is no error of its own.
-        """
-        pairs = {
-            g: (self.judged(g), allowed) for g, allowed in (self.tolerance or {}).items() if not self._unreported(g)
+        # What an engine does not report is no error of its own.
+        unreported = self.unsupported or {}
+        return {
+            g: pair for g, pair in super().exceeded().items() if not unreported.keys() >= set(self.groups.get(g, ()))
         }
-        return {group: pair for group, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
 
     def mistaken(self) -> dict[str, float]:
         """Wrong masses that the errors look like, by "body.property", in changes that are to be seen."""
         return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= LOOKS_LIKE}
 
-    def _unreported(self, group: str) -> bool:
-        return all(name in (self.unsupported or {}) for name in self.groups.get(group, ()))
+    def _held_to(self, asked: Mapping[str, float]) -> Self:
+        allowed = {group: value for group, value in asked.items() if group in self.groups}
+        return replace(self, tolerance=allowed, reason_of_tolerance=AS_ASKED)
 
 
 @dataclass(frozen=True)
-class ForceStudy:
-    """All results of one scene, and what they can see of a wrong mass."""
+class ForceStudy(SceneResults[ForceResult]):
+    """All results of one scene, and what they can show of a wrong mass.
 
-    name: str
-    scene: Scene
-    results: tuple[ForceResult, ...]
-    seen: Seen
+    Attributes:
+        effects: of each property of each body on the quantities.
+        hidden: changes of several properties together, by "body.property", that none of the quantities shows.
+    """
 
-    @property
-    def passed(self) -> bool:
-        """No judged result is out of tolerance."""
-        return all(result.passed is not False for result in self.results)
+    effects: tuple[Effect, ...]
+    hidden: tuple[Mapping[str, float], ...]

@@ -13,15 +13,13 @@ from conrod.engines.forces import ForceTracks, no_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.forces.exact import GROUPS, groups_of, peaks_of, quantities_of, tolerance_of
+from conrod.studies.forces.exact import GROUPS, groups_of, peaks_of, quantities_of, seen_of, tolerance_of
 from conrod.studies.forces.measuring import Measured, likenesses, stamps_of
 from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult, ForceStudy
-from conrod.studies.forces.seen import seen_of
-from conrod.studies.frame.case import EngineCase
-from conrod.studies.frame.study import Study, results_of
-from conrod.studies.validation.plan import Plan, refinement_path
+from conrod.studies.frame.result import EngineCase, refine, refinement_path, results_of
+from conrod.studies.frame.study import Study
+from conrod.studies.validation.plan import Plan
 
-AS_ASKED = "as asked for"
 NO_CONTACT = "no joint of the machine acts by contact"
 
 
@@ -53,41 +51,26 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     start, revolutions = run_of(scene, steps, plan.run.revolutions)
     tracks = _forces(engine, scene, settings, revolutions, start)
     result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_outcome_fields(result, tracks))
-    if result.outcome != Outcome.COMPLETED.slug:
-        return judged(result, plan.run.tolerance)
-    peaks = peaks_of(scene)
-    stamps = stamps_of(scene, tracks, steps, start)
+    if not result.completed:
+        return result.judged(plan.run.tolerance)
+    peaks, stamps = peaks_of(scene), stamps_of(scene, tracks, steps, start)
     measured = Measured(scene, tracks, peaks, stamps)
-    names = [name for some in result.groups.values() for name in some]
-    errors = measured.errors(names)
-    result = replace(
-        result,
-        stamps=stamps,
-        errors=errors,
-        curve=measured.torque_curve(),
-        likeness=likenesses(scene, measured, names),
-    )
+    errors = measured.errors(result.names)
+    likeness = likenesses(scene, measured, result.names)
+    result = replace(result, stamps=stamps, errors=errors, curve=measured.torque_curve(), likeness=likeness)
+
+    def point(n: int, turns: float, start: float) -> ForcePoint:
+        tracks = _forces(engine, scene, engine.presets[preset](scene, n), turns, start)
+        if tracks.outcome is not Outcome.COMPLETED or not len(tracks.instants.times):
+            return ForcePoint(n, tracks.outcome.slug, {})
+        found = Measured(scene, tracks, peaks, stamps_of(scene, tracks, n, start)).errors(result.names)
+        return ForcePoint(n, tracks.outcome.slug, judged_sizes(found))
+
     if plan.refined:
         finest = ForcePoint(steps, result.outcome, judged_sizes(errors))
-        points = _refine(scene, engine, result, plan, finest, peaks)
+        points = refine(scene, steps, plan.run.revolutions, finest, point)
         result = replace(result, refinement=points, order=_orders(result, points))
-    return judged(result, plan.run.tolerance)
-
-
-def judged(result: ForceResult, asked: Mapping[str, float] | None = None) -> ForceResult:
-    """The result with the verdict by its tolerances.
-
-    Args:
-        asked: tolerances by group that take the place of its own. Whoever gives them is judged by these alone, not by
-            the wrong masses that the errors look like.
-    """
-    if result.outcome == Outcome.UNSUPPORTED.slug:
-        return result
-    if asked:
-        allowed = {group: value for group, value in asked.items() if group in result.groups}
-        result = replace(result, tolerance=allowed, reason_of_tolerance=AS_ASKED)
-    passed = result.outcome == Outcome.COMPLETED.slug and not result.exceeded() and bool(asked or not result.mistaken())
-    return replace(result, passed=passed if result.tolerance else None)
+    return result.judged(plan.run.tolerance)
 
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
@@ -97,8 +80,8 @@ def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: For
     tolerance, reason = tolerance_of(mechanism, engine.presets[preset], steps, groups)
     return ForceResult(
         scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
-        settings=None, steps_per_revolution=steps, revolutions=plan.run.revolutions, groups=groups,
-        outcome=Outcome.COMPLETED.slug, reason="", tolerance=tolerance, reason_of_tolerance=reason,
+        steps_per_revolution=steps, revolutions=plan.run.revolutions, groups=groups, tolerance=tolerance,
+        reason_of_tolerance=reason,
     )  # fmt: skip
 
 
@@ -117,50 +100,19 @@ def judged_sizes(errors: Mapping[str, ForceErrors]) -> dict[str, float]:
 
 def _outcome_fields(result: ForceResult, tracks: ForceTracks) -> dict[str, Any]:
     """Outcome, and by quantity asked for why it is not reported."""
-    unreported = {}
-    for names in result.groups.values():
-        for name in names:
-            joint = name.rpartition(".")[0] or name
-            if joint in tracks.unsupported:
-                unreported[name] = tracks.unsupported[joint]
-    asked = [name for names in result.groups.values() for name in names]
-    if tracks.outcome is Outcome.COMPLETED and len(unreported) < len(asked):
-        return {"unsupported": unreported}
+    reasons = {name: tracks.unsupported.get(name.rpartition(".")[0] or name) for name in result.names}
+    unsupported = {name: reason for name, reason in reasons.items() if reason is not None}
+    if tracks.outcome is Outcome.COMPLETED and len(unsupported) < len(reasons):
+        return {"unsupported": unsupported}
     outcome = tracks.outcome if tracks.outcome is not Outcome.COMPLETED else Outcome.UNSUPPORTED
-    reason = next(iter(unreported.values()), outcome.meaning)
-    return {"unsupported": unreported, "outcome": outcome.slug, "reason": reason}
-
-
-def _refine(
-    scene: Scene,
-    engine: Engine[Any],
-    result: ForceResult,
-    plan: ForcePlan,
-    finest: ForcePoint,
-    peaks: Mapping[str, tuple[float, bool]],
-) -> tuple[ForcePoint, ...]:
-    """The refinement path; `finest` is the run that is judged."""
-    points, path = [], refinement_path(scene, finest.steps_per_revolution)
-    # Of one pass all take the part that the longest steps have room for.
-    start, revolutions = run_of(scene, min(path), plan.run.revolutions)
-    whole = run_of(scene, finest.steps_per_revolution, plan.run.revolutions)
-    names = [name for some in result.groups.values() for name in some]
-    for n in path:
-        if n == finest.steps_per_revolution and (start, revolutions) == whole:
-            points.append(finest)
-            continue
-        tracks = _forces(engine, scene, engine.presets[result.preset](scene, n), revolutions, start)
-        complete = tracks.outcome is Outcome.COMPLETED and len(tracks.instants.times) > 0
-        stamps = stamps_of(scene, tracks, n, start) if complete else None
-        errors = judged_sizes(Measured(scene, tracks, peaks, stamps).errors(names)) if stamps else {}
-        points.append(ForcePoint(n, tracks.outcome.slug, errors))
-    return tuple(points)
+    reason = next(iter(unsupported.values()), outcome.meaning)
+    return {"unsupported": unsupported, "outcome": outcome.slug, "reason": reason}
 
 
 def _orders(result: ForceResult, points: tuple[ForcePoint, ...]) -> dict[str, float | None]:
     """Observed order of each group, by its largest error, and of each quantity."""
     orders: dict[str, float | None] = {}
-    every = {**result.groups, **{name: (name,) for names in result.groups.values() for name in names}}
+    every = {**result.groups, **{name: (name,) for name in result.names}}
     for key, names in every.items():
         found = [(p.steps_per_revolution, [p.errors[n] for n in names if n in p.errors]) for p in points]
         orders[key] = claimed_order((n, max(sizes, default=None)) for n, sizes in found)
@@ -187,13 +139,14 @@ class ForceCase(EngineCase[ForceResult]):
         by_rule = replace(self.plan, run=replace(self.plan.run, tolerance=None))
         return validate_forces(self.name, self.scene, self.made_by, self.preset, by_rule)
 
+    @property
+    def tolerance(self) -> Mapping[str, float] | None:
+        return self.plan.run.tolerance
+
     def ended(self, outcome: Outcome, reason: str) -> ForceResult:
         assert self.preset is not None
         result = started(self.name, self.scene, self.made_by, self.preset, self.plan)
-        return judged(replace(result, outcome=outcome.slug, reason=reason), self.plan.run.tolerance)
-
-    def judged(self, found: ForceResult) -> ForceResult:
-        return judged(found, self.plan.run.tolerance) if self.plan.run.tolerance else found
+        return replace(result, outcome=outcome.slug, reason=reason).judged(self.tolerance)
 
     def determined_by(self) -> dict[str, Any]:
         steps = self.plan.run.steps(self.scene)
@@ -222,4 +175,4 @@ def force_study(
         for engine in engines
         for preset in presets[engine.name]
     )
-    return [ForceStudy(name, scene, found[name], seen_of(scene, plan.quantities)) for name, scene in scenes.items()]
+    return [ForceStudy(name, scene, found[name], *seen_of(scene, plan.quantities)) for name, scene in scenes.items()]

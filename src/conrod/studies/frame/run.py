@@ -13,7 +13,7 @@ from conrod.engines.running import run
 from conrod.exact.motion import Array
 from conrod.runs.closure_prediction import predicted_errors
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import compare, signed_error, size_of
+from conrod.runs.comparison import Comparison, compare, signed_error
 from conrod.runs.trajectory import BodyStates, BodyTracks, Outcome, PointTracks, Settings, Track, Trajectory
 from conrod.scenes import Scene
 from conrod.studies.frame.case import RESULT_VERSION, Case
@@ -106,17 +106,24 @@ def measure(case: RunCase) -> Measurement:
     trajectory = run(case.scene, case.settings, case.revolutions, case.start_angle)
     if trajectory.outcome is not Outcome.COMPLETED:
         return Measurement(trajectory.outcome.slug, trajectory.reason)
-    found = compare(trajectory, case.scene)
+    comparison = compare(trajectory, case.scene)
     some = thinned(trajectory, max(1, case.settings.steps_per_revolution // PREDICTED_PER_TURN))
     return Measurement(
         outcome=trajectory.outcome.slug,
-        errors={p: {q: asdict(size_of(getattr(e, q).error)) for q in COMPARED} for p, e in found.points.items()},
-        closure=asdict(found.closure),
-        phase={"max": found.phase_max, "final": found.phase_final},
-        drive={"speed": found.drive_speed, "acceleration": found.drive_acceleration},
+        **errors_of(comparison),
         prediction=prediction_sizes(case.scene, some),
         signed=signed_errors(case, trajectory),
     )
+
+
+def errors_of(found: Comparison) -> dict[str, Any]:
+    """Errors, closure, phase and drive of a comparison as plain values, by their names in a measurement."""
+    return {
+        "errors": {p: {q: asdict(getattr(e, q).size) for q in COMPARED} for p, e in found.points.items()},
+        "closure": asdict(found.closure),
+        "phase": {"max": found.phase_max, "final": found.phase_final},
+        "drive": {"speed": found.drive_speed, "acceleration": found.drive_acceleration},
+    }
 
 
 def prediction_sizes(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str, float]]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import Any, TypeVar
 
-from conrod.studies.frame.case import Case, EngineCase, Validated
+from conrod.studies.frame.case import Case
 from conrod.studies.frame.measurement import Measurement
 
 Found = TypeVar("Found")
-One = TypeVar("One", bound=Validated)
 Results = Mapping[str, Measurement]  # by the key of the case
 # Yields the cases that it needs next, is sent the results of all of them, returns its findings.
 Study = Generator[Sequence[Case], Results, Found]
@@ -41,13 +40,3 @@ def pursue(studies: Sequence[Study[Found]], run: Callable[[list[Any]], Results])
         for k, cases in asked.items():
             advance(k, {case.key: results[case.key] for case in cases})
     return [found[k] for k in range(len(studies))]
-
-
-def results_of(cases: Iterable[EngineCase[One]]) -> Study[dict[str, tuple[One, ...]]]:
-    """The study that asks for all cases in one round: results by scene, in the order of the cases."""
-    asked = list(cases)
-    kept = yield asked
-    found: dict[str, list[One]] = {case.name: [] for case in asked}
-    for case in asked:
-        found[case.name].append(case.result(kept[case.key]))
-    return {name: tuple(results) for name, results in found.items()}

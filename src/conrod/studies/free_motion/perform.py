@@ -14,12 +14,13 @@ from conrod.engines.capabilities import FreeMotion, Lacking, capability
 from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.runs.comparison import size_of
 from conrod.runs.convergence import claimed_order
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.case import EngineCase
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.result import EngineCase
 from conrod.studies.frame.study import Results, Study
 from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
 from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
@@ -31,7 +32,6 @@ from conrod.studies.free_motion.results import (
     MotionStudy,
     StepPoint,
 )
-from conrod.studies.validation.results import sizes_of
 
 CURVE_SAMPLES, SPANS = 721, 240
 # A body turned by this much [rad] from the exact branch is on another: soft joints give far less.
@@ -40,23 +40,27 @@ OTHER_BRANCH = 0.3
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
     """Run a motion in an engine: errors with the step, and their decrease with shorter ones."""
-    grid = course.grid
-    empty = MotionResult(
-        name, plan.motion, engine.name, engine.version, preset, grid.step, float(course.motion.times[-1]),
-        Outcome.COMPLETED.slug, "", plan.leaving, plan.judged_by(engine.presets[preset]),
-    )  # fmt: skip
+    empty = _started(name, course, engine, preset, plan)
     try:
         runs = [_run(course, engine, preset, divisor) for divisor in PATH]
     except InvalidInput as error:
         # The start and the loads were found good with the exact motion: it is the engine that cannot have them.
         return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=str(error))
-    points = tuple(_point(course, grid.step / divisor, run) for divisor, run in zip(PATH, runs, strict=True))
+    points = tuple(_point(course, course.grid.step / divisor, run) for divisor, run in zip(PATH, runs, strict=True))
     first = runs[0]
     found = replace(
         empty, outcome=first.outcome.slug, reason=first.reason, refinement=points, order=_orders(course, points),
         cpu_seconds=first.cpu_seconds,
     )  # fmt: skip
-    return _measured(found, course, first) if first.outcome is Outcome.COMPLETED else found
+    return (_measured(found, course, first) if found.completed else found).judged()
+
+
+def _started(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
+    return MotionResult(
+        scene=name, engine=engine.name, engine_version=engine.version, preset=preset, motion=plan.motion,
+        step=course.grid.step, seconds=float(course.motion.times[-1]), leaving=plan.leaving,
+        tolerance=plan.judged_by(engine.presets[preset]),
+    )  # fmt: skip
 
 
 def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
@@ -90,9 +94,9 @@ def _measured(empty: MotionResult, course: ExactCourse, run: FreeRun) -> MotionR
     late = np.flatnonzero(worst > empty.leaving)
     return replace(
         empty,
-        errors={point: sizes_of(error) for point, error in errors.items()},
-        angle=sizes_of(np.abs(turned - crank_angle(mechanism, motion.poses))),
-        energy=sizes_of(energy),
+        errors={point: vars(size_of(error)) for point, error in errors.items()},
+        angle=vars(size_of(np.abs(turned - crank_angle(mechanism, motion.poses)))),
+        energy=vars(size_of(energy)),
         leaves=float(run.times[late[0]]) if len(late) else None,
         curves=_curves(run.times, turned, worst, energy),
     )
@@ -159,16 +163,13 @@ class MotionCase(EngineCase[MotionResult]):
         measurement = super().perform()
         return replace(measurement, beside={**(measurement.beside or {}), "exact": plain(exact_summary(self.course))})
 
-    def ended(self, outcome: Outcome, reason: str) -> MotionResult:
-        course, preset = self.course, str(self.preset)
-        tolerance = self.plan.judged_by(self.made_by.presets[preset])
-        return MotionResult(
-            self.name, self.plan.motion, self.engine, self.made_by.version, preset, course.grid.step,
-            float(course.motion.times[-1]), outcome.slug, reason, self.plan.leaving, tolerance,
-        )  # fmt: skip
+    @property
+    def tolerance(self) -> Mapping[str, float]:
+        return self.plan.judged_by(self.made_by.presets[str(self.preset)])
 
-    def judged(self, found: MotionResult) -> MotionResult:
-        return replace(found, tolerance=self.plan.judged_by(self.made_by.presets[found.preset]))
+    def ended(self, outcome: Outcome, reason: str) -> MotionResult:
+        empty = _started(self.name, self.course, self.made_by, str(self.preset), self.plan)
+        return replace(empty, outcome=outcome.slug, reason=reason).judged()
 
     def facts(self) -> dict[str, Any]:
         return {"scene": self.name}
@@ -209,17 +210,15 @@ def motion_study(
         for preset in presets[engine.name]
     ]
     results = yield cases
-    return [
-        _study_of(name, scene, [case for case in cases if case.name == name], results) for name, scene in scenes.items()
-    ]
+    return [_study_of([case for case in cases if case.name == name], results) for name in scenes]
 
 
-def _study_of(name: str, scene: Scene, cases: Sequence[MotionCase], results: Results) -> MotionStudy:
-    measurements = [results[case.key] for case in cases]
+def _study_of(cases: Sequence[MotionCase], results: Results) -> MotionStudy:
+    measurements, (first, *_) = [results[case.key] for case in cases], cases
     kept = next((m.beside["exact"] for m in measurements if m.beside), None)
-    exact = exact_summary(cases[0].course) if kept is None else restore(ExactSummary, kept)
+    exact = exact_summary(first.course) if kept is None else restore(ExactSummary, kept)
     found = tuple(case.result(measurement) for case, measurement in zip(cases, measurements, strict=True))
-    return MotionStudy(name, scene, cases[0].plan.motion, left_out(scene, cases[0].plan), exact, found)
+    return MotionStudy(first.name, first.scene, found, first.plan.motion, left_out(first.scene, first.plan), exact)
 
 
 def left_out(scene: Scene, plan: MotionPlan) -> tuple[str, ...]:

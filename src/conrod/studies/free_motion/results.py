@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from conrod.exact.motion import Array
-from conrod.scenes import Scene
+from conrod.studies.frame.result import Result, SceneResults
 
 QUANTITIES = ("position", "angle", "energy")
 # What the exact motion's own balance of energy keeps.
@@ -39,30 +40,26 @@ class MotionCurves:
     energy: Array
 
 
-@dataclass(frozen=True)
-class MotionResult:
-    """One scene, engine and preset. Errors are None unless the run completed.
+@dataclass(frozen=True, kw_only=True)
+class MotionResult(Result):
+    """Errors of a motion in time.
 
     Attributes:
         step: [s]; seconds: what it ran [s].
+        leaving: the position error, of the length, whose first instant is reported.
+        tolerance: what it is judged by, by quantity; empty where it is only measured.
         errors: of each observed point, distance from its exact place at the same time over L: max, rms, final.
         angle: of the crank [rad], the same.
         energy: the engine's less the exact one at the same time, over the largest energy that took part, the same.
         leaves: when the position error of a point is first above `leaving` [s]; None where it stays below.
         order: of position and energy along the refinement path.
         cpu_seconds: of stepping alone [s], of this machine: not for files.
-        tolerance: what it is judged by, by quantity; empty where it is only measured.
     """
 
-    scene: str
-    motion: str
-    engine: str
-    engine_version: str
     preset: str
+    motion: str
     step: float
     seconds: float
-    outcome: str
-    reason: str
     leaving: float
     tolerance: Mapping[str, float]
     errors: Mapping[str, Mapping[str, float]] | None = None
@@ -70,34 +67,21 @@ class MotionResult:
     energy: Mapping[str, float] | None = None
     leaves: float | None = None
     refinement: tuple[StepPoint, ...] = ()
-    order: Mapping[str, float | None] | None = None
     cpu_seconds: float | None = None
     curves: MotionCurves | None = None
 
+    @property
+    def limits(self) -> Mapping[str, float]:
+        return self.tolerance
+
     def largest(self, quantity: str, measure: str = "max") -> float | None:
-        """Largest error of a quantity, over the observed points where it has several; None where there is none."""
-        if self.errors is None or self.angle is None or self.energy is None:
-            return None
         if quantity == "position":
-            return max(sizes[measure] for sizes in self.errors.values())
-        return {"angle": self.angle, "energy": self.energy}[quantity][measure]
+            return max((sizes[measure] for sizes in (self.errors or {}).values()), default=None)
+        found = {"angle": self.angle, "energy": self.energy}[quantity]
+        return None if found is None else found[measure]
 
-    @property
-    def exceeded(self) -> dict[str, tuple[float, float]]:
-        """Judged quantities that are out of tolerance: what was found and what is allowed."""
-        found = {name: self.largest(name) for name in self.tolerance}
-        return {
-            name: (value, self.tolerance[name])
-            for name, value in found.items()
-            if value is not None and not value <= self.tolerance[name]
-        }
-
-    @property
-    def passed(self) -> bool | None:
-        """The verdict; None where nothing is judged, or the engine cannot do this."""
-        if not self.tolerance or self.outcome == "unsupported":
-            return None
-        return self.outcome == "completed" and not self.exceeded
+    def _held_to(self, asked: Mapping[str, float]) -> Self:
+        return replace(self, tolerance=dict(asked))
 
 
 @dataclass(frozen=True)
@@ -117,17 +101,18 @@ class ExactSummary:
 
 
 @dataclass(frozen=True)
-class MotionStudy:
-    """All of one scene."""
+class MotionStudy(SceneResults[MotionResult]):
+    """All of one scene, and its exact motion.
 
-    name: str
-    scene: Scene
+    Attributes:
+        left_out: loads that drive the crank, and do not act.
+    """
+
     motion: str
-    left_out: tuple[str, ...]  # loads that drive the crank, and do not act
+    left_out: tuple[str, ...]
     exact: ExactSummary
-    results: tuple[MotionResult, ...]
 
     @property
     def passed(self) -> bool:
         """True if nothing that is judged failed, and the exact motion is fit to judge by."""
-        return self.exact.drift <= EXACT_DRIFT and all(result.passed is not False for result in self.results)
+        return self.exact.drift <= EXACT_DRIFT and super().passed

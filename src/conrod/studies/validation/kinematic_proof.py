@@ -14,25 +14,26 @@ from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking,
 from conrod.engines.engine import default_steps, judged_preset
 from conrod.engines.numerics import MEETING
 from conrod.runs.comparison import QUANTITIES as COMPARED
+from conrod.runs.comparison import size_of
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.validation.results import Result, Tolerance, result_of, sizes_of
+from conrod.studies.validation.plan import Plan, started
+from conrod.studies.validation.results import Tolerance, ValidationResult
 
 # The model is right when its joints, solved by the engine itself, give the exact pose to rounding (guard 4).
 KINEMATIC_POSITION, KINEMATIC_VELOCITY, KINEMATIC_DIGITS = 1e-12, 1e-9, 0.1
 KINEMATIC_ANGLES = 360
 
 
-def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Result:
+def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> ValidationResult:
     """Prove the model: the engine's own joints against the exact poses, over one turn, or the driver's span."""
-    mode = capability(engine, KinematicMode)
+    mode, empty = capability(engine, KinematicMode), started(name, scene, engine, None, Plan())
     # Kinematic mode solves the model of a judged preset; what that cannot have, no other can.
     refusal = engine.refusal(scene, engine.presets[judged_preset(engine)](scene, default_steps(scene)))
     if isinstance(mode, Lacking) or refusal:
         refusal = mode.reason if isinstance(mode, Lacking) else refusal
-        outcome = Outcome.UNSUPPORTED
-        return result_of(name, scene, engine, "kinematic", outcome=outcome, reason=refusal or "", revolutions=1.0)
+        return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=refusal or "")
     angle = scene.kinematics.angles(KINEMATIC_ANGLES)
     angle = angle[~scene.kinematics.near_change(angle, MEETING)]
     solved = mode.solve_kinematics(scene, angle)
@@ -41,16 +42,14 @@ def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Result:
     for point, (position, velocity) in solved.points.items():
         length, truth = scene.lengths[point], exact.point(point)
         errors[point] = dict.fromkeys(COMPARED)
-        errors[point]["position"] = sizes_of(np.linalg.norm(position - truth.position, axis=1) / length)
+        errors[point]["position"] = vars(size_of(np.linalg.norm(position - truth.position, axis=1) / length))
         if velocity is not None:
             off = np.linalg.norm(velocity - truth.velocity, axis=1)
-            errors[point]["velocity"] = sizes_of(off / (length * abs(scene.speed)))
-    tolerance = _kinematic_tolerance(scene, solved)
-    result = result_of(name, scene, engine, "kinematic", errors=errors, tolerance=tolerance, revolutions=1.0)
+            errors[point]["velocity"] = vars(size_of(off / (length * abs(scene.speed))))
     gaps = joint_gaps(scene.kinematics.mechanism, [solved.poses]).values()
     gap = max(float(np.abs(g).max()) for g in gaps) / max(scene.lengths.values())
     closure = {"position": gap, "velocity": None, "acceleration": None}
-    result = replace(result, closure=closure, passed=not result.exceeded())
+    result = replace(empty, errors=errors, closure=closure, tolerance=_kinematic_tolerance(scene, solved)).judged()
     other = scene.kinematics.branch(solved.poses) != scene.kinematics.branch_at(angle)
     if not other.any():
         return result

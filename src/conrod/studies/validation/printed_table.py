@@ -58,25 +58,25 @@ def applies(scene: Scene) -> bool:
     )
 
 
-def compare_with_print(scene: Scene, engine: Engine[Any], preset: str) -> PrintedCells | None:
-    """Cells of the table that the exact motion and the engine meet; None where the run did not complete."""
+def compare_with_print(scene: Scene, engine: Engine[Any], preset: str) -> PrintedCells:
+    """Cells of the table that the exact motion and the engine meet: none where the run did not complete."""
     settings = engine.presets[preset](scene, STEPS_PER_REVOLUTION)
     step = 2.0 * np.pi / STEPS_PER_REVOLUTION
     lead = LEAD_STEPS * step
     revolutions = 1.0 + 2.0 * LEAD_STEPS / STEPS_PER_REVOLUTION
     trajectory = whole_run(engine, scene, settings, revolutions, start_angle=-lead)
-    if trajectory.outcome is not Outcome.COMPLETED:
-        return None
+    completed = trajectory.outcome is Outcome.COMPLETED
     table = _table()
     angles = np.radians(table["theta_deg"])
     exact = scene.motion(angles, scene.speed)
-    tracks = trajectory.points["G"]
     cells = agreeing = met = 0
     worst = 0.0
     for column in COLUMNS:
         printed = table[column.name]
         truth = _component(_exact(exact, column.quantity), column) / MM
-        engine_value = _component(_at(getattr(tracks, column.quantity), angles), column) / MM
+        engine_value = np.full_like(truth, np.inf)
+        if completed:
+            engine_value = _component(_at(getattr(trajectory.points["G"], column.quantity), angles), column) / MM
         agrees = np.abs(truth - printed) <= 0.5 * column.unit * (1.0 + 1e-9)
         off = np.abs(engine_value - printed)[agrees] / column.unit
         cells += len(printed)

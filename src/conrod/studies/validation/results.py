@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, Self
 
-from conrod.engines import Engine
 from conrod.exact.motion import Array
-from conrod.runs.comparison import size_of
-from conrod.runs.trajectory import Outcome
-from conrod.scenes import Scene
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
 Mode = Literal["kinematic", "dynamic"]
-QUANTITIES = ("position", "velocity", "acceleration")
 
 
 @dataclass(frozen=True)
@@ -77,94 +74,55 @@ class PrintedCells:
     worst: float
 
 
-@dataclass(frozen=True)
-class Result:
-    """One scene, engine, preset and mode. Errors are None unless the run completed."""
+@dataclass(frozen=True, kw_only=True)
+class ValidationResult(Result):
+    """Errors of a scene at constant crank speed, by point, quantity and measure.
 
-    scene: str
+    Attributes:
+        peak: exact [m/s, m/s^2], by point.
+        phase: [rad].
+        prediction: by quantity the largest error predicted from the joints' gaps alone, and how far it is from the
+            measured one at most.
+        lift_error: of a cam, |largest lift reached - full lift| / full lift.
+        curves: by point and quantity, for figures.
+    """
+
     parameters: Mapping[str, float]
-    engine: str
-    engine_version: str
-    preset: str | None
-    settings: Mapping[str, Any] | None
+    settings: Mapping[str, Any] | None = None
     mode: Mode
-    steps_per_revolution: int | None
+    steps_per_revolution: int | None = None
     revolutions: float
-    outcome: str
-    reason: str
-    errors: Mapping[str, Mapping[str, Mapping[str, float] | None]] | None
-    peak: Mapping[str, Mapping[str, float]] | None  # exact, m/s and m/s^2
-    closure: Mapping[str, float | None] | None
-    phase: Mapping[str, float] | None  # rad
-    drive: Mapping[str, float] | None
-    order: Mapping[str, float | None] | None
-    tolerance: Tolerance
-    passed: bool | None
+    errors: Mapping[str, Mapping[str, Mapping[str, float] | None]] | None = None
+    peak: Mapping[str, Mapping[str, float]] | None = None
+    closure: Mapping[str, float | None] | None = None
+    phase: Mapping[str, float] | None = None
+    drive: Mapping[str, float] | None = None
+    tolerance: Tolerance = field(default_factory=Tolerance)
     refinement: tuple[RefinementPoint, ...] = ()
-    # By quantity: largest error predicted from the joints' gaps alone, and how far it is from the measured one at most.
     prediction: Mapping[str, Mapping[str, float]] | None = None
     printed: PrintedCells | None = None
-    lift_error: float | None = None  # of a cam: |largest lift reached - full lift| / full lift
-    curves: Mapping[str, Mapping[str, Curve]] | None = None  # point -> quantity, for figures
-
-    def largest(self, quantity: str, measure: str = "max") -> float | None:
-        """Largest error of a quantity over the observed points, None where there is none."""
-        if self.errors is None:
-            return None
-        sizes = [point[quantity] for point in self.errors.values()]
-        values = [size[measure] for size in sizes if size is not None]
-        return max(values) if values else None
-
-    def exceeded(self) -> dict[str, tuple[float | None, float]]:
-        """Judged quantities that are out of tolerance: what was found (None: nothing) and what is allowed."""
-        pairs = {name: (self._found(name), allowed) for name, allowed in self.tolerance.judged().items()}
-        return {name: pair for name, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
-
-    def _found(self, tolerance: str) -> float | None:
-        """The error that a tolerance of this name is compared with."""
-        if tolerance.endswith("_rms"):
-            return self.largest(tolerance.removesuffix("_rms"), "rms")
-        return self.largest(tolerance)
-
-
-@dataclass(frozen=True)
-class SceneStudy:
-    """All results of one scene."""
-
-    name: str
-    scene: Scene
-    results: tuple[Result, ...]
+    lift_error: float | None = None
+    curves: Mapping[str, Mapping[str, Curve]] | None = None
 
     @property
-    def passed(self) -> bool:
-        """No judged result is out of tolerance."""
-        return all(result.passed is not False for result in self.results)
+    def limits(self) -> Mapping[str, float]:
+        return self.tolerance.judged()
+
+    def faults(self) -> list[str]:
+        found = self.printed
+        if found is None or found.engine_agrees == found.exact_agrees:
+            return []
+        return [f"the printed table, {found.engine_agrees} of {found.exact_agrees} cells met"]
+
+    def largest(self, quantity: str, measure: str = "max") -> float | None:
+        sizes = [point[quantity] for point in (self.errors or {}).values()]
+        return max((size[measure] for size in sizes if size is not None), default=None)
+
+    def judged_error(self, name: str) -> float | None:
+        return self.largest(name.removesuffix("_rms"), "rms" if name.endswith("_rms") else "max")
+
+    def _held_to(self, asked: Mapping[str, float]) -> Self:
+        return replace(self, tolerance=Tolerance(**asked, reason=AS_ASKED))
 
 
-def sizes_of(errors: Array) -> dict[str, float]:
-    """Max, rms and final value of a non-negative series, by name."""
-    return vars(size_of(errors))
-
-
-def result_of(
-    name: str,
-    scene: Scene,
-    engine: Engine[Any],
-    mode: Mode,
-    *,
-    preset: str | None = None,
-    settings: Mapping[str, Any] | None = None,
-    steps: int | None = None,
-    revolutions: float,
-    outcome: Outcome = Outcome.COMPLETED,
-    reason: str = "",
-    errors: Mapping[str, Mapping[str, Mapping[str, float] | None]] | None = None,
-    tolerance: Tolerance | None = None,
-) -> Result:
-    """A result of one scene, engine and mode; no figures but those given."""
-    return Result(
-        scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
-        settings=settings, mode=mode, steps_per_revolution=steps, revolutions=revolutions, outcome=outcome.slug,
-        reason=reason, errors=errors, peak=None, closure=None, phase=None, drive=None, order=None,
-        tolerance=tolerance or Tolerance(), passed=None,
-    )  # fmt: skip
+SceneStudy = SceneResults[ValidationResult]

@@ -11,48 +11,40 @@ from conrod.engines.engine import default_steps, judged_preset
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.case import EngineCase
-from conrod.studies.frame.study import Study, results_of
+from conrod.studies.frame.result import EngineCase, refinement_path, results_of
+from conrod.studies.frame.study import Study
 from conrod.studies.validation.kinematic_proof import validate_kinematic
-from conrod.studies.validation.plan import Plan, judged, refinement_path, validate_dynamic
-from conrod.studies.validation.results import Mode, Result, SceneStudy, result_of
+from conrod.studies.validation.plan import Plan, started, validate_dynamic
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 
 @dataclass(frozen=True)
-class ValidationCase(EngineCase[Result]):
+class ValidationCase(EngineCase[ValidationResult]):
     """A scene in an engine with a preset and along its refinement path; in kinematic mode where there is no preset."""
 
     study: ClassVar[str] = "validate"
-    kind: ClassVar[type[Any]] = Result
+    kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = COMPARED
 
     plan: Plan
 
     @property
-    def mode(self) -> Mode:
-        """Kinematic without a preset."""
-        return "kinematic" if self.preset is None else "dynamic"
-
-    @property
     def effort(self) -> float:
         return self.plan.steps(self.scene)
 
-    def run(self) -> Result:
+    def run(self) -> ValidationResult:
         if self.preset is None:
             return validate_kinematic(self.name, self.scene, self.made_by)
         return validate_dynamic(self.name, self.scene, self.made_by, self.preset, self.plan)
 
-    def ended(self, outcome: Outcome, reason: str) -> Result:
-        steps, turns = (None, 1.0) if self.preset is None else (self.plan.steps(self.scene), self.plan.revolutions)
-        found = result_of(
-            self.name, self.scene, self.made_by, self.mode, preset=self.preset, steps=steps, revolutions=turns,
-            outcome=outcome, reason=reason,
-        )  # fmt: skip
-        required = self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
-        return replace(found, passed=False if required else None)
+    @property
+    def tolerance(self) -> Mapping[str, float] | None:
+        return None if self.preset is None else self.plan.tolerance
 
-    def judged(self, found: Result) -> Result:
-        return found if self.preset is None or not self.plan.tolerance else judged(found, self.plan.tolerance)
+    def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
+        required = self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
+        found = started(self.name, self.scene, self.made_by, self.preset, self.plan)
+        return replace(found, outcome=outcome.slug, reason=reason, passed=False if required else None)
 
     def determined_by(self) -> dict[str, Any]:
         preset, steps, turns = judged_preset(self.made_by), default_steps(self.scene), 1.0

@@ -1,0 +1,164 @@
+"""Results of a validation of any kind in words, as cells and as tables, the same on a terminal and on a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeVar
+
+from conrod.report import numbers
+from conrod.report.charts.styles import engine_title
+from conrod.report.figure import Figure
+from conrod.report.kind import Index, Page
+from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.template import rendered
+from conrod.runs.trajectory import Outcome
+from conrod.studies.frame.result import Result, SceneResults
+
+PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
+KINEMATIC = "kinematic mode"
+
+R = TypeVar("R", bound=Result)
+S = TypeVar("S", bound=SceneResults[Any])
+
+
+def name_of(result: Result) -> tuple[str, str]:
+    """The first two cells of a row: engine and preset."""
+    return engine_title(result.engine), result.preset or KINEMATIC
+
+
+def verdict_words(result: Result) -> str:
+    """Within tolerance or not, and if not why; what ended the run, where it did not complete."""
+    if not result.completed:
+        failed = "" if result.passed is not False else "failed, "
+        return f"{failed}{result.outcome}: {result.reason or Outcome.of(result.outcome).meaning}"
+    if result.passed is None:
+        return "measured, not judged"
+    if result.passed:
+        return "within tolerance"
+    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result), *result.faults()])
+
+
+def exceeded_words(result: Result) -> list[str]:
+    """The judged quantities that are out of tolerance, with what was found and allowed."""
+    pairs = {PLAIN_NAMES.get(name, name): pair for name, pair in result.exceeded().items()}
+    return [
+        f"{name} has no error to judge"
+        if found is None
+        else f"{name} {numbers.measured(found)} > {numbers.measured(allowed)}"
+        for name, (found, allowed) in pairs.items()
+    ]
+
+
+def verdict_cell(result: Result, more: str = "") -> Cell:
+    """The verdict in its colour, with what more is to be said."""
+    words = verdict_words(result) + more
+    if not result.completed and result.passed is None:
+        return Toned(words, "odd")
+    return words if result.passed is None else Toned(words, "good" if result.passed else "bad")
+
+
+def summary_words(results: Iterable[Result]) -> str:
+    """The verdict on a scene in a sentence or two."""
+    judged = [r for r in results if r.passed is not None]
+    failed = [r for r in judged if not r.passed]
+    if not judged:
+        return "Nothing was judged."
+    if not failed:
+        count = "The judged result is" if len(judged) == 1 else f"All {len(judged)} judged results are"
+        return f"{count} within tolerance."
+    names = ", ".join(" ".join(name_of(r)) for r in failed)
+    return f"{len(failed)} of {len(judged)} judged results did not pass: {names}."
+
+
+def versions_words(results: Iterable[Result]) -> str:
+    """Engines and their versions."""
+    return ", ".join(dict.fromkeys(f"{engine_title(r.engine)} {r.engine_version}" for r in results))
+
+
+def results_table(
+    studies: Sequence[SceneResults[R]],
+    columns: Mapping[str, Callable[[R], str]],
+    title: str,
+    verdict: Callable[[R], Cell] = verdict_cell,
+) -> Table:
+    """A row for each result: scene, engine, preset, some columns, verdict."""
+    rows = [
+        (study.name, *name_of(r), *(text(r) for text in columns.values()), verdict(r))
+        for study in studies
+        for r in study.results
+    ]
+    return table(("scene", "engine", "preset", *columns, "verdict"), rows, columns, title)
+
+
+def refinement_table(
+    runs: Iterable[R],
+    heading: str,
+    keys: Callable[[R], Iterable[str]],
+    size: Callable[[R, Any, str], float | None],
+    order: Callable[[R, str], str],
+) -> Table:
+    """Errors along the refinement paths and the order that they show.
+
+    Args:
+        keys: those of a run that have a row each.
+        size: the error of a key at a point of the path.
+    """
+    paths = [(run, {p.steps_per_revolution: p for p in _points(run)}) for run in runs if _points(run)]
+    steps = sorted({n for _, points in paths for n in points})
+    rows = []
+    for run, points in paths:
+        for key in keys(run):
+            cells = [_refined(size(run, points[n], key), points[n]) if n in points else numbers.MISSING for n in steps]
+            rows.append((*name_of(run), key, *cells, order(run, key)))
+    return table(["engine", "preset", heading, *(f"N = {n}" for n in steps), "order"], rows)
+
+
+def _points(run: Any) -> Sequence[Any]:
+    found: Sequence[Any] = run.refinement
+    return found
+
+
+def _refined(size: float | None, point: Any) -> str:
+    ended = "" if point.outcome == Outcome.COMPLETED.slug else f" ({point.outcome})"
+    return numbers.measured(size) + ended
+
+
+def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -> dict[str, Any]:
+    """What the index and scripts read of a scene.
+
+    Args:
+        more: what a kind of result has besides its verdict.
+    """
+    results = [
+        {
+            "engine": r.engine,
+            "engine_version": r.engine_version,
+            "preset": r.preset,
+            "outcome": r.outcome,
+            "reason": r.reason,
+            "passed": r.passed,
+            "verdict": verdict_words(r),
+            **more(r),
+        }
+        for r in study.results
+    ]
+    return {"passed": study.passed, "verdict": summary_words(study.results), "results": results}
+
+
+def index_page(
+    index: Index[S], title: str, file: str, verdicts: Callable[[Sequence[S]], Table], figures: Callable[[S], Any]
+) -> Page:
+    """The first page of several scenes: who passed, a figure, all verdicts.
+
+    Args:
+        title: what is compared.
+        file: of the numbers.
+        figures: those of a page.
+    """
+    found = [index.findings(name) for name in index.entries]
+    drawn: list[Figure] = [figure for one in found for figure in figures(one)]
+    text = rendered(
+        "results-index", title=title, entries=index.entries, failed=[one.name for one in found if not one.passed],
+        figures=drawn[:1], verdicts=verdicts(found), origin=index.origin, file=file,
+    )  # fmt: skip
+    return Page(text)
