@@ -11,8 +11,8 @@ from click.testing import CliRunner, Result
 
 from conrod.cli import cli
 from conrod.errors import InvalidInput
-from conrod.own.printed.user_file import audit_file
-from conrod.own.printed.user_rows import NEEDED, OPTIONAL
+from conrod.own.printed.rows import NEEDED, OPTIONAL
+from conrod.own.printed.table import audit_file
 from conrod.scenes.catalogue import catalogue_text
 
 ROOT = Path(__file__).parents[2]
@@ -101,15 +101,15 @@ def test_a_mechanism_file_outside_the_tables_folder_is_refused(here: Path, name:
 
 
 @pytest.mark.parametrize(("row", "message"), [
-    (GOOD.replace("shear-press", "shear-pres"), "values.csv, row 2: unknown scene .* did you mean 'shear-press'"),
-    (GOOD.replace("-33.3", "33 or so"), "values.csv, row 2: printed value '33 or so'"),
-    (GOOD.replace("-33.3", "9" * 400), "values.csv, row 2: printed value '9999"),
-    (GOOD.replace(",10,", ",1e308,"), "values.csv, row 2: angle_deg = 1e"),
-    (GOOD.replace("mm/s", "mm/s\0"), "values.csv, row 2: unit = "),
-    (GOOD + GOOD.replace(",10,", ",ten,"), "values.csv, row 3: angle_deg = 'ten'"),
-    ("\n" + GOOD.replace("G vel", "Q vel"), "values.csv, row 3: unknown point 'Q'"),
-    (GOOD.replace("mm/s", "mm/s,more"), "values.csv, row 2: more fields than the heading"),
-    ("missing.toml,G velocity y,0,1.0,mm/s\n", r"values.csv, row 2: .*missing.toml: it cannot be read"),
+    (GOOD.replace("shear-press", "shear-pres"), "values.csv: row 2: unknown scene .* did you mean 'shear-press'"),
+    (GOOD.replace("-33.3", "33 or so"), "values.csv: row 2: printed value '33 or so'"),
+    (GOOD.replace("-33.3", "9" * 400), "values.csv: row 2: printed value '9999"),
+    (GOOD.replace(",10,", ",1e308,"), "values.csv: row 2: angle_deg = 1e"),
+    (GOOD.replace("mm/s", "mm/s\0"), "values.csv: row 2: unit = "),
+    (GOOD + GOOD.replace(",10,", ",ten,"), "values.csv: row 3: angle_deg = 'ten'"),
+    ("\n" + GOOD.replace("G vel", "Q vel"), "values.csv: row 3: unknown point 'Q'"),
+    (GOOD.replace("mm/s", "mm/s,more"), "values.csv: row 2: more fields than the heading"),
+    ("missing.toml,G velocity y,0,1.0,mm/s\n", r"values.csv: row 2: .*missing.toml: it cannot be read"),
     ("swinging-four-bar,B velocity x,170,1.0,m/s\n", "row 2: angle_deg = 170: swinging-four-bar is driven from"),
 ])  # fmt: skip
 def test_an_error_in_a_file_is_one_line_that_names_file_row_and_field(here: Path, row: str, message: str) -> None:

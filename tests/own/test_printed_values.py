@@ -9,7 +9,7 @@ import pytest
 from conrod.errors import InvalidInput
 from conrod.own.printed.judging import Case, Explanation, Kind, Neighbour, judge
 from conrod.own.printed.printed import Item, Number
-from conrod.own.printed.user_table import audit_table
+from conrod.own.printed.table import audit_table
 from conrod.scenes import ShearPress
 from conrod.scenes.catalogue import scene_named
 

@@ -20,7 +20,7 @@ from own_model_edits import (
 
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import Place
-from conrod.report.user_model_words import length
+from conrod.report.user_model import length
 
 SAW = TEXTS["saw"]
 DEGREES = np.pi / 180.0

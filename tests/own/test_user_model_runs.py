@@ -16,7 +16,7 @@ from conrod.own.models.assembly import prepare
 from conrod.own.models.driving import look_at, ordered
 from conrod.own.models.request import DrivenRun, Order, Place
 from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE
-from conrod.report import user_model_words as words
+from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
 

@@ -24,7 +24,7 @@ from own_model_edits import (
 from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import ModelFacts, Place
-from conrod.report.user_model_words import verdict
+from conrod.report.user_model import verdict
 
 SAW = TEXTS["saw"]
 

@@ -26,7 +26,7 @@ def audit(files: tuple[str, ...], out: str | None) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.reproduction import command_line
-    from conrod.own.printed.user_file import audit_file
+    from conrod.own.printed.table import audit_file
     from conrod.report.printed_values import KIND, console_lines, counts_table
     from conrod.report.reproduction import Reproduction
     from conrod.report.terminal import console, print_lines, print_table

@@ -12,11 +12,11 @@ from rich.console import Console
 from rich.text import Text
 
 from conrod.cli import options
-from conrod.cli.model_request import places_of
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Request, Value
 from conrod.own.files import as_outputs_must_not_be
+from conrod.own.models.request import places_of
 from conrod.report.terminal import console, print_lines
 from conrod.scenes import Scene
 from conrod.studies.frame.files import check_apart, file_to_write, naming, real_path, single, write_together

@@ -109,10 +109,16 @@ def check_unused(bundle: Any, subject: str) -> None:
     Raises:
         InvalidInput: names the first option that was given.
     """
-    for option_field in dataclasses.fields(bundle):
-        if getattr(bundle, option_field.name) != option_field.default:
-            option = option_field.metadata.get("option", "--" + option_field.name.replace("_", "-"))
+    unused = as_typed(type(bundle)())
+    for option, value in as_typed(bundle).items():
+        if value != unused[option]:
             raise InvalidInput(f"{option} does not go with {subject}")
+
+
+def as_typed(bundle: Any) -> dict[str, Any]:
+    """Values of the options of a purpose, by what a user types."""
+    named = ((f.metadata.get("option", "--" + f.name.replace("_", "-")), f.name) for f in dataclasses.fields(bundle))
+    return {option: getattr(bundle, name) for option, name in named}
 
 
 @dataclass(frozen=True)

@@ -86,18 +86,16 @@ def _validate_file(file: str, asked: Request) -> None:
     for name in ("quantity", "figures"):
         if getattr(asked, name) is not None:
             raise InvalidInput(f"--{name} does not go with a file: it is for scenes")
-    names = ("engine", "preset", "steps_per_rev", "revolutions", "assignments", "tolerance", "out", "document")
-    given = {name: getattr(asked, name) for name in names}
     if file.lower().endswith(MODELS):
         from conrod.cli.validate_model import validate_model
 
         check_unused(asked.table, "a model: it is for a table")
-        validate_model(file, asked.scene, asked.model, **given)
+        validate_model(file, asked.scene, asked)
     else:
         from conrod.cli.validate_table import validate_table
 
         check_unused(asked.model, "a table: it is for a model")
-        validate_table(file, asked.scene, asked.table, **given)
+        validate_table(file, asked.scene, asked)
 
 
 def _check_endings(subjects: Sequence[str], scene: str | None) -> None:

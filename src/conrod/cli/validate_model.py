@@ -1,89 +1,63 @@
-"""Validation of a user's own model on the command line.
-
-`conrod validate` of a user's own MuJoCo model.
-"""
+"""`conrod validate` of a user's own MuJoCo model."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from conrod.cli import options as exit_status
-from conrod.cli.options import ModelOptions
+from conrod.cli.options import ModelOptions, Request, as_typed
 from conrod.cli.outputs import outputs
-from conrod.errors import InvalidInput
-from conrod.own.models.study import ModelStudy
-from conrod.report import user_model_words as words
+from conrod.cli.reproduction import command_line
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.units import check_count, parse_quantity
+from conrod.own.files import as_outputs_must_not_be
+from conrod.own.models.frame import UNITS, GivenFrame
+from conrod.own.models.request import Drive, DrivenRun, Order, Question, places_of
+from conrod.own.models.study import ModelStudy, study
+from conrod.report.reproduction import Reproduction
 from conrod.report.terminal import console, print_lines, print_table
-from conrod.report.user_model import KIND, runs_table
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from conrod.scenes import Scene
-
-
-def print_model_study(study: ModelStudy) -> None:
-    """Verdict, frame, wiring, paths, runs."""
-    out = console()
-    out.print(f"{study.file}: {words.verdict(study)}", style="green" if study.passed else "red", markup=False,
-              soft_wrap=True)  # fmt: skip
-    for title, lines in (
-        ("frame", words.frame(study)),
-        ("wiring", words.wiring(study)),
-        ("paths (kinematic mode)", words.paths(study)),
-        ("its own settings", [words.own_settings(study), *study.model.remarks]),
-    ):
-        print_lines(out, ("", title))
-        print_lines(out, lines, indent=2)
-    out.print()
-    if study.runs:
-        print_table(out, runs_table(study), folding=("verdict",))
-    print_lines(out, words.drive(study), indent=2)
-
+from conrod.report.user_model import KIND, drive, findings, runs_table, verdict
+from conrod.scenes import Scene
+from conrod.studies.execution import isolation
+from conrod.studies.frame.files import naming
+from conrod.studies.frame.resolve_arguments import MOST_SAMPLES, REVOLUTIONS, parse_tolerance, select_scene
 
 DEFAULT_REVOLUTIONS = 2
 
 
-def validate_model(
-    file: str,
-    scene: str,
-    options: ModelOptions,
-    *,
-    engine: str | None,
-    preset: str | None,
-    steps_per_rev: int | None,
-    revolutions: int | None,
-    assignments: tuple[str, ...],
-    tolerance: str | None,
-    out: str | None,
-    document: str | None,
-) -> None:
-    """Judge a file against the machine that a scene is."""
-    from conrod.cli.model_request import model_command_line
-    from conrod.own.files import as_outputs_must_not_be
-    from conrod.report.reproduction import Reproduction
-    from conrod.studies.frame.files import naming
-    from conrod.studies.frame.resolve_arguments import parse_tolerance, select_scene
+def print_model_study(found: ModelStudy) -> None:
+    """Verdict, frame, wiring, paths, runs."""
+    out, style = console(), "green" if found.passed else "red"
+    out.print(f"{found.file}: {verdict(found)}", style=style, markup=False, soft_wrap=True)
+    for title, lines in findings(found).items():
+        print_lines(out, ("", title))
+        print_lines(out, lines, indent=2)
+    out.print()
+    if found.runs:
+        print_table(out, runs_table(found), folding=("verdict",))
+    print_lines(out, drive(found), indent=2)
 
-    for name, value in (("--engine", engine), ("--preset", preset), ("--steps-per-rev", steps_per_rev)):
-        if value is not None:
-            raise InvalidInput(f"{name} does not go with a model: it is judged as it is, in MuJoCo, at its own step")
-    machine = select_scene(scene, assignments)[1]
-    asked = None if tolerance is None else parse_tolerance(tolerance)
+
+def validate_model(file: str, scene: str, asked: Request) -> None:
+    """Judge a file against the machine that a scene is."""
+    for name in ("engine", "preset", "steps_per_rev"):
+        if getattr(asked, name) is not None:
+            option = f"--{name.replace('_', '-')}"
+            raise InvalidInput(f"{option} does not go with a model: it is judged as it is, in MuJoCo, at its own step")
+    machine = select_scene(scene, asked.assignments)[1]
+    tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
     name = Path(file).stem
-    files = outputs(KIND, [name], out, document, as_outputs_must_not_be(Path(file)))
-    judged = judge_model(
-        file, (scene, machine), options, DEFAULT_REVOLUTIONS if revolutions is None else revolutions, asked
-    )
+    files = outputs(KIND, [name], asked.out, asked.document, as_outputs_must_not_be(Path(file)))
+    revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
+    judged = judge_model(file, (scene, machine), asked.model, revolutions, tolerance)
     with naming("standard output"):
         print_model_study(judged)
-    command = None
-    if files.folder:
-        line = model_command_line(file, scene, options, revolutions, tolerance, assignments, files.folder)
-        command = Reproduction(line)
-    files.write({name: judged}, command)
+    given = {"--scene": scene, **as_typed(asked.model)}
+    given |= {"--revolutions": asked.revolutions, "--tolerance": asked.tolerance}
+    text = command_line("validate", given, asked.assignments, files.folder) if files.folder else ""
+    files.write({name: judged}, Reproduction(text, {name: file}) if files.folder else None)
     if not judged.passed:
         sys.exit(exit_status.FAILED)
 
@@ -100,35 +74,59 @@ def judge_model(
     Raises:
         InvalidInput: the model cannot be used, or is not what was said.
     """
-    from conrod.cli.model_request import given_frame, question_of
     from conrod.engines import engine_named
-    from conrod.mechanism.units import check_count
     from conrod.own.models.driving import drive_model
-    from conrod.own.models.request import Drive, DrivenRun, Order
     from conrod.own.models.scanning import scan
-    from conrod.own.models.study import study
-    from conrod.studies.execution.isolation import confined
-    from conrod.studies.frame.resolve_arguments import MOST_SAMPLES, REVOLUTIONS
 
     check_count("--revolutions", revolutions, *REVOLUTIONS)
     question, given, path = question_of(options, scene[1]), given_frame(options), Path(file)
-    scanned = confined(scan, path, question)
+    scanned = isolation.confined(scan, path, question)
 
     def run(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
-        return confined(drive_model, path, question, scanned, drive, orders)
+        return isolation.confined(drive_model, path, question, scanned, drive, orders)
 
+    engine, turns = engine_named("mujoco"), float(revolutions)
     try:
-        return study(
-            file,
-            scene,
-            question,
-            scanned,
-            given,
-            engine_named("mujoco"),
-            run,
-            float(revolutions),
-            MOST_SAMPLES,
-            tolerance,
-        )
+        return study(file, scene, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance)
     except InvalidInput as error:
         raise error if str(error).startswith(file) else InvalidInput(f"{file}: {error}") from None
+
+
+def question_of(options: ModelOptions, scene: Scene) -> Question:
+    """Return what the options ask of the model.
+
+    Raises:
+        InvalidInput: the crank or a point is missing, unknown or given twice.
+    """
+    mechanism, touching = scene.mechanism(), None
+    observed = [point.name for point in mechanism.observed]
+    if options.crank is None:
+        raise InvalidInput("say which joint of the model is driven: --crank JOINT")
+    if not options.points:
+        raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
+    if options.touching is not None:
+        first, _, second = (part.strip() for part in options.touching.partition(","))
+        if not first or not second or "," in second:
+            raise InvalidInput(f"--touching {options.touching!r}: give two geoms, CAM,ROLLER")
+        if not mechanism.cam_contacts:
+            raise InvalidInput(f"--touching {options.touching}: the machine has no cam that touches anything")
+        touching = first, second
+    places, contacts = places_of(options.points, observed), len(mechanism.cam_contacts)
+    return Question(options.crank, places, mechanism.mobility, contacts, touching, options.keyframe)
+
+
+def given_frame(options: ModelOptions) -> GivenFrame:
+    """Frame that the options give.
+
+    Raises:
+        InvalidInput: an angle or a unit that is none.
+    """
+    unit = options.length_unit
+    if unit is not None and unit not in UNITS:
+        raise unknown_choice("--length-unit", unit, UNITS)
+    return GivenFrame(
+        plane=options.plane,
+        rotation=None if options.rotation is None else parse_quantity("--rotation", options.rotation, "rad"),
+        zero=None if options.crank_zero is None else parse_quantity("--crank-zero", options.crank_zero, "rad"),
+        unit=None if unit is None else UNITS[unit],
+    )

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from conrod.cli import options as exit_status
-from conrod.cli.options import TableOptions
+from conrod.cli.options import Request, as_typed
 from conrod.cli.outputs import outputs
 from conrod.cli.reproduction import command_line
 from conrod.errors import InvalidInput
@@ -18,6 +18,7 @@ from conrod.own.tables.study import TableStudy, study_table
 from conrod.report import trajectory as words
 from conrod.report.reproduction import Reproduction
 from conrod.report.terminal import console, print_lines, print_table
+from conrod.studies.execution import isolation
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import TOLERANCES, parse_tolerance, select_scene
 
@@ -49,48 +50,28 @@ def print_table_study(study: TableStudy) -> None:
     out.print(words.verdict_text(study), style=colour, markup=False, soft_wrap=True)
 
 
-def validate_table(
-    file: str,
-    scene: str,
-    options: TableOptions,
-    *,
-    assignments: tuple[str, ...],
-    tolerance: str | None,
-    out: str | None,
-    document: str | None,
-    **runs: object,
-) -> None:
+def validate_table(file: str, scene: str, asked: Request) -> None:
     """Judge a table against the machine that a scene is.
 
-    Args:
-        runs: options of an engine's runs, none of which may be given.
-
     Raises:
-        InvalidInput: the table or an option cannot be used.
+        InvalidInput: the table or an option cannot be used; those of an engine's runs may not be given.
     """
-    from conrod.studies.execution.isolation import confined
-
-    for name, value in runs.items():
-        if value is not None:
+    for name in ("engine", "preset", "steps_per_rev", "revolutions"):
+        if getattr(asked, name) is not None:
             raise InvalidInput(f"--{name.replace('_', '-')} does not go with a table: it is for runs of an engine")
-    machine = select_scene(scene, assignments)[1]
-    allowed = None if tolerance is None else parse_tolerance(tolerance, (*TOLERANCES, "phase"))
-    asked = () if options.estimate is None else parse_estimate(options.estimate)
+    machine, options, table = select_scene(scene, asked.assignments)[1], asked.table, Path(file)
+    allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, (*TOLERANCES, "phase"))
+    estimate = () if options.estimate is None else parse_estimate(options.estimate)
     points = tuple(machine.lengths)
     wanted = request(options.columns, options.units, points)
-    table = Path(file)
     check_readable(table)
-    files = outputs(words.KIND, [words.PART], out, document, {"the table": table})
-    study = study_table(
-        file, scene, machine, confined(read_table, table, points, wanted, timeout=READING), asked, allowed
-    )
+    files = outputs(words.KIND, [words.PART], asked.out, asked.document, {"the table": table})
+    reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
+    study = study_table(file, scene, machine, reading, estimate, allowed)
     with naming("standard output"):
         print_table_study(study)
-    given = {
-        "--scene": scene, "--column": options.columns, "--unit": options.units, "--estimate": options.estimate,
-        "--tolerance": tolerance,
-    }  # fmt: skip
-    text = command_line("validate", given, assignments, files.folder) if files.folder else ""
+    given = {"--scene": scene, **as_typed(options), "--tolerance": asked.tolerance}
+    text = command_line("validate", given, asked.assignments, files.folder) if files.folder else ""
     files.write({words.PART: study}, Reproduction(text, {words.PART: file}) if files.folder else None)
     if study.passed is False:
         sys.exit(exit_status.FAILED)

@@ -1,50 +1,289 @@
-"""The report on a user's model, and the table of its runs."""
+"""The report on a user's model: findings in sentences, the same on the console and on the page, and its runs."""
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from conrod.own.models.runs import QUANTITIES
+from conrod.own.models.lengths import Explanation, Length
+from conrod.own.models.references import ALL_LENGTHS
+from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.report.charts.user_model import model_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.numbers import measured, quantity, rounded
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.report.user_model_words import drive, frame, own_settings, paths, run_cells, verdict, wiring
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
 
 RIGHT = ("steps/rev", *QUANTITIES)
+MM = 1e3
+TOLD_TOGETHER = 4
+# Lengths that leave more than this share of what the expected ones leave explain nothing.
+NEAREST = 0.05
+# Shares beyond this are written as factors: 99.9 % too short says little.
+FEW = 0.5
+# A closure that is open by more than this cannot close.
+CLOSED = 1e-9
+KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
+
+
+def verdict(study: ModelStudy) -> str:
+    """The answer in a sentence."""
+    own, it_is = study.own, f"It is {study.scene_name}"
+    if not study.is_machine:
+        return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
+    if study.model.stops:
+        return f"{it_is}, but limits keep it from its turn: {'; '.join(study.model.stops)}."
+    if own is None or own.outcome is not Outcome.COMPLETED:
+        how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
+        return f"{it_is}, but with its own settings it {how}."
+    if over := study.exceeded():
+        found = ", ".join(f"{name} {measured(size)} > {measured(most)}" for name, (size, most) in over.items())
+        return f"{it_is}; its own settings are out of tolerance: {found}."
+    return f"{it_is}; its own settings are {'within tolerance' if study.tolerance else 'measured, not judged'}."
+
+
+def _why_not(study: ModelStudy) -> str:
+    identity = study.identity
+    if identity.other_branch:
+        return "it is on the other assembly branch"
+    if identity.explanations:
+        return " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])
+    return "; ".join([f"its points are off by up to {measured(identity.largest)} of their travel", *other_kinds(study)])
+
+
+def findings(study: ModelStudy) -> dict[str, list[str]]:
+    """All that was found with the crank held, by subject, in sentences."""
+    return {
+        "frame": list(_frame(study)),
+        "wiring": list(_wiring(study)),
+        "paths (kinematic mode)": list(_paths(study)),
+        "its own settings": [own_settings(study), *study.model.remarks],
+    }
+
+
+# -- frame and wiring ------------------------------------------------------------------------------------------------
+
+
+def _frame(study: ModelStudy) -> Iterator[str]:
+    """Parts of the frame that were given, and those that were worked out."""
+    there, said = study.identity.frame, study.identity.given
+    plane = there.view.name.removeprefix("-") if there.view.name == "-askew" else there.view.name
+    parts = {
+        f"plane {plane}{', seen from behind' if there.view.behind else ''}": said.plane,
+        f"turned by {_degrees(there.rotation)}": said.rotation,
+        f"crank zero at {_degrees(there.zero)}": said.zero,
+        f"unit {there.unit_name}": said.unit,
+    }
+    for how, is_given in (("given", True), ("worked out", False)):
+        if some := ", ".join(text for text, value in parts.items() if (value is not None) is is_given):
+            yield f"{how}: {some}"
+    anchor, way = " ".join(f"{value:.6g}" for value in there.anchor), "with" if there.sense > 0 else "against"
+    yield f"the crank's axis is at ({anchor}) {there.unit_name}; the crank angle grows {way} the hinge's coordinate"
+
+
+def _degrees(angle: float) -> str:
+    """An angle, in as many digits as it has."""
+    value = math.degrees(angle)
+    return f"{round(value)} deg" if abs(value - round(value)) < 1e-9 else f"{value:.6f} deg"
+
+
+def _wiring(study: ModelStudy) -> Iterator[str]:
+    """Joints, closures, freedom and what closes nothing."""
+    has, model, contact = study.model.wiring, study.model, study.model.touching
+    yield f"{_counted(study)}; {_plural({'loop': has.loops})}; the machine has {_machine_joints(study.scene)}"
+    low, high = has.rank
+    free = has.coordinates - high - (1 if contact else 0)
+    yield (
+        f"mobility {free} along the whole turn: {has.coordinates} degrees of freedom, of which closures take "
+        + (f"{high}" if low == high else f"{low} to {high}, as it turns,")
+        + (f" and the contact of {' and '.join(contact.geoms)} 1" if contact else "")
+    )
+    if has.idle:
+        yield f"redundant, they close nothing that the others do not: {', '.join(has.idle)}"
+    if has.inactive:
+        yield f"switched off: {', '.join(has.inactive)}"
+    if model.gap > CLOSED:
+        yield f"{model.open_closure} cannot close: {measured(model.gap)} remain of it, in its own unit"
+
+
+def _counted(study: ModelStudy) -> str:
+    """Joints and closures of the model."""
+    has = study.model.wiring
+    named = {kind if kind in ("connect", "weld") else f"equality of {kind}s": n for kind, n in has.closures.items()}
+    return _plural({**has.joints, **named})
+
+
+def _machine_joints(scene: Scene) -> str:
+    return _plural(Counter(KINDS[type(joint).__name__] for joint in scene.mechanism().joints))
+
+
+def _plural(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items())
+
+
+def other_kinds(study: ModelStudy) -> list[str]:
+    """A sentence on joints of other kinds than those of the machine; none where they agree."""
+    has, wanted = study.model.wiring, [type(joint).__name__ for joint in study.scene.mechanism().joints]
+    pins, slides = has.joints.get("hinge", 0) + has.closures.get("connect", 0), has.joints.get("slide", 0)
+    if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")) or has.idle:
+        return []
+    differs = f"it has {_counted(study)}, the machine {_machine_joints(study.scene)}"
+    return [f"{differs}: is a joint of another kind, or a link missing?"]
+
+
+# -- paths and lengths -----------------------------------------------------------------------------------------------
+
+
+def _paths(study: ModelStudy) -> Iterator[str]:
+    """Comparison of the points' paths with the exact ones, and what explains the difference."""
+    identity, shape, lengths = study.identity, study.model.touching, study.scene.lengths
+    off = ", ".join(
+        f"{name} {measured(size)} of its travel ({measured(MM * size * lengths[name])} mm)"
+        for name, size in identity.off_by.items()
+    )
+    yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
+    if identity.rate_off is not None:
+        with_found = ", with what was found," if identity.explanations else ""
+        yield f"error of their derivatives by the crank angle{with_found}: {measured(identity.rate_off)}"
+    if shape is not None:
+        size = measured(MM * identity.frame.unit * shape.shape_error)
+        yield f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm"
+    yield from _explained(study)
+    for group in identity.indistinct:
+        yield f"these points cannot distinguish: {', '.join(group)}"
+    if missing := [p.name for p in study.scene.mechanism().observed if p.name not in identity.off_by]:
+        yield f"not given, so not judged: {', '.join(missing)}"
+
+
+def _explained(study: ModelStudy) -> Iterator[str]:
+    identity = study.identity
+    if identity.other_branch:
+        yield (
+            "it is on the other assembly branch, its lengths as expected; where it is to be seen from the other side "
+            "of its plane, --plane says so"
+        )
+    elif identity.explanations:
+        if (count := len(identity.explanations)) > 1:
+            yield f"{count} explanations leave nothing; the paths cannot distinguish them"
+        for one in identity.explanations[:TOLD_TOGETHER]:
+            yield f"{explanation(one)}; that leaves {measured(one.left)}"
+    elif identity.closest is None:
+        yield "all lengths are as expected"
+    else:
+        left = identity.closest.left
+        yield f"no lengths explain it: what comes nearest leaves {measured(left)} of the travel"
+        if left < NEAREST * identity.largest:
+            yield f"nearest: {explanation(identity.closest)}"
+        yield from other_kinds(study)
+
+
+def explanation(found: Explanation) -> str:
+    """Lengths and places that are off, with their sizes."""
+    places = (f"{p.point} is {MM * p.away:.4g} mm from where it should be on its link" for p in found.misplaced)
+    return " and ".join([*map(length, found.lengths), *places])
+
+
+def length(one: Length) -> str:
+    """'rod is 0.01 % too long: 325.0325 mm instead of 325 mm'."""
+    excess = one.excess
+    if excess is None:
+        return f"{one.name} is {MM * one.found:.6g} mm instead of 0 mm"
+    share = f"{rounded(100.0 * abs(excess), 2):g} % too {'long' if excess > 0.0 else 'short'}"
+    if one.name == ALL_LENGTHS:
+        return f"all lengths are {share if abs(excess) < FEW else f'{one.found:.4g} times those expected'}"
+    digits = max(6, 2 - math.floor(math.log10(abs(excess) or 1.0)) + 1)
+    return f"{one.name} is {share}: {MM * one.found:.{min(digits, 15)}g} mm instead of {MM * one.expected:.6g} mm"
+
+
+# -- runs ------------------------------------------------------------------------------------------------------------
+
+
+def own_settings(study: ModelStudy) -> str:
+    """The settings that the model comes with."""
+    has = study.model.settings
+    softness, impedance = (
+        ", ".join(f"{a:g} {b:g}" for a, b in pairs) or "none" for pairs in (has.closure_solref, has.closure_impedance)
+    )
+    return (
+        f"timestep {has.timestep:g} s, integrator {has.integrator}, solver {has.solver}, {has.iterations} iterations, "
+        f"tolerance {has.tolerance:g}; closures: solref {softness}, solimp {impedance}; gravity "
+        f"{' '.join(f'{g:g}' for g in has.gravity)}"
+    )
 
 
 def runs_table(study: ModelStudy) -> Table:
     """A row for each run: its largest errors and what they are."""
-    rows = [run_cells(study, run) for run in study.runs.values()]
+    rows = [
+        (label, quantity(run.steps_per_revolution, 5), *(measured(run.worst(q)) for q in QUANTITIES), _said(study, run))
+        for label, run in study.runs.items()
+    ]
     return table(("settings", *RIGHT, "verdict"), rows, RIGHT, "driven: largest error, normalised by L, ω L, ω² L")
+
+
+def _said(study: ModelStudy, run: JudgedRun) -> str:
+    if run.errors is None:
+        return f"{run.outcome.slug}: {run.reason}"
+    if run is study.own and study.tolerance:
+        return "OUT OF TOLERANCE" if study.exceeded() else "within tolerance"
+    return "contains what the drive changes" if run.label == OWN and run is not study.own else "measured"
+
+
+def drive(study: ModelStudy) -> Iterator[str]:
+    """Drive of the crank, and its share of the errors."""
+    own, identity, share = study.own, study.identity, study.drive_share
+    if own is None:
+        yield "not driven: it is too far off the machine for its runs to say anything"
+        return
+    yield (
+        f"crank driven by an armature of {quantity(own.armature, 3)} set in the compiled model: speed constant to "
+        f"{measured(own.ripple)}, crank angle off the nominal by {measured(own.phase)} rad"
+    )
+    if share is not None:
+        sizes = ", ".join(f"{name} {measured(size)}" for name, size in share.items())
+        yield f"with the solver tolerance at 0 the errors change by {sizes}: that is the drive's, not the model's"
+    elif EXACT_SOLVER in study.runs:
+        yield "what the drive changes is not known: a run did not complete"
+    else:
+        yield "the solver tolerance is 0 as it is: the drive takes nothing from it"
+    yield from (f"{preset}: {reason}" for preset, reason in study.refused.items())
+    if own.warnings:
+        yield "warnings of the engine: " + ", ".join(f"{name} {count}x" for name, count in own.warnings.items())
+    if left_out := [name for name in identity.off_by if name not in study.points]:
+        yield f"compared without {', '.join(left_out)}, which is not where it should be"
+    if identity.explanations:
+        yield "compared with the exact motion of the lengths that were found"
+    elif not study.is_machine and not identity.other_branch:
+        yield "the errors contain what the lengths do not explain"
+
+
+# -- the report ------------------------------------------------------------------------------------------------------
 
 
 def _page(part: Part[ModelStudy]) -> Page:
     study = part.findings
-    figure = Figure(
-        f"{part.name}-model", "Distance from the exact paths, and errors of the runs", partial(model_figure, study)
-    )
+    alt = "Distance from the exact paths, and errors of the runs"
+    figure = Figure(f"{part.name}-model", alt, partial(model_figure, study))
+    frame, wiring, paths, (settings, *_) = findings(study).values()
     text = rendered(
         "model", study=study, name=Path(study.file).name, verdict=verdict(study), figure=figure, command=part.command,
-        places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), frame=frame(study),
-        wiring=wiring(study), paths=paths(study), settings=own_settings(study), runs=runs_table(study),
-        drive=drive(study), own=OWN if EXACT_SOLVER in study.runs else "",
+        places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), frame=frame, wiring=wiring,
+        paths=paths, settings=settings, runs=runs_table(study), drive=list(drive(study)),
+        own=OWN if EXACT_SOLVER in study.runs else "",
     )  # fmt: skip
     return Page(text, (figure,))
 
 
 def _summary(study: ModelStudy) -> dict[str, Any]:
-    return {
-        "scene": study.scene_name,
-        "is_machine": study.is_machine,
-        "passed": study.passed,
-        "verdict": verdict(study),
-    }
+    passed = {"is_machine": study.is_machine, "passed": study.passed}
+    return {"scene": study.scene_name, **passed, "verdict": verdict(study)}
 
 
 def _index(index: Index[ModelStudy]) -> Page:

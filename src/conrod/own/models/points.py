@@ -10,9 +10,8 @@ import numpy as np
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.own.models.loading import element_id, listed, names_of
-from conrod.own.models.request import Place
+from conrod.own.models.request import KINDS, Place
 
-KINDS = ("site", "body", "geom")
 # XBODY is a body's frame; BODY would be its centre of gravity.
 OBJECTS = {
     "site": int(mujoco.mjtObj.mjOBJ_SITE),

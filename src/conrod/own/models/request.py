@@ -6,11 +6,14 @@ Lengths are in the model's own unit and frame, which are not known yet. Coordina
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome, Settings
+
+KINDS = ("site", "body", "geom")
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,32 @@ class Place:
 
     def __str__(self) -> str:
         return f"{self.kind}:{self.element}" if self.kind else self.element
+
+
+def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place, ...]:
+    """Parse the place of each point, "C=site:tip".
+
+    Args:
+        observed: names that points may have; any where there are none.
+
+    Raises:
+        InvalidInput: a point that is not written so, is unknown or given twice.
+    """
+    places: dict[str, Place] = {}
+    for text in texts:
+        name, equals, where = (part.strip() for part in text.partition("="))
+        if not equals or not name or not where:
+            raise InvalidInput(f"--point {text!r}: give it as {observed[0] if observed else 'NAME'}=site:SITE")
+        if observed and name not in observed:
+            raise unknown_choice("observed point", name, observed)
+        if name in places:
+            raise InvalidInput(f"--point {name}: given twice, as {str(places[name])!r} and {where!r}")
+        kind, colon, element = where.partition(":")
+        if colon and not element and kind not in KINDS:
+            raise unknown_choice("kind of element", kind, KINDS)
+        # A name may have a colon in it itself.
+        places[name] = Place(name, kind, element) if colon and kind in KINDS else Place(name, "", where)
+    return tuple(places.values())
 
 
 @dataclass(frozen=True)

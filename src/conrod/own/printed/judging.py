@@ -7,11 +7,11 @@ quantity leaves no room for the print.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from conrod.own.printed.printed import Item, Number
+from conrod.own.printed.printed import Item
 
 
 class Kind(StrEnum):
@@ -140,32 +140,35 @@ def judge(case: Case) -> Verdict:
 
     A systematic cause goes before a single number's cut: it leaves the document's habit of rounding as it is.
     """
-    return (
-        _agreement(case)
-        or _explained(case, case.causes, Kind.EXPLAINED)
-        or _explained(case, case.roundings, Kind.AFTER_ROUNDING)
-        or _cut(case)
-        or _contradiction(case)
-        or _explained(case, case.wrong_steps, Kind.WRONG_STEP)
-        or _read(case)
-        or _verdict(case, Kind.NOT_REPRODUCIBLE, case.why, _correct(case))
-    )
+    return next(_verdicts(case))
 
 
-def _agreement(case: Case) -> Verdict | None:
-    if case.exact is None or not case.item.number.is_rounding_of(case.exact):
-        return None
-    return _verdict(case, Kind.AGREES, case.why)
+def _verdicts(case: Case) -> Iterator[Verdict]:
+    number, exact, why = case.item.number, case.exact, case.why
+    right = None if exact is None or not case.certain else case.instead or number.like(exact)
+    if exact is not None and number.is_rounding_of(exact):
+        yield _verdict(case, Kind.AGREES, why)
+    yield from _explained(case, case.causes, Kind.EXPLAINED, right)
+    yield from _explained(case, case.roundings, Kind.AFTER_ROUNDING)
+    if exact is not None and number.is_cut_of(exact):
+        yield _verdict(case, Kind.AFTER_ROUNDING, f"{why}; further digits are cut off instead of rounded")
+    for neighbour in case.neighbours:
+        room = neighbour.within + 0.5 * number.last
+        supported = exact is None or abs(neighbour.value - exact) <= room
+        if abs(neighbour.value - number.value) > room and supported:
+            against = neighbour.value if exact is None else exact
+            reason = f"by {neighbour.text} it is {neighbour.value:.7g} +- {room:.2g}; {why}"
+            yield _verdict(case, Kind.MISPRINT, reason, case.instead or number.like(against), against)
+    yield from _explained(case, case.wrong_steps, Kind.WRONG_STEP, right)
+    if exact is not None and abs(number.value - exact) <= case.reading:
+        yield _verdict(case, Kind.AFTER_ROUNDING, f"{why}; measured from a drawing, good to {case.reading:.2g}")
+    yield _verdict(case, Kind.NOT_REPRODUCIBLE, why, right)
 
 
-def _cut(case: Case) -> Verdict | None:
-    if case.exact is None or not case.item.number.is_cut_of(case.exact):
-        return None
-    return _verdict(case, Kind.AFTER_ROUNDING, f"{case.why}; further digits are cut off instead of rounded")
-
-
-def _explained(case: Case, explanations: tuple[Explanation, ...], kind: Kind) -> Verdict | None:
-    """The first explanation that reproduces the print, if one does; a systematic cause has to do so without a cut."""
+def _explained(
+    case: Case, explanations: tuple[Explanation, ...], kind: Kind, right: str | None = None
+) -> Iterator[Verdict]:
+    """Explanations that reproduce the print; a systematic cause has to do so without a cut."""
     number = case.item.number
     for one in explanations:
         rounded = number.is_rounding_of(one.value) or abs(number.value - one.value) <= one.within
@@ -173,33 +176,7 @@ def _explained(case: Case, explanations: tuple[Explanation, ...], kind: Kind) ->
             how = "" if rounded else ", cut off"
             # A value that is nothing in the printed digits by far is rounding noise.
             value = one.value if abs(one.value) > 1e-9 * number.last else 0.0
-            right = None if kind is Kind.AFTER_ROUNDING else _correct(case)
-            return _verdict(case, kind, f"{one.text} gives {value:.7g}{how}; {case.why}", right, cause=one.text)
-    return None
-
-
-def _contradiction(case: Case) -> Verdict | None:
-    number = case.item.number
-    for neighbour in case.neighbours:
-        room = neighbour.within + 0.5 * number.last
-        supported = case.exact is None or abs(neighbour.value - case.exact) <= room
-        if abs(neighbour.value - number.value) > room and supported:
-            right = neighbour.value if case.exact is None else case.exact
-            reason = f"by {neighbour.text} it is {neighbour.value:.7g} +- {room:.2g}; {case.why}"
-            return _verdict(case, Kind.MISPRINT, reason, case.instead or number.like(right), right)
-    return None
-
-
-def _read(case: Case) -> Verdict | None:
-    if case.exact is None or abs(case.item.number.value - case.exact) > case.reading:
-        return None
-    return _verdict(case, Kind.AFTER_ROUNDING, f"{case.why}; measured from a drawing, good to {case.reading:.2g}")
-
-
-def _correct(case: Case) -> str | None:
-    if case.exact is None or not case.certain:
-        return None
-    return case.instead or case.item.number.like(case.exact)
+            yield _verdict(case, kind, f"{one.text} gives {value:.7g}{how}; {case.why}", right, cause=one.text)
 
 
 def _verdict(
@@ -211,16 +188,13 @@ def _verdict(
     cause: str | None = None,
 ) -> Verdict:
     item, number, exact = case.item, case.item.number, case.exact
-    against = exact if right is None else right
+    against, off = exact if right is None else right, None
+    if against is not None and should_be is not None:
+        # As a share of the right value; of the print where that is zero in the printed digits.
+        of = abs(against) if abs(against) >= 0.5 * number.last else abs(number.value)
+        off = abs(number.value - against) / (of or 1.0)
     difference = None if exact is None else (number.value - exact) / number.last
-    off = None if against is None or should_be is None else _share(number, against)
     return Verdict(
         item.document, item.place, item.line, item.quantity, item.condition, item.unit, number.text, exact,
         difference, kind, reason, should_be, off, cause,
     )  # fmt: skip
-
-
-def _share(number: Number, right: float) -> float:
-    """Error of a print as a share of the right value; of itself where that is zero in the printed digits."""
-    of = abs(right) if abs(right) >= 0.5 * number.last else abs(number.value)
-    return abs(number.value - right) / (of or 1.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cache
@@ -23,6 +23,7 @@ from conrod.scenes import Scene
 
 NEEDED = ("scene", "quantity", "angle_deg", "printed", "unit")
 OPTIONAL = ("parameters", "document", "table", "row", "equation", "place", "line")
+COLUMNS = (*NEEDED, *OPTIONAL)
 UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
 AXES = ("x", "y", "size")
 MINUS = "\u2212"  # as typeset text has it
@@ -69,15 +70,11 @@ def values(rows: Sequence[Row], angles: Array) -> Array:
     Args:
         rows: N of one group.
     """
-    scene = rows[0].scene
-    found = np.full(len(rows), np.nan)
-    there = np.ones(len(rows), dtype=bool)
-    span = scene.mechanism().driver.span
-    if span is not None:
-        there = (angles >= span[0] - BREAK_WIDTH) & (angles <= span[1] + BREAK_WIDTH)
+    scene, axis, found = rows[0].scene, rows[0].axis, np.full(len(rows), np.nan)
+    low, high = scene.mechanism().driver.span or (-np.inf, np.inf)
+    there = (angles >= low - BREAK_WIDTH) & (angles <= high + BREAK_WIDTH)
     if there.any():
         vectors = getattr(scene.motion(angles[there], scene.speed).point(rows[0].point), rows[0].derivative)
-        axis = rows[0].axis
         found[there] = np.hypot(*vectors.T) if axis == "size" else vectors[:, AXES.index(axis)]
     return np.asarray(found * np.array([row.factor for row in rows]))
 
@@ -100,90 +97,78 @@ def read_rows(name: str, text: str, scene_of: Callable[[str], Scene]) -> list[Ro
     Raises:
         InvalidInput: the table or a row cannot be used; names the row, the field and what is wanted.
     """
-    lines = text.lstrip("\ufeff").splitlines()
-    settings, first = _settings(name, lines)
-    known = cache(scene_of)
-    rows = []
     try:
-        for number, fields in _fields(name, lines, first, settings):
-            try:
-                rows.append(_row(name, number, fields, known))
-            except InvalidInput as error:
-                raise InvalidInput(f"{name}, row {number}: {error}") from None
-            if len(rows) > LARGEST_TABLE:
-                raise InvalidInput(f"{name}: more than {LARGEST_TABLE} rows")
+        rows = list(_rows(name, text.lstrip("\ufeff").splitlines(), cache(scene_of)))
+        if not rows:
+            raise InvalidInput("no rows below the heading")
+        return sorted(
+            (row for group in grouped(rows, lambda row: row.group) for row in _solved(group)),
+            key=lambda row: row.number,
+        )
     except csv.Error as error:
         raise InvalidInput(f"{name}: not a table in CSV ({error})") from None
-    if not rows:
-        raise InvalidInput(f"{name}: no rows below the heading")
-    solved = [row for group in grouped(rows, lambda row: row.group) for row in _solved(name, group)]
-    return sorted(solved, key=lambda row: row.number)
+    except InvalidInput as error:
+        raise InvalidInput(f"{name}: {error}") from None
 
 
-def _solved(name: str, group: Sequence[Row]) -> Iterator[Row]:
+def _rows(name: str, lines: Sequence[str], scene_of: Callable[[str], Scene]) -> Iterator[Row]:
+    settings, first = _settings(lines)
+    for count, (number, fields) in enumerate(_fields(lines, first, settings)):
+        if count == LARGEST_TABLE:
+            raise InvalidInput(f"more than {LARGEST_TABLE} rows")
+        try:
+            yield _row(name, number, fields, scene_of)
+        except InvalidInput as error:
+            raise InvalidInput(f"row {number}: {error}") from None
+
+
+def _solved(group: Sequence[Row]) -> Iterator[Row]:
     """Rows of one group with their exact values, all worked out together."""
     for row, exact in zip(group, values(group, np.radians([row.degrees for row in group])), strict=True):
         if math.isnan(exact):
             first, last = np.degrees(row.scene.mechanism().driver.span or (0.0, 0.0))
-            raise InvalidInput(
-                f"{name}, row {row.number}: angle_deg = {row.degrees:g}: {row.item.mechanism} is driven from {first:g} "
-                f"to {last:g} deg"
-            )
+            given = f"row {row.number}: angle_deg = {row.degrees:g}"
+            raise InvalidInput(f"{given}: {row.item.mechanism} is driven from {first:g} to {last:g} deg")
         yield replace(row, exact=float(exact))
 
 
-def _settings(name: str, lines: Sequence[str]) -> tuple[dict[str, str], int]:
+def _settings(lines: Sequence[str]) -> tuple[dict[str, str], int]:
     """Values for all rows from the lines at the top that begin with #, and how many lines those are."""
     settings: dict[str, str] = {}
     for count, line in enumerate(lines):
         if not line.startswith("#") and line.strip():
             return settings, count
-        found = SETTING.fullmatch(line.strip())
-        if found:
-            column = found.group(1)
-            if column not in (*NEEDED, *OPTIONAL):
-                given = unknown_choice("column", column, (*NEEDED, *OPTIONAL))
-                raise InvalidInput(f"{name}, row {count + 1}: {given}")
-            settings[column] = found.group(2).strip()
+        if found := SETTING.fullmatch(line.strip()):
+            if found.group(1) not in COLUMNS:
+                raise InvalidInput(f"row {count + 1}: {unknown_choice('column', found.group(1), COLUMNS)}")
+            settings[found.group(1)] = found.group(2).strip()
     return settings, len(lines)
 
 
-def _fields(
-    name: str, lines: Sequence[str], first: int, settings: Mapping[str, str]
-) -> Iterator[tuple[int, dict[str, str]]]:
+def _fields(lines: Sequence[str], first: int, settings: Mapping[str, str]) -> Iterator[tuple[int, dict[str, str]]]:
     """Number of the line and values by column of each row that is not empty."""
-    reader = csv.DictReader(lines[first:], delimiter=_delimiter(lines[first] if first < len(lines) else ""))
+    # Where decimals have the comma, fields are apart by semicolons or tabs.
+    heading = lines[first] if first < len(lines) else ""
+    reader = csv.DictReader(lines[first:], delimiter=max(",;\t", key=heading.count))
     names = reader.fieldnames or ()
     for column in names:
         # A remark of one's own may have a column; a slip of the pen in a name would be passed over in silence.
-        if column not in (*NEEDED, *OPTIONAL) and get_close_matches(column.casefold(), (*NEEDED, *OPTIONAL)):
-            raise InvalidInput(f"{name}: {unknown_choice('column', column, (*NEEDED, *OPTIONAL))}")
+        if column not in COLUMNS and get_close_matches(column.casefold(), COLUMNS):
+            raise unknown_choice("column", column, COLUMNS)
+        if list(names).count(column) > 1:
+            raise InvalidInput(f"column {column!r} stands there twice")
     for column in NEEDED:
         if column not in names and column not in settings:
             raise InvalidInput(
-                f"{name}: no column {column!r}; give {', '.join(NEEDED)} (and {', '.join(OPTIONAL)}), as a column or "
-                f"in a line '# {column}: value' above the heading"
+                f"no column {column!r}; give {', '.join(NEEDED)} (and {', '.join(OPTIONAL)}), as a column or in a line "
+                f"'# {column}: value' above the heading"
             )
-    if len(set(names)) < len(names):
-        twice = next(column for column in names if list(names).count(column) > 1)
-        raise InvalidInput(f"{name}: column {twice!r} stands there twice")
-    for values in reader:
+    for fields in reader:
         number = first + reader.line_num
-        if None in values:
-            raise InvalidInput(f"{name}, row {number}: more fields than the heading; put one with a comma in quotes")
-        own = {column: (value or "").strip() for column, value in values.items()}
-        given = {column: value for column, value in own.items() if value or column not in settings}
-        yield number, {**settings, **given}
-
-
-def _delimiter(heading: str) -> str:
-    """The separator of fields: a semicolon or a tab where decimals have the comma."""
-    return max(",;\t", key=heading.count)
-
-
-def _degrees(text: str) -> float:
-    """An angle, of either decimal mark."""
-    return parse_quantity("angle_deg", text.replace(",", ".") if DIGITS.fullmatch(text) else text, "")
+        if None in fields:
+            raise InvalidInput(f"row {number}: more fields than the heading; put one with a comma in quotes")
+        own = {column: (value or "").strip() for column, value in fields.items()}
+        yield number, own | {column: value for column, value in settings.items() if not own.get(column)}
 
 
 def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[str], Scene]) -> Row:
@@ -192,15 +177,17 @@ def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[
             raise InvalidInput(f"{column}: nothing is given")
     scene = _with(scene_of(fields["scene"]), fields.get("parameters", ""))
     point, derivative, axis = _quantity(scene, fields["quantity"])
-    degrees = _degrees(fields["angle_deg"])
+    angle, unit = fields["angle_deg"], fields["unit"]
+    degrees = parse_quantity("angle_deg", angle.replace(",", ".") if DIGITS.fullmatch(angle) else angle, "")
     check_number("angle_deg", degrees, -LARGEST_ANGLE, LARGEST_ANGLE, "deg")
     line = fields.get("line", "") or str(number)
     if not (line.isascii() and line.isdecimal() and len(line) < 10):
         raise InvalidInput(f"line = {line!r} is not a line number")
-    document = fields.get("document", "") or name
-    item = Item(document, "", _place(fields), int(line), fields["quantity"], f"{degrees:g} deg",
-                Number(fields["printed"].replace(MINUS, "-")), fields["unit"], fields["scene"])  # fmt: skip
-    return Row(number, item, scene, point, derivative, axis, degrees, _factor(item.unit, derivative))
+    named = [f"{column} {fields[column]}" for column in ("table", "row", "equation") if fields.get(column)]
+    place = ", ".join(filter(None, [fields.get("place", ""), *named]))
+    document, printed = fields.get("document", "") or name, Number(fields["printed"].replace(MINUS, "-"))
+    item = Item(document, "", place, int(line), fields["quantity"], f"{degrees:g} deg", printed, unit, fields["scene"])
+    return Row(number, item, scene, point, derivative, axis, degrees, _factor(unit, derivative))
 
 
 @cache
@@ -209,38 +196,29 @@ def _factor(unit: str, derivative: str) -> float:
     return 1.0 / parse_quantity("unit", f"1 {unit}", UNITS[derivative])
 
 
-def _place(fields: Mapping[str, str]) -> str:
-    """Place of the value, from whichever columns name it."""
-    parts = [f"{column} {fields[column]}" for column in ("table", "row", "equation") if fields.get(column)]
-    return ", ".join(filter(None, [fields.get("place", ""), *parts]))
-
-
 def _with(scene: Scene, text: str) -> Scene:
     """The scene with the parameters of a row, "crank=32.5mm; rod=390mm"."""
-    values = {}
-    facts = scene.parameter_facts()
+    changed, facts = {}, scene.parameter_facts()
     for part in filter(None, (part.strip() for part in text.split(";"))):
-        name, equals, value = part.partition("=")
+        name, equals, value = (word.strip() for word in part.partition("="))
         if not equals:
             raise InvalidInput(f"parameters = {part!r}: give name=value, several apart by ;")
-        if name.strip() not in facts:
-            raise unknown_choice("parameter", name.strip(), facts)
-        values[name.strip()] = parse_quantity(name.strip(), value, facts[name.strip()].unit)
-    return scene.with_parameters(**values) if values else scene
+        if name not in facts:
+            raise unknown_choice("parameter", name, facts)
+        changed[name] = parse_quantity(name, value, facts[name].unit)
+    return scene.with_parameters(**changed) if changed else scene
 
 
 def _quantity(scene: Scene, text: str) -> tuple[str, str, str]:
+    """Point, derivative and axis in the words of a row."""
     words = text.split()
     if len(words) != 3:
         raise InvalidInput(
             f"quantity = {text!r}: give a point, {'/'.join(UNITS)} and {'/'.join(AXES)}, like 'G velocity y'"
         )
-    point, derivative, axis = words
-    for kind, given, choices in (
-        ("point", point, scene.lengths),
-        ("quantity", derivative, UNITS),
-        ("axis", axis, AXES),
-    ):
+    known: dict[str, Collection[str]] = {"point": scene.lengths, "quantity": UNITS, "axis": AXES}
+    for given, (kind, choices) in zip(words, known.items(), strict=True):
         if given not in choices:
             raise unknown_choice(kind, given, choices)
+    point, derivative, axis = words
     return point, derivative, axis
