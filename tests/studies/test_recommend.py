@@ -17,11 +17,17 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import pursue
 from conrod.studies.frame.timing import Timing
-from conrod.studies.recommend.recommendation import Recommendation, Refusal, savings_of
-from conrod.studies.recommend.study import check_tolerances, recommend_for
+from conrod.studies.recommend.study import (
+    Choice,
+    Recommendation,
+    Refusal,
+    check_tolerances,
+    recommend_for,
+    savings_of,
+)
 from conrod.studies.sweep.plan import plan_sweep
 
-SAW = SCENES["saw-500rpm"]
+SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
 
 
 class PretendedRuns:
@@ -68,7 +74,7 @@ def test_the_coarsest_step_that_does_is_found_between_those_of_the_grid() -> Non
     answer = recommended(PretendedRuns(second_order, per_step), position=1e-4)
     assert isinstance(answer, Recommendation)
     # sqrt(40 / 1e-4) = 632 steps would just do; the error is aimed at 1.25 times below what is allowed.
-    assert answer.case.settings.steps_per_revolution == 4 * math.ceil(math.sqrt(1.25 * 40.0 / 1e-4) / 4)
+    assert answer.choice.case.settings.steps_per_revolution == 4 * math.ceil(math.sqrt(1.25 * 40.0 / 1e-4) / 4)
     assert 1.25 <= answer.margin < 1.3
 
 
@@ -77,15 +83,14 @@ def test_the_cheapest_is_chosen_by_cost_and_not_by_steps() -> None:
         return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
 
     answer = recommended(PretendedRuns(second_order, cost), position=1e-4)
-    assert answer.case.settings.iterations == 1
+    assert answer.choice.case.settings.iterations == 1
 
 
 def test_all_tolerances_have_to_be_met() -> None:
     runs = PretendedRuns(second_order, per_step)
     alone = recommended(runs, position=1e-4)
     both = recommended(runs, position=1e-4, acceleration=1e-6)
-    assert both.case.settings.steps_per_revolution > 5 * alone.case.settings.steps_per_revolution
-    assert set(both.errors) == {"position", "acceleration"}
+    assert both.choice.case.settings.steps_per_revolution > 5 * alone.choice.case.settings.steps_per_revolution
 
 
 @pytest.mark.parametrize("what", ["start", "revolutions", "slower", "faster"])
@@ -108,9 +113,9 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) 
         return cell.settings.steps_per_revolution * float(cell.settings.as_dict()["iterations"])
 
     answer = recommended(PretendedRuns(error, cost), position=1e-4)
-    assert answer.case.settings.iterations == 3
-    assert {"1 iterations" in rejected.rule for rejected in answer.rejected} == {True}
-    assert all(confirmation.held for confirmation in answer.confirmations)
+    assert answer.choice.case.settings.iterations == 3
+    assert {"1 iterations" in rejected.choice.swept.rule.name for rejected in answer.rejected} == {True}
+    assert all(one.excess({"position": 1e-4}) <= 1.0 for one in answer.confirmations)
     assert len(answer.confirmations) == 4
 
 
@@ -124,8 +129,8 @@ def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> No
     # At 2000 steps the error is 1e-5: it just does in the grid, and there is no room for a step in between.
     answer = recommended(PretendedRuns(error, per_step), position=1.05e-5)
     assert isinstance(answer, Recommendation)
-    assert answer.case.settings.steps_per_revolution == 4000
-    assert {rejected.steps_per_revolution for rejected in answer.rejected} == {2000}
+    assert answer.choice.case.settings.steps_per_revolution == 4000
+    assert {rejected.choice.steps for rejected in answer.rejected} == {2000}
 
 
 def test_what_is_out_of_tolerance_in_the_grid_alone_is_not_chosen() -> None:
@@ -136,7 +141,7 @@ def test_what_is_out_of_tolerance_in_the_grid_alone_is_not_chosen() -> None:
         return second_order(cell) * (1.0 if elsewhere else 1.2)
 
     answer = recommended(PretendedRuns(error, per_step), position=1.05e-5)
-    assert answer.case.settings.steps_per_revolution > 2000
+    assert answer.choice.case.settings.steps_per_revolution > 2000
     assert answer.margin >= 1.0
 
 
@@ -146,7 +151,7 @@ def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
 
     answer = recommended(PretendedRuns(error, per_step), position=1e-4)
     assert isinstance(answer, Refusal)
-    assert all("exploded" in {one.outcome for one in rejected.why} for rejected in answer.rejected)
+    assert all("exploded" in {one.measurement.outcome for one in rejected.why} for rejected in answer.rejected)
 
 
 def test_confirming_runs_are_none_of_the_grid() -> None:
@@ -155,14 +160,15 @@ def test_confirming_runs_are_none_of_the_grid() -> None:
     grid = {cell.key for cell in plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default").grid_cases}
     others = [c for c in runs.ran if c.start_angle or c.revolutions != 2.0 or c.scene.speed != SAW.speed]
     assert len({c.key for c in others} - grid) == 4
-    assert answer.case.key not in {c.key for c in others}
+    assert answer.choice.case.key not in {c.key for c in others}
 
 
 def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> None:
     answer = recommended(PretendedRuns(second_order, per_step), position=1e-3, acceleration=1e-9)
     assert isinstance(answer, Refusal)
-    assert answer.steps_per_revolution == 20000
-    assert answer.excess == {"acceleration": pytest.approx(40.0 / 20000**2 / 1e-9)}
+    assert answer.nearest.steps == 20000
+    assert answer.nearest.excess({"acceleration": 1e-9}) == pytest.approx(40.0 / 20000**2 / 1e-9)
+    assert answer.nearest.excess({"position": 1e-3}) < 1.0
 
 
 def test_where_no_run_completes_that_is_said() -> None:
@@ -182,12 +188,13 @@ def test_where_nothing_can_be_timed_that_is_said() -> None:
 def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
     cells = [RunCase("saw-500rpm", SAW, engine_named("pymunk").presets["stock"](SAW, n)) for n in (100, 1000, 10000)]
     runs = PretendedRuns(lambda cell: 1.0 / cell.settings.steps_per_revolution, per_step)
-    found, timings = runs.run(cells), runs.time(cells)
-    mine = PretendedRuns(lambda _: 1e-6, per_step).run(cells[1:2])[cells[1].key]
-    saved = savings_of(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-4})
+    found, timings, rule = runs.run(cells), runs.time(cells), plan_sweep("saw-500rpm", SAW, [PYMUNK], "coarse").rules[0]
+    stock = [Choice(found[cell.key], rule, cell) for cell in cells]
+    mine = Choice(PretendedRuns(lambda _: 1e-6, per_step).run(cells[1:2])[cells[1].key], rule, cells[1])
+    saved = savings_of(mine, stock, timings, {"position": 1e-4})
     assert saved.digits["position"] == pytest.approx(3.0)
     assert saved.cost_factor == pytest.approx(10.0)
-    assert savings_of(mine, timings[cells[1].key], cells, found, timings, {"position": 1e-5}).cost_factor is None
+    assert savings_of(mine, stock, timings, {"position": 1e-5}).cost_factor is None
 
 
 @pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20])

@@ -3,74 +3,73 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
-from conrod.engines.engine import STOCK
-from conrod.studies.recommend.recommendation import Confirmation, Groups, Recommendation, Refusal, Rejected
+from conrod.engines.engine import CUSTOM, STOCK
+from conrod.exact.dynamics.inverse import mass_ratio
+from conrod.exact.linkage.transmission import least_transmission_angle
+from conrod.studies.frame.run import RunCase
+from conrod.studies.recommend.study import Answer, Choice, Recommendation, Refusal, Rejected
 
-
-def answer_lines(found: Recommendation | Refusal, allowed: Mapping[str, float]) -> list[str]:
-    """Lines on the answer for one engine.
-
-    Args:
-        allowed: largest error by quantity.
-    """
-    return _recommended(found, allowed) if isinstance(found, Recommendation) else _refused(found, allowed)
+Allowed = Mapping[str, float]  # largest error by quantity
 
 
-def _recommended(found: Recommendation, allowed: Mapping[str, float]) -> list[str]:
-    preset = f" (the preset {found.preset!r})" if found.preset else ""
-    timing = found.timing
-    return [
-        f"{found.engine}: {found.rule}, {found.case.settings.steps_per_revolution} steps per revolution{preset}",
-        f"  largest errors: {_errors_allowed(found.errors, allowed)}; margin {found.margin:.2g}",
-        f"  cost: {1e3 * timing.seconds_per_revolution:.3g} ms of CPU time a revolution on this machine, "
-        f"as much as {timing.ratio:.3g} steps of the engine's reference loop",
-        f"  confirmed: {'; '.join(f'{c.what} {_errors(c.errors or {})}' for c in found.confirmations)}",
-        *_rejected(found.rejected),
-        *_savings(found, allowed),
-        f"  depends on: {_groups(found.groups)}",
-        "  to paste:",
-        *(f"    {line}" for line in found.paste.splitlines()),
-    ]
+def answer_lines(found: Answer, allowed: Allowed) -> list[str]:
+    """Lines on the answer for one engine."""
+    return list(_recommended(found, allowed) if isinstance(found, Recommendation) else _refused(found, allowed))
 
 
-def _refused(found: Refusal, allowed: Mapping[str, float]) -> list[str]:
+def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
+    choice, timing, settings = found.choice, found.timing, found.choice.case.settings
+    preset = "" if settings.preset == CUSTOM else f" (the preset {settings.preset!r})"
+    yield f"{choice.swept.engine.name}: {_setting(choice)}{preset}"
+    yield f"  largest errors: {_errors_allowed(choice, allowed)}; margin {found.margin:.2g}"
+    yield (
+        f"  cost: {1e3 * timing.seconds_per_revolution:.3g} ms of CPU time a revolution on this machine, as much as "
+        f"{timing.ratio:.3g} steps of the engine's reference loop"
+    )
+    confirmed = [f"{one.what} {_errors(one.errors(allowed))}" for one in found.confirmations]
+    yield f"  confirmed: {'; '.join(confirmed)}"
+    yield from _rejected(found.rejected, allowed)
+    yield _savings(found, allowed)
+    yield f"  depends on: {_groups(choice.case)}"
+    yield "  to paste:"
+    yield from (f"    {line}" for line in found.paste.splitlines())
+
+
+def _refused(found: Refusal, allowed: Allowed) -> Iterator[str]:
     if found.why:
-        return [f"{found.engine}: nothing qualifies: {found.why}"]
-    over = ", ".join(f"{q} is {x:.3g} times what is allowed" for q, x in found.excess.items())
-    nearest = f"{found.rule}, {found.steps_per_revolution} steps per revolution"
-    return [
-        f"{found.engine}: nothing qualifies: {over or 'what the grid allows was not confirmed'}",
-        f"  nearest: {nearest}: {_errors_allowed(found.errors, allowed)}",
-        *_rejected(found.rejected),
-    ]
+        yield f"{found.engine}: nothing qualifies: {found.why}"
+        return
+    excess = {q: error / allowed[q] for q, error in found.nearest.errors(allowed).items() if error > allowed[q]}
+    over = ", ".join(f"{q} is {x:.3g} times what is allowed" for q, x in excess.items())
+    yield f"{found.engine}: nothing qualifies: {over or 'what the grid allows was not confirmed'}"
+    yield f"  nearest: {_setting(found.nearest)}: {_errors_allowed(found.nearest, allowed)}"
+    yield from _rejected(found.rejected, allowed)
 
 
-def _errors(errors: Mapping[str, float]) -> str:
-    return ", ".join(f"{q} {e:.1e}" for q, e in errors.items())
+def _setting(choice: Choice) -> str:
+    return f"{choice.swept.rule.name}, {choice.steps} steps per revolution"
 
 
-def _errors_allowed(errors: Mapping[str, float], allowed: Mapping[str, float]) -> str:
-    return ", ".join(f"{q} {e:.1e} (allowed {allowed[q]:g})" for q, e in errors.items())
+def _errors(errors: Allowed) -> str:
+    return ", ".join(f"{q} {error:.1e}" for q, error in errors.items())
 
 
-def _rejected(rejected: Sequence[Rejected]) -> list[str]:
-    return [
-        f"  cheaper, but not confirmed: {r.rule}, {r.steps_per_revolution} steps per revolution "
-        f"({'; '.join(_lost(one) for one in r.why)})"
-        for r in rejected
-    ]
+def _errors_allowed(choice: Choice, allowed: Allowed) -> str:
+    return ", ".join(f"{q} {e:.1e} (allowed {allowed[q]:g})" for q, e in choice.errors(allowed).items())
 
 
-def _lost(confirmation: Confirmation) -> str:
-    return f"{confirmation.what}: {_errors(confirmation.errors) if confirmation.errors else confirmation.outcome}"
+def _rejected(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:
+    for one in rejected:
+        lost = "; ".join(f"{c.what}: {_errors(c.errors(allowed)) or c.measurement.outcome}" for c in one.why)
+        yield f"  cheaper, but not confirmed: {_setting(one.choice)} ({lost})"
 
 
-def _savings(found: Recommendation, allowed: Mapping[str, float]) -> list[str]:
+def _savings(found: Recommendation, allowed: Allowed) -> str:
     savings, words = found.savings, list[str]()
-    if found.preset == STOCK:
-        return ["  these are the stock settings"]
+    if found.choice.case.settings.preset == STOCK:
+        return "  these are the stock settings"
     for quantity, digits in savings.digits.items():
         none = f"no stock run is as cheap ({quantity})"
         words.append(none if digits is None else f"{digits:+.1f} digits of {quantity} at equal cost")
@@ -79,15 +78,18 @@ def _savings(found: Recommendation, allowed: Mapping[str, float]) -> list[str]:
     else:
         best = _errors({q: e for q, e in savings.best.items() if e > allowed[q]})
         words.append("stock settings never get there" + (f" (at best {best})" if best else ""))
-    return [f"  against stock: {'; '.join(words)}"]
+    return f"  against stock: {'; '.join(words)}"
 
 
-def _groups(groups: Groups) -> str:
+def _groups(case: RunCase) -> str:
+    """Dimensionless groups that a setting depends on, free of size, mass and speed."""
+    mechanism = case.scene.kinematics.mechanism
+    constant = abs(case.scene.speed) * case.settings.time_constant(bool(mechanism.cam_contacts))
+    angle = least_transmission_angle(case.scene.kinematics)
     words = [
-        f"{groups.steps_per_revolution} steps per revolution",
-        f"omega x time constant = {groups.time_constant:.3g}",
-        f"mass ratio = {groups.mass_ratio:.3g}",
+        f"{case.settings.steps_per_revolution} steps per revolution",
+        f"omega x time constant = {constant:.3g}",
+        f"mass ratio = {mass_ratio(mechanism):.3g}",
+        *([] if angle is None else [f"least transmission angle = {math.degrees(angle):.1f} deg"]),
     ]
-    if groups.transmission_angle is not None:
-        words.append(f"least transmission angle = {math.degrees(groups.transmission_angle):.1f} deg")
     return ", ".join(words)

@@ -4,26 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
-from conrod.engines import Engine
+import numpy as np
+
 from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
-from conrod.engines.engine import CUSTOM, STOCK
+from conrod.engines.engine import STOCK
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.scenes import Scene
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.study import Study
-from conrod.studies.recommend.recommendation import (
-    Confirmation,
-    Recommendation,
-    Refusal,
-    Rejected,
-    groups_of,
-    savings_of,
-)
+from conrod.studies.frame.study import Results, Study
+from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.plan import RulePlan, SweepPlan
 from conrod.studies.sweep.study import Clock
 
@@ -38,21 +30,101 @@ MORE_REVOLUTIONS = 5.0
 OTHER_SPEEDS = (0.9, 1.1)
 
 Tolerances = Mapping[str, float]  # largest normalised error by quantity
-Answer = Recommendation | Refusal
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """A setting within the tolerances."""
+class Tried:
+    """A run that a choice rests on."""
+
+    measurement: Measurement
+
+    def errors(self, allowed: Tolerances) -> dict[str, float]:
+        """Largest error of each quantity that a tolerance was given for; none unless the run completed."""
+        return {q: error for q in allowed if (error := self.measurement.largest(q)) is not None}
+
+    def excess(self, allowed: Tolerances) -> float:
+        """Largest error over what is allowed; infinite unless the run completed."""
+        return max((error / allowed[q] for q, error in self.errors(allowed).items()), default=math.inf)
+
+
+@dataclass(frozen=True)
+class Choice(Tried):
+    """A setting of an engine's grid, or between two of its steps."""
 
     swept: RulePlan
     case: RunCase
-    measurement: Measurement
 
     @property
     def steps(self) -> int:
         """Steps per revolution."""
         return self.case.settings.steps_per_revolution
+
+
+@dataclass(frozen=True)
+class Confirmation(Tried):
+    """A run that the grid does not contain, and what is other about it."""
+
+    what: str
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A cheaper setting that the grid's runs allow and a confirming run does not."""
+
+    choice: Choice
+    why: tuple[Confirmation, ...]
+
+
+@dataclass(frozen=True)
+class Savings:
+    """A setting beside the stock ones at all steps of the grid, by quantity where it is a mapping.
+
+    Attributes:
+        digits: decimal digits gained at equal cost; None where no stock run is as cheap as this.
+        best: least error that any stock run reaches; empty where none completed.
+        cost_factor: cost of the cheapest stock run within all tolerances over this one's; None where there is none.
+    """
+
+    digits: Mapping[str, float | None]
+    best: Mapping[str, float]
+    cost_factor: float | None
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The cheapest confirmed setting of one engine.
+
+    Attributes:
+        margin: least of allowed over found.
+        paste: the setting as lines for a model or a program; the reason where the engine gives none.
+    """
+
+    choice: Choice
+    margin: float
+    timing: Timing
+    confirmations: tuple[Confirmation, ...]
+    rejected: tuple[Rejected, ...]
+    savings: Savings
+    paste: str
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """No setting of one engine qualifies.
+
+    Attributes:
+        nearest: of the grid.
+        rejected: settings that the grid allows.
+        why: in words where nothing completed, or could be timed.
+    """
+
+    engine: str
+    nearest: Choice
+    rejected: tuple[Rejected, ...]
+    why: str = ""
+
+
+Answer = Recommendation | Refusal
 
 
 def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]:
@@ -87,88 +159,72 @@ def recommend_for(plan: SweepPlan, allowed: Tolerances, time: Clock) -> Study[li
     return answers
 
 
-def _for_engine(
-    rules: Sequence[RulePlan], measured: Mapping[str, Measurement], allowed: Tolerances, time: Clock
-) -> Study[Answer]:
-    found = yield from _candidates(rules, measured, allowed)
+def _for_engine(rules: Sequence[RulePlan], measured: Results, allowed: Tolerances, time: Clock) -> Study[Answer]:
+    grid = [[Choice(measured[case.key], rule, case) for case in rule.cases] for rule in rules]
+    found = yield from _candidates(grid, allowed)
     waiting = {candidate.case.key: candidate for candidate in found}
     timings = dict(time([candidate.case for candidate in waiting.values()]))
-    if found and not timings:
-        clock = capability(rules[0].engine, Timed)
-        why = clock.reason if isinstance(clock, Lacking) else "nothing within the tolerances could be timed"
-        return Refusal(rules[0].engine.name, "", 0, {}, {}, (), why)
     rejected: list[Rejected] = []
     # What cannot be timed cannot be called the cheapest.
-    while waiting := {key: c for key, c in waiting.items() if key in timings}:
+    while timings and (waiting := {key: c for key, c in waiting.items() if key in timings}):
         candidate = waiting.pop(min(waiting, key=lambda key: timings[key].ratio))
-        confirmations = yield from _confirmed(candidate, allowed)
-        lost = tuple(one for one in confirmations if not one.held)
+        confirmations = yield from _confirmed(candidate)
+        lost = tuple(one for one in confirmations if one.excess(allowed) > 1.0)
         if not lost:
-            return _recommendation(candidate, rules, measured, allowed, time, confirmations, tuple(rejected))
-        rejected.append(Rejected(candidate.swept.rule.name, candidate.steps, lost))
-        finer = _next_finer(candidate, measured, allowed)
-        if finer is not None and finer.case.key not in waiting:
-            waiting[finer.case.key] = finer
-            timings |= time([finer.case])
-    return _refusal(rules, measured, allowed, tuple(rejected))
+            return _recommendation(candidate, grid, allowed, time, confirmations, tuple(rejected))
+        rejected.append(Rejected(candidate, lost))
+        # The next finer step of the same rule that the grid has within tolerance.
+        own = next(choices for choices in grid if choices[0].swept is candidate.swept)
+        finer = [one for one in own if one.steps > candidate.steps and one.excess(allowed) <= 1.0]
+        if finer and finer[0].case.key not in waiting:
+            waiting[finer[0].case.key] = finer[0]
+            timings |= time([finer[0].case])
+    nearest, why = min((one for own in grid for one in own), key=lambda one: one.excess(allowed)), ""
+    if nearest.measurement.errors is None:
+        why = "no run of the grid completed"
+    elif found and not timings:
+        clock = capability(rules[0].engine, Timed)
+        why = clock.reason if isinstance(clock, Lacking) else "nothing within the tolerances could be timed"
+    return Refusal(rules[0].engine.name, nearest, tuple(rejected), why)
 
 
 # -- candidates ------------------------------------------------------------------------------------------------------
 
 
-def excess(measurement: Measurement, allowed: Tolerances) -> float:
-    """Largest error over what is allowed; infinite unless the run completed."""
-    found = [(measurement.largest(quantity), limit) for quantity, limit in allowed.items()]
-    return max(math.inf if error is None else error / limit for error, limit in found)
-
-
-def _candidates(
-    rules: Sequence[RulePlan], measured: Mapping[str, Measurement], allowed: Tolerances
-) -> Study[list[Candidate]]:
+def _candidates(grid: Sequence[Sequence[Choice]], allowed: Tolerances) -> Study[list[Choice]]:
     """The coarsest step of each rule that is within tolerance: of the grid, or better between two of the grid."""
-    of_grid, between = list[Candidate](), dict[str, tuple[RulePlan, RunCase]]()
-    for swept in rules:
-        excesses = [excess(measured[case.key], allowed) for case in swept.cases]
-        k = next((k for k, e in enumerate(excesses) if e <= 1.0), None)
+    of_grid, between = list[Choice](), dict[str, tuple[RulePlan, RunCase]]()
+    for own in grid:
+        k = next((k for k, one in enumerate(own) if one.excess(allowed) <= 1.0), None)
         if k is None:
             continue
-        of_grid.append(Candidate(swept, swept.cases[k], measured[swept.cases[k].key]))
-        if k > 0 and (case := _between(swept, k, excesses)) is not None:
-            between[case.key] = (swept, case)
+        of_grid.append(own[k])
+        if k > 0 and (case := _between(own[k - 1], own[k], allowed)) is not None:
+            between[case.key] = (own[k].swept, case)
     found = (yield [case for _, case in between.values()]) if between else {}
-    tried = [Candidate(swept, case, found[key]) for key, (swept, case) in between.items()]
-    return [*of_grid, *(one for one in tried if excess(one.measurement, allowed) <= 1.0)]
+    tried = [Choice(found[key], swept, case) for key, (swept, case) in between.items()]
+    return [*of_grid, *(one for one in tried if one.excess(allowed) <= 1.0)]
 
 
-def _between(swept: RulePlan, k: int, excesses: Sequence[float]) -> RunCase | None:
+def _between(coarse: Choice, fine: Choice, allowed: Tolerances) -> RunCase | None:
     """The step between the last one that is out and the first one within, at which the error should just do."""
-    out, within = excesses[k - 1 : k + 1]
-    low, high = (case.settings.steps_per_revolution for case in swept.cases[k - 1 : k + 1])
+    out, within = (one.excess(allowed) for one in (coarse, fine))
     if not math.isfinite(out) or within <= 0.0:
         return None
     share = math.log(out * AIMED_MARGIN) / math.log(out / within)
-    steps = STEP_UNIT * math.ceil(low * (high / low) ** share / STEP_UNIT)
-    if not low < steps < high:
+    steps = STEP_UNIT * math.ceil(coarse.steps * (fine.steps / coarse.steps) ** share / STEP_UNIT)
+    if not coarse.steps < steps < fine.steps:
         return None
-    case = swept.cases[k]
-    return RunCase(case.name, case.scene, swept.rule.settings(case.scene, steps))
-
-
-def _next_finer(candidate: Candidate, measured: Mapping[str, Measurement], allowed: Tolerances) -> Candidate | None:
-    """The next finer step of the same rule that the grid has within tolerance."""
-    for case in candidate.swept.cases:
-        if case.settings.steps_per_revolution > candidate.steps and excess(measured[case.key], allowed) <= 1.0:
-            return Candidate(candidate.swept, case, measured[case.key])
-    return None
+    return replace(fine.case, settings=fine.swept.rule.settings(fine.case.scene, steps))
 
 
 # -- confirmation ----------------------------------------------------------------------------------------------------
 
 
-def _confirmed(candidate: Candidate, allowed: Tolerances) -> Study[tuple[Confirmation, ...]]:
+def _confirmed(candidate: Choice) -> Study[tuple[Confirmation, ...]]:
     cases = dict(confirming_cases(candidate.swept, candidate.case))
     found = yield list(cases.values())
-    return tuple(_confirmation(what, found[case.key], allowed) for what, case in cases.items())
+    return tuple(Confirmation(found[case.key], what) for what, case in cases.items())
 
 
 def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunCase]]:
@@ -176,72 +232,60 @@ def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunC
 
     An input that makes one pass has one start and one length of a run: it makes the pass backwards instead.
     """
-    steps = case.settings.steps_per_revolution
-    backwards = []
+    speeds = {f"speed {factor - 1.0:+.0%}": factor for factor in OTHER_SPEEDS}
     if case.scene.kinematics.mechanism.driver.span is None:
-        yield "start at 37 deg", RunCase(case.name, case.scene, case.settings, start_angle=OTHER_START)
-        yield "five revolutions", RunCase(case.name, case.scene, case.settings, revolutions=MORE_REVOLUTIONS)
+        yield "start at 37 deg", replace(case, start_angle=OTHER_START)
+        yield "five revolutions", replace(case, revolutions=MORE_REVOLUTIONS)
     else:
-        backwards = [("the pass backwards", -1.0)]
-    for what, factor in [*backwards, *((f"speed {factor - 1.0:+.0%}", factor) for factor in OTHER_SPEEDS)]:
-        scene: Scene = case.scene.with_parameters(speed=factor * case.scene.speed)
-        yield what, RunCase(case.name, scene, swept.rule.settings(scene, steps))
-
-
-def _confirmation(what: str, measurement: Measurement, allowed: Tolerances) -> Confirmation:
-    errors = {q: e for q in allowed if (e := measurement.largest(q)) is not None}
-    return Confirmation(what, measurement.outcome, errors or None, excess(measurement, allowed) <= 1.0)
+        speeds = {"the pass backwards": -1.0, **speeds}
+    for what, factor in speeds.items():
+        scene = case.scene.with_parameters(speed=factor * case.scene.speed)
+        yield what, RunCase(case.name, scene, swept.rule.settings(scene, case.settings.steps_per_revolution))
 
 
 # -- results ---------------------------------------------------------------------------------------------------------
 
 
 def _recommendation(
-    candidate: Candidate,
-    rules: Sequence[RulePlan],
-    measured: Mapping[str, Measurement],
+    choice: Choice,
+    grid: Sequence[Sequence[Choice]],
     allowed: Tolerances,
     time: Clock,
     confirmations: tuple[Confirmation, ...],
     rejected: tuple[Rejected, ...],
 ) -> Recommendation:
-    swept, case = candidate.swept, candidate.case
-    stock = [c for rule in rules for c in rule.cases if c.settings.preset == STOCK]
-    completed = [c for c in stock if measured[c.key].errors is not None]
-    timings = time([*completed, case])
+    stock = [one for own in grid for one in own if one.case.settings.preset == STOCK and one.measurement.errors]
+    timings = time([*(one.case for one in stock), choice.case])
+    pasted = capability(choice.swept.engine, Pasted)
     return Recommendation(
-        engine=swept.engine.name,
-        rule=swept.rule.name,
-        preset=None if case.settings.preset == CUSTOM else case.settings.preset,
-        case=case,
-        errors={q: candidate.measurement.largest(q) or 0.0 for q in allowed},
-        margin=1.0 / max(excess(candidate.measurement, allowed), 1e-300),
-        timing=timings[case.key],
+        choice=choice,
+        margin=1.0 / max(choice.excess(allowed), 1e-300),
+        timing=timings[choice.case.key],
         confirmations=confirmations,
         rejected=rejected,
-        savings=savings_of(candidate.measurement, timings[case.key], completed, measured, timings, allowed),
-        groups=groups_of(case.scene, case.settings),
-        paste=_paste(swept.engine, case),
+        savings=savings_of(choice, stock, timings, allowed),
+        paste=f"# {pasted.reason}"
+        if isinstance(pasted, Lacking)
+        else pasted.paste(choice.case.scene, choice.case.settings),
     )
 
 
-def _paste(engine: Engine[Any], case: RunCase) -> str:
-    """The settings as lines for the user; the reason where the engine gives none."""
-    pasted = capability(engine, Pasted)
-    return f"# {pasted.reason}" if isinstance(pasted, Lacking) else pasted.paste(case.scene, case.settings)
+def savings_of(choice: Choice, stock: Sequence[Choice], timings: Mapping[str, Timing], allowed: Tolerances) -> Savings:
+    """A timed setting beside completed stock runs; those without a timing do not count."""
+    cost, own = timings[choice.case.key].seconds_per_revolution, choice.errors(allowed)
+    timed = [(timings[one.case.key].seconds_per_revolution, one) for one in stock if one.case.key in timings]
+    within = [c for c, one in timed if one.excess(allowed) <= 1.0]
+    errors = {q: sorted((c, one.errors(allowed)[q]) for c, one in timed) for q in allowed}
+    return Savings(
+        digits={q: _digits(errors[q], cost, own[q]) for q in allowed},
+        best={q: min(error for _, error in errors[q]) for q in allowed if timed},
+        cost_factor=min(within) / cost if within else None,
+    )
 
 
-def _refusal(
-    rules: Sequence[RulePlan],
-    measured: Mapping[str, Measurement],
-    allowed: Tolerances,
-    rejected: tuple[Rejected, ...],
-) -> Refusal:
-    cases = [(rule, case) for rule in rules for case in rule.cases]
-    rule, case = min(cases, key=lambda pair: excess(measured[pair[1].key], allowed))
-    nearest, engine = measured[case.key], rules[0].engine.name
-    if nearest.errors is None:
-        return Refusal(engine, "", 0, {}, {}, rejected, "no run of the grid completed")
-    errors = {q: nearest.largest(q) or 0.0 for q in allowed}
-    over = {q: errors[q] / limit for q, limit in allowed.items() if errors[q] > limit}
-    return Refusal(engine, rule.rule.name, case.settings.steps_per_revolution, errors, over, rejected)
+def _digits(stock: Sequence[tuple[float, float]], cost: float, error: float) -> float | None:
+    """Decimal digits between the stock error at a cost, interpolated between (cost, error), and an error."""
+    if not stock or cost < stock[0][0] or error <= 0.0:
+        return None
+    costs, errors = (np.log([max(p[k], 1e-300) for p in stock]) for k in (0, 1))
+    return float(np.interp(math.log(cost), costs, errors) - math.log(error)) / math.log(10.0)
