@@ -24,8 +24,7 @@ from conrod.report.limits.boundary_chart import TICK_COLOUR, boundary_chart, pre
 from conrod.report.limits.error_chart import POSITION, TORQUE, Panel, error_chart
 from conrod.report.limits.marks import LEVEL_COLOURS, UNDETECTED_COLOUR
 from conrod.runs.trajectory import Outcome
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.limits.axes import AXES, Axis, Scale
 from conrod.studies.limits.results import Walk
 
 # -- the boundary chart ------------------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Generator, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conrod.studies.limits.adaptive import STRIDE, Node, known_nodes, nearest_runs, refine
+from conrod.studies.limits.adaptive import STRIDE, Node, codes, known_nodes, nearest_runs, refine
 
 Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1
 QUARTER = 0.25
@@ -46,11 +46,16 @@ class Refined:
     found: dict[Node, Hashable]
 
     def class_of(self, node: Node) -> Hashable:
-        return self.found[self._sources[node]]
+        i, j = self._nearest[:, *node].tolist()
+        return self.found[i, j]
 
     @cached_property
-    def _sources(self) -> dict[Node, Node]:
-        return nearest_runs(self.shape, self.found)
+    def known(self) -> set[Node]:
+        return {(int(i), int(j)) for i, j in np.argwhere(known_nodes(codes(self.shape, self.found)))}
+
+    @cached_property
+    def _nearest(self) -> np.ndarray:
+        return nearest_runs(codes(self.shape, self.found))
 
     @property
     def share(self) -> float:
@@ -60,18 +65,25 @@ class Refined:
 def refined(full: dict[Node, Hashable], stride: int = STRIDE, **others: object) -> Refined:
     """What is found of a map; no node may be asked for twice."""
     shape = max(i for i, _ in full) + 1, max(j for _, j in full) + 1
-    search = refine(shape, stride, **others)  # type: ignore[arg-type]  # arguments are a test's own
     asked: list[Node] = []
-    wanted = next(search)
-    while True:
-        asked += wanted
-        try:
-            wanted = search.send({node: full[node] for node in wanted})
-        except StopIteration as end:
-            found: dict[Node, Hashable] = end.value
-            break
+
+    def ask(nodes: Sequence[Node]) -> Generator[None, None, Mapping[Node, Hashable]]:
+        asked.extend(nodes)
+        yield
+        return {node: full[node] for node in nodes}
+
+    found = ended(refine(shape, ask, stride, **others))  # type: ignore[arg-type]  # arguments are a test's own
     assert sorted(asked) == sorted(found)
     return Refined(shape, found)
+
+
+def ended(search: Generator[None, None, dict[Node, Hashable]]) -> dict[Node, Hashable]:
+    while True:
+        try:
+            next(search)
+        except StopIteration as end:
+            found: dict[Node, Hashable] = end.value
+            return found
 
 
 def wrong(found: Refined, full: dict[Node, Hashable]) -> list[Node]:
@@ -127,7 +139,7 @@ def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: i
     strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))
     full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}  # type: ignore[misc]
     found = refined(full)
-    assert known_nodes(found.shape, found.found) == set(full)
+    assert found.known == set(full)
     for i, j in full:
         for beside in ((i + 1, j), (i, j + 1)):
             if beside in full and found.class_of((i, j)) != found.class_of(beside):
@@ -176,7 +188,7 @@ def test_classes_that_alternate_from_node_to_node_take_no_more_than_the_allowanc
 def test_where_classes_alternate_unrun_nodes_are_not_known_nodes() -> None:
     full = chaos(49)
     found = refined(full, group_of=group, allowance=QUARTER)
-    known = known_nodes(found.shape, found.found)
+    known = found.known
     assert {node for node, kind in full.items() if group(kind)} <= known
     assert set(found.found) <= known
     assert len(known) < len(full)
@@ -191,4 +203,4 @@ def test_boundaries_between_groups_are_followed_beyond_the_allowance() -> None:
 @pytest.mark.parametrize(("shape", "stride"), [((1, 5), 8), ((5, 1), 8), ((5, 5), 0)])
 def test_a_grid_without_cells_is_refused(shape: tuple[int, int], stride: int) -> None:
     with pytest.raises(ValueError, match="cannot be refined"):
-        next(refine(shape, stride))
+        next(refine(shape, lambda nodes: iter(()), stride))  # type: ignore[arg-type,return-value]

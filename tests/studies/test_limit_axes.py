@@ -16,8 +16,7 @@ from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.scene_summary import dead_centres
-from conrod.studies.limits.axes import AXES, STEP
-from conrod.studies.limits.axis import Axis, Scale, spaced
+from conrod.studies.limits.axes import AXES, STEP, Axis, Scale, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import length_power, permutation, rescaled
 from conrod.studies.limits.grade import Level, grade_of

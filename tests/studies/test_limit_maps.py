@@ -101,7 +101,7 @@ def test_a_cam_has_neither_rod_nor_change_point() -> None:
 def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None:
     found = mapped(MADE_UP, MASSES, at_fewer, (49, 25))
     full = {n: grade_of(at_fewer(found.x[n[0]], found.y[n[1]])) for n in product(range(len(found.x)), range(25))}
-    assert [n for n, grade in full.items() if standing(found.at(n).level) != standing(grade.level.slug)] == []
+    assert [n for n, grade in full.items() if standing(found.shown[n].level) != standing(grade.level.slug)] == []
     assert found.share <= QUARTER
     assert found.nodes == len(full) == most_map_runs(case_of(), MASSES, (49, 25))
     assert {standing(grade.level.slug) for grade in full.values()} == {"safe", "rough", "failed"}
@@ -110,12 +110,12 @@ def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None
 def test_ways_of_failing_that_alternate_are_told_only_where_they_were_run(made_up: LimitMap) -> None:
     nodes = list(product(range(len(made_up.x)), range(len(made_up.y))))
     full = {n: grade_of(at_fewer(made_up.x[n[0]], made_up.y[n[1]])) for n in nodes}
-    untold = [n for n in nodes if not made_up.is_known(n)]
+    untold = [n for n in nodes if not made_up.known[n]]
     assert untold
     assert {full[n].level.slug for n in untold} <= {"broken", "unbounded"}
-    assert all(made_up.at(n).outcome == full[n].outcome for n in nodes if made_up.is_known(n))
+    assert all(made_up.shown[n].outcome == full[n].outcome for n in nodes if made_up.known[n])
     # Negative control: elsewhere the nearest run does show another way.
-    assert any(made_up.at(n).outcome != full[n].outcome for n in untold)
+    assert any(made_up.shown[n].outcome != full[n].outcome for n in untold)
 
 
 def test_an_area_is_undetected_only_if_all_runs_about_it_are() -> None:
@@ -124,10 +124,10 @@ def test_an_area_is_undetected_only_if_all_runs_about_it_are() -> None:
         runs = tuple(MapRun(*node, "broken", "opened", q, None) for node, q in zip(at, quiet, strict=True))
         return LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (9.0, 8.0, 7.0), (1.0, 2.0, 3.0), runs)
 
-    assert corners(True, True, True, True).is_undetected((1, 1))
+    assert corners(True, True, True, True).undetected[1, 1]
     mixed = corners(True, False, True, True)
-    assert mixed.is_known((1, 1))
-    assert [mixed.is_undetected(node) for node in ((1, 1), (0, 0), (0, 2))] == [False, True, False]
+    assert mixed.known[1, 1]
+    assert [bool(mixed.undetected[node]) for node in ((1, 1), (0, 0), (0, 2))] == [False, True, False]
 
 
 def test_runs_are_asked_for_by_rows_and_once() -> None:
@@ -147,8 +147,8 @@ def test_runs_are_asked_for_by_rows_and_once() -> None:
 def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     case = case_of()
     found = pursue([map_search(case, MASSES, (3, 3), 1)], lambda cells: {c.key: c.perform() for c in cells})[0]
-    assert [found.at((0, j)).level for j in range(3)] == ["safe"] * 3
-    assert [standing(found.at((2, j)).level) for j in range(3)] == ["failed"] * 3
+    assert [found.shown[0, j].level for j in range(3)] == ["safe"] * 3
+    assert [standing(found.shown[2, j].level) for j in range(3)] == ["failed"] * 3
     assert all(run.error is not None for run in found.runs if run.level == "safe")
 
 

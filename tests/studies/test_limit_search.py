@@ -15,8 +15,7 @@ from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, Scale, between, spaced
+from conrod.studies.limits.axes import AXES, Axis, Scale, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from conrod.studies.limits.axis import Scale, spaced
+from conrod.studies.limits.axes import Scale, spaced
 from conrod.studies.limits.results import Probe, Walk
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
-from conrod.studies.limits.axes import AXES, LENGTH_AXIS
-from conrod.studies.limits.axis import Axis, Scale, measure_of
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS, Axis, Scale, measure_of
 from conrod.studies.limits.plan import ITEMS, REVOLUTIONS, Request
 
 SEPARATOR = ".."

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import on_grid
-from conrod.studies.limits.axis import Scale
+from conrod.studies.limits.axes import Scale
 from conrod.studies.limits.results import Probe, Walk
 
 MOST_TICKS = 13

@@ -16,8 +16,7 @@ from conrod.report.charts.layout import Layout, legend_rows, preset_handles
 from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
 from conrod.report.limits.axis_scale import AxisScale, place
 from conrod.report.limits.marks import UNDETECTED_COLOUR, outcome_handles
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Scale
+from conrod.studies.limits.axes import AXES, Scale
 from conrod.studies.limits.results import Probe, Walk
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]

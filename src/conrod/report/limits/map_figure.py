@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from itertools import groupby, pairwise, product
+from itertools import groupby, pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,8 +24,7 @@ from conrod.report.charts.styles import OUTCOME_COLOURS, preset_title
 from conrod.report.limits.axis_scale import AxisScale, place, tick_text
 from conrod.report.limits.marks import UNDETECTED_COLOUR, draw_scale, error_colour, mark_style
 from conrod.runs.trajectory import Outcome
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axes import AXES, Axis
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
 
 WIDTH, PANEL_HEIGHT = 9.5, 4.2  # [inch]
@@ -74,12 +73,12 @@ def _draw(axes: Axes, found: LimitMap) -> None:
     across, upwards = AXES[found.x_axis], AXES[found.y_axis]
     x, y = _places(across, found.x), _places(upwards, found.y)
     x_edges, y_edges = edges_about(x), edges_about(y)
-    nodes = {(i, j): found.at((i, j)) for i in range(len(x)) for j in range(len(y))}
+    nodes = found.shown
     for colour, path in areas(_colours(found, nodes), x_edges, y_edges).items():
         axes.add_patch(PathPatch(path, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1))
     lines = seams({node: standing(run.level) for node, run in nodes.items()}, x_edges, y_edges)
     axes.add_collection(LineCollection(lines, zorder=3, capstyle="projecting", **BOUNDARY))
-    undetected = seams({node: found.is_undetected(node) for node in nodes}, x_edges, y_edges, around=False)
+    undetected = seams({node: bool(found.undetected[node]) for node in nodes}, x_edges, y_edges, around=False)
     for k, outline in enumerate((CASING, CORE)):
         axes.add_collection(LineCollection(undetected, zorder=4 + k, capstyle="projecting", clip_on=False, **outline))
     for style, at in _marked(found):
@@ -105,7 +104,7 @@ def _ticks(axis: Axis, places: Array) -> tuple[list[float], list[str]]:
 
 def _colours(found: LimitMap, nodes: Mapping[Node, MapRun]) -> dict[Node, str]:
     ways = {
-        node: OUTCOME_COLOURS[run.outcome] if found.is_known(node) else NOT_LOOKED_AT
+        node: OUTCOME_COLOURS[run.outcome] if found.known[node] else NOT_LOOKED_AT
         for node, run in nodes.items()
         if run.error is None
     }
@@ -134,7 +133,7 @@ def _legend(found: LimitMap) -> tuple[list[Any], list[str]]:
         for run in {run.outcome: run for run in found.runs if run.error is None}.values()
     ]
     entries.sort(key=lambda entry: [outcome.slug for outcome in Outcome].index(entry[1]))
-    if not all(found.is_known(node) for node in product(range(len(found.x)), range(len(found.y)))):
+    if not found.known.all():
         entries.append((_swatch(NOT_LOOKED_AT), "fails, in one of these ways"))
     if any(run.undetected for run in found.runs):
         outline = (Line2D([], [], **CASING), Line2D([], [], **CORE))

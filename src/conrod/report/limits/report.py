@@ -31,8 +31,7 @@ from conrod.report.limits.tables import (
 from conrod.report.limits.words import by_axis, elsewhere_words, findings, undetected_words
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Scale
+from conrod.studies.limits.axes import AXES, Scale
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import LimitStudy, Walk

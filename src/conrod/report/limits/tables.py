@@ -245,7 +245,7 @@ def maps_table(maps: Iterable[LimitMap]) -> Table:
     standings = list(dict.fromkeys(map(standing, LEVELS)))
     rows = []
     for found in maps:
-        counted = Counter(standing(found.at((i, j)).level) for i in range(len(found.x)) for j in range(len(found.y)))
+        counted = Counter(standing(run.level) for run in found.shown.values())
         axes = (AXES[found.x_axis].title, AXES[found.y_axis].title)
         shares = (numbers.percent(counted[name] / found.nodes) for name in standings)
         run = (str(found.nodes), str(len(found.runs)), numbers.percent(found.share))

@@ -20,34 +20,34 @@ which a chaotic motion ends, there is no boundary to follow, and nothing is gain
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping, Sequence
 from itertools import product
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 STRIDE = 8
 UNKNOWN = -1
 
 Node = tuple[int, int]  # indices along the two axes
 Class = TypeVar("Class", bound=Hashable)
-Codes = NDArray[np.int_]  # a number for each class, or UNKNOWN
-# Yields the nodes to be run next, is sent their classes, returns the class of every node that was run.
-Refinement = Generator[tuple[Node, ...], Mapping[Node, Class], dict[Node, Class]]
+Codes = NDArray[np.int_]  # of a grid, a number for each class, or UNKNOWN
 
 
 def refine(
     shape: tuple[int, int],
+    ask: Callable[[Sequence[Node]], Generator[Any, Any, Mapping[Node, Class]]],
     stride: int = STRIDE,
     group_of: Callable[[Class], Hashable] = lambda found: found,
     allowance: float = 1.0,
-) -> Refinement[Class]:
+) -> Generator[Any, Any, dict[Node, Class]]:
     """Find the class of every node of a grid; return those of the nodes that were run, in their order.
 
     Args:
         shape: number of nodes along the two axes, at least 2 each.
+        ask: study that runs some nodes and returns their classes.
         stride: of the coarse grid, in nodes. The last row and the last column are in it whatever their distance.
         group_of: the group of a class; each is its own unless something else is said.
         allowance: runs over nodes beyond which no boundary within a group is followed.
@@ -57,87 +57,51 @@ def refine(
     """
     if min(shape) < 2 or stride < 1:
         raise ValueError(f"a grid of {shape[0]} x {shape[1]} nodes cannot be refined from every {stride}th")
-    lines = _coarse(shape[0], stride), _coarse(shape[1], stride)
+    rows, columns = ((*range(0, length - 1, stride), length - 1) for length in shape)
     found: dict[Node, Class] = {}
-    groups, classes = _Codes(shape), _Codes(shape)
-    wanted = [(i, j) for i in lines[0] for j in lines[1]]
+    wanted = list(product(rows, columns))
     while wanted:
-        answers = yield tuple(wanted)
-        for node in wanted:
-            found[node] = answers[node]
-            groups.set(node, group_of(answers[node]))
-            classes.set(node, answers[node])
-        wanted = groups.wanted(*lines)
+        found |= yield from ask(wanted)
+        wanted = _wanted(codes(shape, {node: group_of(one) for node, one in found.items()}), rows, columns)
         if not wanted:
-            wanted = classes.wanted(*lines)
+            wanted = _wanted(codes(shape, found), rows, columns)
             if len(found) + len(wanted) > allowance * shape[0] * shape[1]:
                 break
     return found
 
 
-def nearest_runs(shape: tuple[int, int], run: Iterable[Node]) -> dict[Node, Node]:
-    """Return of every node the run one that is reached from it in the fewest steps along the grid's lines."""
-    sources = {node: node for node in sorted(run)}
-    ahead = deque(sources)
-    while ahead:
-        here = ahead.popleft()
-        for node in _neighbours(here, shape):
-            if node not in sources:
-                sources[node] = sources[here]
-                ahead.append(node)
-    return sources
+def codes(shape: tuple[int, int], labels: Mapping[Node, Hashable]) -> Codes:
+    """Return a grid with a number for each label, and UNKNOWN where there is none."""
+    numbers = {label: k for k, label in enumerate(dict.fromkeys(labels.values()))}
+    grid = np.full(shape, UNKNOWN)
+    for node, label in labels.items():
+        grid[node] = numbers[label]
+    return grid
 
 
-def known_nodes(shape: tuple[int, int], found: Mapping[Node, Class]) -> set[Node]:
-    """Return the nodes whose class is known: those that were run, and areas of others surrounded by one class."""
-    known, reached = set(found), set(found)
-    for start in product(range(shape[0]), range(shape[1])):
-        if start not in reached:
-            area, around = _area(start, shape, found)
-            reached |= area
-            if len(around) == 1:
-                known |= area
-    return known
+def nearest_runs(known: Codes) -> NDArray[np.int_]:
+    """Return of every node the run one that is reached from it in the fewest steps along lines; (2, I, J)."""
+    unknown = known == UNKNOWN
+    nearest = ndimage.distance_transform_cdt(unknown, "taxicab", return_distances=False, return_indices=True)
+    return np.asarray(nearest, dtype=int)
 
 
-def _area(start: Node, shape: tuple[int, int], found: Mapping[Node, Class]) -> tuple[set[Node], set[Class]]:
-    """Nodes that are joined to one without a run between, and the classes of the runs about them."""
-    area, around, ahead = {start}, set(), [start]
-    while ahead:
-        for node in _neighbours(ahead.pop(), shape):
-            if node in found:
-                around.add(found[node])
-            elif node not in area:
-                area.add(node)
-                ahead.append(node)
-    return area, around
+def known_nodes(known: Codes) -> NDArray[np.bool_]:
+    """Return where the class is known: of nodes that were run, and of areas surrounded by one class; (I, J)."""
+    run: NDArray[np.bool_] = known != UNKNOWN
+    areas, count = ndimage.label(~run)
+    found = run.copy()
+    for area in range(1, count + 1):
+        around = known[ndimage.binary_dilation(areas == area) & run]
+        if around.min() == around.max():
+            found |= areas == area
+    return found
 
 
-def _neighbours(node: Node, shape: tuple[int, int]) -> list[Node]:
-    i, j = node
-    beside = ((i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1))
-    return [(k, m) for k, m in beside if 0 <= k < shape[0] and 0 <= m < shape[1]]
-
-
-def _coarse(length: int, stride: int) -> tuple[int, ...]:
-    return (*range(0, length - 1, stride), length - 1)
-
-
-class _Codes:
-    """A grid with a number for every label that is known so far."""
-
-    def __init__(self, shape: tuple[int, int]) -> None:
-        self._numbers: dict[Hashable, int] = {}
-        self._known = np.full(shape, UNKNOWN)
-
-    def set(self, node: Node, label: Hashable) -> None:
-        """Label a node."""
-        self._known[node] = self._numbers.setdefault(label, len(self._numbers))
-
-    def wanted(self, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:
-        """Return the nodes that the rules ask for; along all lines only where they ask for nothing along some."""
-        some = {*_middles(self._known, rows, columns), *_corners(self._known)}
-        return sorted(some or _middles(self._known, *map(range, self._known.shape)))
+def _wanted(known: Codes, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:
+    """Nodes that the rules ask for; along all lines only where they ask for nothing along some."""
+    some = {*_middles(known, rows, columns), *_corners(known)}
+    return sorted(some or _middles(known, *map(range, known.shape)))
 
 
 def _middles(known: Codes, rows: Iterable[int], columns: Iterable[int]) -> Iterator[Node]:
@@ -158,13 +122,11 @@ def _gaps(line: Codes) -> list[int]:
 
 def _corners(known: Codes) -> list[Node]:
     """Unknown corners of the unit cells of which two corners differ."""
-    corners = np.stack([known[:-1, :-1], known[:-1, 1:], known[1:, :-1], known[1:, 1:]])
-    unknown = corners == UNKNOWN
-    least = np.where(unknown, np.iinfo(known.dtype).max, corners).min(axis=0)
+    cells = [(slice(i, known.shape[0] - 1 + i), slice(j, known.shape[1] - 1 + j)) for i in (0, 1) for j in (0, 1)]
+    corners = np.stack([known[cell] for cell in cells])
+    least = np.where(corners == UNKNOWN, np.iinfo(known.dtype).max, corners).min(axis=0)
     crossed = corners.max(axis=0) > least
     wanted = np.zeros(known.shape, dtype=bool)
-    wanted[:-1, :-1] |= crossed
-    wanted[:-1, 1:] |= crossed
-    wanted[1:, :-1] |= crossed
-    wanted[1:, 1:] |= crossed
+    for cell in cells:
+        wanted[cell] |= crossed
     return [(int(i), int(j)) for i, j in np.argwhere(wanted & (known == UNKNOWN))]

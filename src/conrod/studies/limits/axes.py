@@ -1,12 +1,17 @@
-"""The table of axes along which engines are driven to their limits. A new axis is a new row."""
+"""Axes along which engines are driven to their limits: from a value at which all is well to one at which nothing is.
+
+A new axis is a new row of `ROWS`.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
 
 from conrod.mechanism.units import check_number
-from conrod.studies.limits.axis import Axis, Scale, Spans
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import (
     LEAST_EXCESS,
@@ -29,6 +34,8 @@ from conrod.studies.limits.changed_machines import (
     with_nose,
 )
 
+EXPONENT = re.compile(r"(?<=\d)e(?:\+|(-))0*(\d)")
+FINE = 0.02  # a boundary is found to two per cent of what its scale measures
 STEP = 0.6e-3  # [s]; divides the revolutions of 1 rpm and of 50000 rpm, into a hundred thousand and into two
 STEPS_AT_ONE_RPM = 60.0 / STEP
 # Near a change point all happens within a small part of a turn: with the usual steps nothing holds as far as it could.
@@ -43,13 +50,119 @@ SAME = 1e-6  # [deg], as close as a dead centre may lie to one of the others and
 MOST_ORDERS = 24
 UNITS = {-3: "km", 0: "m", 2: "cm", 3: "mm"}
 
-
-def counted(value: float, noun: str) -> str:
-    """Return a whole number and its noun: 1 step, 2 steps."""
-    return f"{round(value)} {noun}{'' if value == 1.0 else 's'}"
+Spans = tuple[tuple[float, float], ...]  # each from a safe value to a failing one
 
 
-# -- speed and length of a run ---------------------------------------------------------------------------------------
+class Scale(Enum):
+    """Spacing of values on an axis, and so how they are halved."""
+
+    LOG = "log"  # by ratios
+    COUNT = "count"  # whole numbers, by ratios
+    NEARNESS = "nearness"  # by ratios of the distance to one
+    LISTED = "listed"  # each value stands alone: there is nothing to halve
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One axis.
+
+    Attributes:
+        name: on the command line.
+        title: in the report.
+        label: of a figure's axis, with the unit in which values are given.
+        case: the run at a value, or at the nearest one that exists; raises InvalidInput where the machine or the engine
+            cannot be given with this value.
+        safe_end, failing_end: its usual ends; a listed axis has none.
+        allowed: lowest and highest value of a range that may be asked for.
+        lacks: why a setup does not have the axis, or None.
+        ends: usual ends on a setup, where they depend on it or where there are several ways.
+        values: all values of a listed axis.
+        text: a value as people read it.
+        nearest: the value that is run where this one is asked for; on most axes there are all.
+        near_singular: whether it leads to machines whose exact motion itself is ill-conditioned.
+    """
+
+    name: str
+    title: str
+    label: str
+    scale: Scale
+    case: Callable[[Setup, float], LimitCase]
+    safe_end: float = math.nan
+    failing_end: float = math.nan
+    allowed: tuple[float, float] = (-math.inf, math.inf)
+    lacks: Callable[[Setup], str | None] = lambda setup: None
+    ends: Callable[[Setup], Spans] | None = None
+    values: Callable[[Setup], tuple[float, ...]] = lambda setup: ()
+    text: Callable[[Setup, float], str] = lambda setup, value: f"{value:.4g}"
+    nearest: Callable[[float], float] = lambda value: value
+    near_singular: bool = False
+
+    @property
+    def listed(self) -> bool:
+        """True where each value stands alone."""
+        return self.scale is Scale.LISTED
+
+    def refusal(self, setup: Setup) -> str | None:
+        """Return None, or why this setup does not have the axis."""
+        reason = self.lacks(setup)
+        return None if reason is None else f"{reason}: {self.name} does not apply"
+
+    def readable(self, setup: Setup, value: float) -> str:
+        """Return the text of a value, powers of ten as figures have them: 1e6 for 1e+06."""
+        return EXPONENT.sub(r"e\1\2", self.text(setup, value))
+
+    def spans(self, setup: Setup) -> Spans:
+        """Return the ways to walk it."""
+        if self.listed:
+            values = self.values(setup)
+            return ((values[0], values[-1]),)
+        return ((self.safe_end, self.failing_end),) if self.ends is None else self.ends(setup)
+
+
+# -- values along a scale --------------------------------------------------------------------------------------------
+
+
+def measure_of(scale: Scale, value: float) -> float:
+    """Return what equal steps along a scale are equal steps of."""
+    return math.log(1.0 - value) if scale is Scale.NEARNESS else math.log(value)
+
+
+def spaced(scale: Scale, first: float, last: float, count: int) -> tuple[float, ...]:
+    """Return values from the first to the last, evenly along the scale; fewer where whole numbers are fewer."""
+    begin, end = measure_of(scale, first), measure_of(scale, last)
+    inner = [_value(scale, begin + (end - begin) * k / (count - 1)) for k in range(1, count - 1)]
+    return tuple(dict.fromkeys([first, *inner, last]))
+
+
+def between(scale: Scale, good: float, bad: float) -> float | None:
+    """Return the value half-way; None where the two are within two per cent, or no whole number lies between."""
+    begin, end = measure_of(scale, good), measure_of(scale, bad)
+    if abs(end - begin) <= math.log1p(FINE):
+        return None
+    middle = _value(scale, 0.5 * (begin + end))
+    return None if middle in (good, bad) else middle
+
+
+def _value(scale: Scale, measure: float) -> float:
+    match scale:
+        case Scale.COUNT:
+            return float(round(math.exp(measure)))
+        case Scale.NEARNESS:
+            return -math.expm1(measure)
+        case _:
+            return math.exp(measure)
+
+
+# -- what the rows need ----------------------------------------------------------------------------------------------
+
+
+def _counted(noun: str) -> Callable[[Setup, float], str]:
+    """Return the text of a whole number and its noun: 1 iteration, 2 iterations."""
+    return lambda setup, value: f"{round(value)} {noun}{'' if value == 1.0 else 's'}"
+
+
+def _short(setup: Setup, value: float) -> str:
+    return f"{value:.3g}"
 
 
 def _steps_at(rpm: float) -> int:
@@ -71,9 +184,6 @@ def _at_speed(setup: Setup, rpm: float) -> LimitCase:
 def _of_length(setup: Setup, revolutions: float) -> LimitCase:
     steps = LONG_CONTACT_STEPS if setup.contact else LONG_LINKAGE_STEPS
     return setup.run(setup.settings(steps=steps), revolutions=float(round(revolutions)))
-
-
-# -- solver ----------------------------------------------------------------------------------------------------------
 
 
 def _stabilised(setup: Setup, steps: float) -> LimitCase:
@@ -112,13 +222,6 @@ def _unregularised(setup: Setup) -> str | None:
     return f"{setup.engine} does not regularise its constraints" if regularised is None else None
 
 
-# -- machine ---------------------------------------------------------------------------------------------------------
-
-
-def _near_change_point(setup: Setup, nearness: float) -> LimitCase:
-    return setup.run_of(near_change_point(setup, nearness), setup.steps_per_revolution or NEARNESS_STEPS)
-
-
 def _unit(setup: Setup, factor: float) -> str:
     decades = math.log10(factor)
     unit = UNITS.get(round(decades)) if abs(decades - round(decades)) < 1e-9 else None
@@ -146,191 +249,98 @@ def _one_pass(rest: str) -> Callable[[Setup], str | None]:
     return lambda setup: f"the input of {setup.scene.kind} makes one pass {rest}" if setup.one_pass else None
 
 
+def _not_varied(setup: Setup) -> str | None:
+    return setup.not_varied
+
+
 # -- the table -------------------------------------------------------------------------------------------------------
 
 # A rule of a preset that follows the step, the masses or the lengths follows them on an axis too. The exact motion
 # depends on no mass, on no unit and on no order; what an engine keeps in absolute numbers shows.
 ROWS = (
     Axis(
-        name="steps",
-        title="Steps per revolution",
-        label="steps per revolution",
-        scale=Scale.COUNT,
-        safe_end=20000.0,
-        failing_end=2.0,
-        allowed=(2.0, 1e6),
-        ends=lambda setup: ((20000.0, float(setup.fewest_steps)),),
-        case=lambda setup, value: setup.run(setup.settings(steps=round(value))),
+        "steps", "Steps per revolution", "steps per revolution", Scale.COUNT,
+        lambda setup, value: setup.run(setup.settings(steps=round(value))),
+        20000.0, 2.0, (2.0, 1e6), ends=lambda setup: ((20000.0, float(setup.fewest_steps)),),
         text=lambda setup, value: f"{round(value)} steps",
     ),
     Axis(
-        name="speed",
-        title="Crank speed at a fixed step of 0.6 ms",
-        label="crank speed (rpm)",
-        scale=Scale.LOG,
-        safe_end=1.0,
-        failing_end=50000.0,
-        allowed=(1.0, 50000.0),
-        ends=lambda setup: ((1.0, min(50000.0, STEPS_AT_ONE_RPM / setup.fewest_steps)),),
-        case=_at_speed,
-        nearest=_existing_speed,
+        "speed", "Crank speed at a fixed step of 0.6 ms", "crank speed (rpm)", Scale.LOG, _at_speed,
+        1.0, 50000.0, (1.0, 50000.0), ends=lambda setup: ((1.0, min(50000.0, STEPS_AT_ONE_RPM / setup.fewest_steps)),),
         text=lambda setup, value: f"{_existing_speed(value):.4g} rpm ({_steps_at(value)} steps)",
+        nearest=_existing_speed,
     ),
     Axis(
-        name="mass-ratio",
-        title="Mass of the slider over that of the rod",
-        label="mass of slider : rod",
-        scale=Scale.LOG,
-        safe_end=1.0,
-        failing_end=1e6,
-        allowed=(1e-6, 1e6),
-        lacks=no_mass_ratio,
-        ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
-        case=lambda setup, value: setup.run_of(with_mass_ratio(setup, value)),
+        "mass-ratio", "Mass of the slider over that of the rod", "mass of slider : rod", Scale.LOG,
+        lambda setup, value: setup.run_of(with_mass_ratio(setup, value)),
+        1.0, 1e6, (1e-6, 1e6), no_mass_ratio, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
-        name="nearness",
-        title="Nearness to the change point",
-        label="length over its limit (crank : rod, or offset : rod - crank)",
-        scale=Scale.NEARNESS,
-        safe_end=0.1,
-        failing_end=1.0 - 1e-9,
-        allowed=(0.01, 1.0 - 1e-9),
-        lacks=no_change_point,
-        case=_near_change_point,
+        "nearness", "Nearness to the change point", "length over its limit (crank : rod, or offset : rod - crank)",
+        Scale.NEARNESS,
+        lambda s, value: s.run_of(near_change_point(s, value), s.steps_per_revolution or NEARNESS_STEPS),
+        0.1, 1.0 - 1e-9, (0.01, 1.0 - 1e-9), no_change_point, near_singular=True,
         text=lambda setup, value: f"{value:.3g}" if value < 0.99 else f"1 - {1.0 - value:.3g}",
-        near_singular=True,
     ),
     Axis(
-        name="stabilisation",
-        title="Time constant of stabilisation",
-        label="time constant (steps)",
-        scale=Scale.LOG,
-        safe_end=1000.0,
-        failing_end=0.1,
-        allowed=(0.01, 1e6),
-        ends=_stabilisation_ends,
-        lacks=lambda setup: setup.not_varied,
-        case=_stabilised,
-        text=_time_constant,
+        "stabilisation", "Time constant of stabilisation", "time constant (steps)", Scale.LOG, _stabilised,
+        1000.0, 0.1, (0.01, 1e6), _not_varied, ends=_stabilisation_ends, text=_time_constant,
     ),
     Axis(
-        name="regularisation",
-        title="Regularisation left",
-        label="share of the engine's own regularisation (contact: 1 - impedance)",
-        scale=Scale.LOG,
-        safe_end=1.0,
-        failing_end=1e-15,
-        allowed=(1e-15, 1.0),
-        lacks=_unregularised,
-        ends=lambda setup: ((CONTACT_SAFE, CONTACT_LEAST) if setup.contact else (1.0, 1e-15),),
-        case=_regularised,
-        text=lambda setup, value: f"{value:.3g}",
+        "regularisation", "Regularisation left", "share of the engine's own regularisation (contact: 1 - impedance)",
+        Scale.LOG, _regularised, 1.0, 1e-15, (1e-15, 1.0), _unregularised,
+        ends=lambda setup: ((CONTACT_SAFE, CONTACT_LEAST) if setup.contact else (1.0, 1e-15),), text=_short,
     ),
     Axis(
-        name="iterations",
-        title="Solver iterations",
-        label="iterations allowed in a step",
-        scale=Scale.COUNT,
-        safe_end=1000.0,
-        failing_end=1.0,
-        allowed=(1.0, 1e5),
-        lacks=lambda setup: setup.not_varied,
-        case=lambda setup, value: setup.run(setup.variations.iterated(setup.settings(), round(value))),
-        text=lambda setup, value: counted(value, "iteration"),
+        "iterations", "Solver iterations", "iterations allowed in a step", Scale.COUNT,
+        lambda setup, value: setup.run(setup.variations.iterated(setup.settings(), round(value))),
+        1000.0, 1.0, (1.0, 1e5), _not_varied, text=_counted("iteration"),
     ),
     Axis(
-        name="run-length",
-        title="Length of the run",
-        label="revolutions",
-        scale=Scale.COUNT,
-        safe_end=1.0,
-        failing_end=1000.0,
-        allowed=(1.0, 1e6),
-        lacks=_one_pass("and no more"),
-        case=_of_length,
-        text=lambda setup, value: counted(value, "revolution"),
+        "run-length", "Length of the run", "revolutions", Scale.COUNT, _of_length,
+        1.0, 1000.0, (1.0, 1e6), _one_pass("and no more"), text=_counted("revolution"),
     ),
     Axis(
-        name="length-unit",
-        title="Unit of length",
-        label="numbers of all lengths over those in metres",
-        scale=Scale.LOG,
-        safe_end=1.0,
-        failing_end=1e3,
-        allowed=(1e-3, 1e3),
-        ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)),
-        case=lambda setup, value: setup.run_of(setup.variant(**rescaled(setup.scene, value))),
-        text=_unit,
+        "length-unit", "Unit of length", "numbers of all lengths over those in metres", Scale.LOG,
+        lambda setup, value: setup.run_of(setup.variant(**rescaled(setup.scene, value))),
+        1.0, 1e3, (1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)), text=_unit,
     ),
     Axis(
-        name="rounding",
-        title="State rounded to single precision",
-        label="rounded after each step (0: no, 1: yes)",
-        scale=Scale.LISTED,
-        values=lambda setup: (0.0, 1.0),
-        lacks=lambda setup: setup.not_varied,
-        case=lambda setup, value: setup.run(setup.variations.rounded(setup.settings(), bool(value))),
+        "rounding", "State rounded to single precision", "rounded after each step (0: no, 1: yes)", Scale.LISTED,
+        lambda setup, value: setup.run(setup.variations.rounded(setup.settings(), bool(value))),
+        lacks=_not_varied, values=lambda setup: (0.0, 1.0),
         text=lambda setup, value: "single precision" if value else "double precision",
     ),
     Axis(
-        name="start-pose",
-        title="Start pose",
-        label="crank angle at the start (deg)",
-        scale=Scale.LISTED,
-        lacks=_one_pass("from its start"),
-        values=_starts,
-        case=lambda setup, value: setup.run(start_angle=math.radians(value)),
-        text=_start,
+        "start-pose", "Start pose", "crank angle at the start (deg)", Scale.LISTED,
+        lambda setup, value: setup.run(start_angle=math.radians(value)),
+        lacks=_one_pass("from its start"), values=_starts, text=_start,
     ),
     Axis(
-        name="declaration",
-        title="Order of declaration",
-        label="number of the permutation",
-        scale=Scale.LISTED,
-        values=lambda setup: orders(setup, MOST_ORDERS),
-        case=lambda setup, value: setup.run(declaration=declared(setup, value)),
-        text=_order,
+        "declaration", "Order of declaration", "number of the permutation", Scale.LISTED,
+        lambda setup, value: setup.run(declaration=declared(setup, value)),
+        values=lambda setup: orders(setup, MOST_ORDERS), text=_order,
     ),
     Axis(
-        name="float",
-        title="Speed against preload",
-        label="crank speed over the float speed",
-        scale=Scale.LOG,
-        safe_end=0.2,
-        failing_end=5.0,
-        allowed=(0.01, 100.0),
-        lacks=no_float,
-        case=lambda setup, value: setup.run_of(at_float_speed(setup, value)),
-        text=lambda setup, value: f"{value:.4g} x the float speed",
+        "float", "Speed against preload", "crank speed over the float speed", Scale.LOG,
+        lambda setup, value: setup.run_of(at_float_speed(setup, value)),
+        0.2, 5.0, (0.01, 100.0), no_float, text=lambda setup, value: f"{value:.4g} x the float speed",
     ),
     Axis(
-        name="flank-radius",
-        title="Flank radius towards its minimum",
-        label="flank radius over the least one (mm)",
-        scale=Scale.LOG,
-        safe_end=45.5,
-        failing_end=LEAST_EXCESS,
-        allowed=(LEAST_EXCESS, 1000.0),
-        lacks=no_flank,
+        "flank-radius", "Flank radius towards its minimum", "flank radius over the least one (mm)", Scale.LOG,
+        lambda setup, value: setup.run_of(with_flank(setup, value)),
+        45.5, LEAST_EXCESS, (LEAST_EXCESS, 1000.0), no_flank,
         ends=lambda setup: ((flank_excess(setup), LEAST_EXCESS),),
-        case=lambda setup, value: setup.run_of(with_flank(setup, value)),
         text=lambda setup, value: f"{value:.3g} mm over the least" if value > ONE_CIRCLE else "the least: one circle",
     ),
     Axis(
-        name="nose-radius",
-        title="Nose radius towards zero",
-        label="nose radius (mm)",
-        scale=Scale.LOG,
-        safe_end=29.0,
-        failing_end=0.01,
-        allowed=(0.001, 1e6),
-        lacks=no_such_cam,
+        "nose-radius", "Nose radius towards zero", "nose radius (mm)", Scale.LOG,
+        lambda setup, value: setup.run_of(with_nose(setup, value)),
+        29.0, 0.01, (0.001, 1e6), no_such_cam,
         ends=lambda setup: ((setup.scene.parameters["nose_radius"] / MM, 0.01),),
-        case=lambda setup, value: setup.run_of(with_nose(setup, value)),
         text=lambda setup, value: f"{value:.3g} mm",
     ),
-)
+)  # fmt: skip
 AXES: dict[str, Axis] = {axis.name: axis for axis in ROWS}
 # One run of it shows all shorter ones, so it is not walked as the others are.
 LENGTH_AXIS = "run-length"

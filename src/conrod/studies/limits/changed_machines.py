@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 
 from conrod.errors import InvalidInput
@@ -67,32 +67,22 @@ def length_power(unit: str) -> int:
 
 # -- change points and poses -----------------------------------------------------------------------------------------
 
-Values = Mapping[str, float]
-
-
-def _press(p: Values, nearness: float) -> Values:
-    """Crank as long as the rod: the slider could stand still on the shaft while both turn together."""
-    return {"crank": nearness * p["rod"]}
-
-
-def _saw(p: Values, nearness: float) -> Values:
-    """Offset as large as rod - crank: the rod stands across the slide when the crank points away from it."""
-    return {"offset": math.copysign(nearness * (p["rod"] - p["crank"]), p["offset"])}
-
-
-# The length that has to change, and alone does, to bring a machine to its change point; by what a scene is, since a
-# machine from a file may have any name.
-APPROACHES: Mapping[type[Scene], Callable[[Values, float], Values]] = {ShearPress: _press, Saw: _saw}
-
 
 def near_change_point(setup: Setup, nearness: float) -> Scene:
-    """Return the machine whose length is so much of its limit."""
-    return setup.variant(**APPROACHES[type(setup.scene)](setup.scene.parameters, nearness))
+    """Return the machine whose length is so much of its limit: the one length that has to change, and alone does.
+
+    A press' crank as long as the rod: the slider could stand still on the shaft while both turn together. A saw's
+    offset as large as rod - crank: the rod stands across the slide when the crank points away from it.
+    """
+    p = setup.scene.parameters
+    if isinstance(setup.scene, ShearPress):
+        return setup.variant(crank=nearness * p["rod"])
+    return setup.variant(offset=math.copysign(nearness * (p["rod"] - p["crank"]), p["offset"]))
 
 
 def no_change_point(setup: Setup) -> str | None:
     """Return None, or why a machine is not brought to a change point."""
-    if type(setup.scene) in APPROACHES:
+    if isinstance(setup.scene, ShearPress | Saw):
         return None
     if setup.scene.closed_form:
         return f"the {setup.scene.kind} has no change point"

@@ -1,9 +1,9 @@
 """Error of the exact motion itself: the closed form in double precision against fifty digits.
 
-Near a change point a rounding error of a length is magnified in the motion, by 1 / sqrt(2 (1 - nearness)) in position
-and by more in its derivatives. The fifty digits never see the closed form: they are the joint equations of the
-mechanism, solved from its double-precision poses on by correcting what fifty digits of residual leave (iterative
-refinement; Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., chapter 12).
+Near a change point a rounding error of a length is magnified in the motion, by 1 / sqrt(2 (1 - nearness)) in position.
+The fifty digits never see the closed form: they are the joint equations of the mechanism, solved from its
+double-precision poses on by correcting what fifty digits of residual leave (iterative refinement; Higham, Accuracy and
+Stability of Numerical Algorithms, 2nd ed., chapter 12).
 
 Both are evaluated at crank angles that are double-precision numbers, so rounding of the angle is no part of it.
 """
@@ -11,7 +11,6 @@ Both are evaluated at crank angles that are double-precision numbers, so roundin
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -19,7 +18,7 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.exact.equations import Arcs, Equations
+from conrod.exact.equations import Equations
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
@@ -28,7 +27,6 @@ DIGITS = 50
 # A correction so small (lengths against the mechanism's size) is the last: what it leaves is smaller by many digits.
 ENOUGH = 1e-30
 MOST_CORRECTIONS = 20
-ORDER = 2  # position, velocity, acceleration
 # Crank angles: some all around, and some ever closer to the poses of worst condition, on both sides.
 AROUND, CLOSER, SAMPLES = 8, 8, 720
 NARROW, WIDE = 1e-9, 0.3  # [rad], from a pose of worst condition
@@ -39,38 +37,26 @@ SCENES_KEPT = 256
 Digits: TypeAlias = NDArray[Any]  # an array of objects, the numbers with fifty digits
 
 
-@dataclass(frozen=True)
-class ReferenceError:
-    """Largest error of the closed form, normalised as errors are (by L, omega L and omega^2 L)."""
-
-    position: float
-    velocity: float
-    acceleration: float
-
-
 def reference_error(scene: Scene) -> float | None:
     """Return the position error of a scene's reference, normalised; None where that is no more than usual."""
-    off = conditioning(scene).position
+    off = closed_form_error(scene)
     return off if off > USUAL else None
 
 
 @lru_cache(SCENES_KEPT)
-def conditioning(scene: Scene) -> ReferenceError:
-    """The closed form's own errors, the worst observed point counting at the worst of some dozens of angles.
+def closed_form_error(scene: Scene) -> float:
+    """Position error of the closed form, over L: of the worst observed point at the worst of some dozens of angles.
 
     Raises:
         ArithmeticError: fifty digits are not reached, which is so at a change point itself.
     """
     angles = worst_angles(scene)
-    exact = fifty_digits(scene, angles)
-    closed = scene.motion(angles, 1.0)
-    worst = [0.0] * (ORDER + 1)
+    exact, closed = fifty_digits(scene, angles), scene.motion(angles, 1.0)
+    worst = 0.0
     for name, length in scene.lengths.items():
-        point = closed.point(name)
-        for k, values in enumerate((point.position, point.velocity, point.acceleration)):
-            off = (values.astype(object) - exact[name][k]).astype(float)
-            worst[k] = max(worst[k], float(np.linalg.norm(off, axis=1).max()) / length)
-    return ReferenceError(*worst)
+        off = (closed.point(name).position.astype(object) - exact[name]).astype(float)
+        worst = max(worst, float(np.linalg.norm(off, axis=1).max()) / length)
+    return worst
 
 
 def worst_angles(scene: Scene) -> Array:
@@ -99,45 +85,32 @@ def _worst_poses(scene: Scene, turn: Array) -> list[float]:
     return [float(centre) for centre in centres]
 
 
-def fifty_digits(scene: Scene, angle: Array) -> Mapping[str, list[Digits]]:
-    """Observed points and their derivatives by the crank angle, each (T, 2), of the mechanism's own equations.
+def fifty_digits(scene: Scene, angle: Array) -> Mapping[str, Digits]:
+    """Observed points (T, 2) [m] at crank angles (T,), of the mechanism's own equations.
 
     Raises:
         ArithmeticError: the corrections do not become small.
     """
     kinematics = scene.kinematics
-    equations = Equations(kinematics.mechanism)
-    number = _numbers()
-    exact_angle = _exact(angle, number)
+    equations, number = Equations(kinematics.mechanism), _numbers()
     poses = kinematics.poses(angle)
     arcs = equations.arcs(poses, "right")
-    coefficients: list[Digits] = []
-    for _ in range(ORDER + 1):
-        guess = np.zeros_like(poses) if coefficients else poses
-        coefficients.append(_corrected(equations, [*coefficients, _exact(guess, number)], exact_angle, poses, arcs))
-    bodies = pose_jets(kinematics.mechanism, coefficients)
-    return {
-        observed.name: [
-            factor * np.column_stack([np.broadcast_to(along.coefficients[k], len(angle)) for along in place])
-            for k, factor in enumerate((1, 1, 2))
-        ]
-        for observed in kinematics.mechanism.observed
-        for place in [bodies[observed.body].point(observed.point)]
-    }
-
-
-def _corrected(equations: Equations, coefficients: list[Digits], angle: Digits, poses: Array, arcs: Arcs) -> Digits:
-    """The last of some Taylor coefficients (T, 3 n), so that all equations hold."""
-    *known, last = coefficients
-    factors = equations.elimination(poses, arcs)
+    factors, exact_angle, exact = equations.elimination(poses, arcs), _exact(angle, number), _exact(poses, number)
     for _ in range(MOST_CORRECTIONS):
-        residual = equations.residual([*known, last], angle, arcs)
         # The correction has few digits, and needs no more: the next residual shows what it left.
-        step = factors.solve([np.asarray(r, dtype=float) for r in residual])
-        last = last - step
+        step = factors.solve([np.asarray(r, dtype=float) for r in equations.residual([exact], exact_angle, arcs)])
+        exact = exact - step
         if np.abs(step).max() <= ENOUGH * equations.size:
-            return last
-    raise ArithmeticError(f"{equations.mechanism.name}: no fifty digits after {MOST_CORRECTIONS} corrections")
+            break
+    else:
+        raise ArithmeticError(f"{equations.mechanism.name}: no fifty digits after {MOST_CORRECTIONS} corrections")
+    bodies = pose_jets(kinematics.mechanism, [exact])
+    return {
+        observed.name: np.column_stack(
+            [np.broadcast_to(p.coefficients[0], len(angle)) for p in bodies[observed.body].point(observed.point)]
+        )
+        for observed in kinematics.mechanism.observed
+    }
 
 
 def _numbers() -> Any:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Study
-from conrod.studies.limits.adaptive import STRIDE, Node, Refinement, known_nodes, nearest_runs, refine
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, spaced
+from conrod.studies.limits.adaptive import STRIDE, Codes, Node, codes, known_nodes, nearest_runs, refine
+from conrod.studies.limits.axes import AXES, Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.grade import Level, grade_of
 
@@ -25,8 +27,6 @@ ALLOWANCE = 0.25
 IN_ONE_PIECE = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
 FAILED = "failed"
 A_REVOLUTION = None
-
-Ending = tuple[str, str]  # level and outcome
 
 
 @dataclass(frozen=True)
@@ -124,37 +124,30 @@ class LimitMap:
         """Runs over nodes."""
         return len(self.runs) / self.nodes
 
-    def at(self, node: Node) -> MapRun:
-        """The run that a node stands for, or inherits from; it is the node's own if its i and j are."""
-        return self._run_at[self._sources[node]]
+    @cached_property
+    def shown(self) -> dict[Node, MapRun]:
+        """Of every node the run that it stands for, or inherits from; it is the node's own if its i and j are."""
+        nearest = nearest_runs(self._codes(lambda run: None))
+        run_at = {(run.i, run.j): run for run in self.runs}
+        return {node: run_at[tuple(nearest[:, *node].tolist())] for node in np.ndindex(self.shape)}
 
-    def is_known(self, node: Node) -> bool:
-        """True where a node has the level and the outcome that its own run would show, islands apart.
+    @cached_property
+    def known(self) -> NDArray[np.bool_]:
+        """True where a node has the level and the outcome that its own run would show, islands apart; (X, Y).
 
         It may lack them where ways of failing alternate from node to node, and were only sampled. Whether it is safe,
         rough, wrong or fails is known of all.
         """
-        return node in self._known
-
-    def is_undetected(self, node: Node) -> bool:
-        """True where a node was run and is undetected, or lies in an area around which all runs are."""
-        return node in self._undetected_known and self.at(node).undetected
+        return known_nodes(self._codes(lambda run: (run.level, run.outcome)))
 
     @cached_property
-    def _known(self) -> set[Node]:
-        return known_nodes(self.shape, {node: (run.level, run.outcome) for node, run in self._run_at.items()})
+    def undetected(self) -> NDArray[np.bool_]:
+        """True where a node was run and is undetected, or lies in an area around which all runs are; (X, Y)."""
+        shown = np.array([run.undetected for run in self.shown.values()]).reshape(self.shape)
+        return shown & known_nodes(self._codes(lambda run: run.undetected))
 
-    @cached_property
-    def _undetected_known(self) -> set[Node]:
-        return known_nodes(self.shape, {node: run.undetected for node, run in self._run_at.items()})
-
-    @cached_property
-    def _run_at(self) -> Mapping[Node, MapRun]:
-        return {(run.i, run.j): run for run in self.runs}
-
-    @cached_property
-    def _sources(self) -> Mapping[Node, Node]:
-        return nearest_runs(self.shape, self._run_at)
+    def _codes(self, label: Callable[[MapRun], Hashable]) -> Codes:
+        return codes(self.shape, {(run.i, run.j): label(run) for run in self.runs})
 
 
 def standing(level: str) -> str:
@@ -173,20 +166,18 @@ def map_search(
         InvalidInput: as `Pair.case`.
     """
     x, y = pair.values(setup, resolution)
-    refinement: Refinement[Ending] = refine((len(x), len(y)), stride, lambda end: standing(end[0]), ALLOWANCE)
     runs: dict[Node, MapRun] = {}
-    asked = next(refinement)
-    while True:
+
+    def ask(nodes: Sequence[Node]) -> Study[Mapping[Node, tuple[str, str]]]:
         # By rows, each of which is one machine: what is computed from it is then still at hand.
-        cases = {node: pair.case(setup, x[node[0]], y[node[1]]) for node in sorted(asked, key=lambda n: (n[1], n[0]))}
+        cases = {node: pair.case(setup, x[node[0]], y[node[1]]) for node in sorted(nodes, key=lambda n: (n[1], n[0]))}
         results = yield tuple(cases.values())
-        new = {node: _run(node, results[case.key]) for node, case in cases.items()}
-        runs |= new
-        try:
-            asked = refinement.send({node: (run.level, run.outcome) for node, run in new.items()})
-        except StopIteration:
-            names = setup.name, setup.engine, setup.preset, STEPS.name, pair.other.name
-            return LimitMap(*names, x, y, tuple(runs[node] for node in sorted(runs)))
+        runs.update({node: _run(node, results[case.key]) for node, case in cases.items()})
+        return {node: (runs[node].level, runs[node].outcome) for node in nodes}
+
+    yield from refine((len(x), len(y)), ask, stride, lambda end: standing(end[0]), ALLOWANCE)
+    names = setup.name, setup.engine, setup.preset, STEPS.name, pair.other.name
+    return LimitMap(*names, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
 def most_map_runs(setup: Setup, pair: Pair, resolution: tuple[int, int] = RESOLUTION) -> int:

@@ -14,8 +14,7 @@ from conrod.scenes import Scene
 from conrod.studies.execution.isolation import Ended, isolated
 from conrod.studies.execution.worker import address_space
 from conrod.studies.frame.study import Results, Study, pursue
-from conrod.studies.limits.axes import AXES, LENGTH_AXIS
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS, Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search, most_float_runs

@@ -8,8 +8,7 @@ from itertools import pairwise
 
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.study import Results, Study
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, between, spaced
+from conrod.studies.limits.axes import AXES, Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.conditioning import reference_error
 from conrod.studies.limits.extremes import Extremes, Mark
