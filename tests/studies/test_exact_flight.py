@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 from short_flights import short_flight
 
-from conrod.errors import InvalidInput
 from conrod.mechanism.cam import symmetric_cam
 from conrod.scenes import CamFollower
 from conrod.studies.limits.exact_flight import (
     LEAST_HEIGHT,
     Fall,
-    bisect,
     exact_flight,
     fall_per_radian,
     float_speed,
@@ -173,16 +171,3 @@ def test_the_gap_is_zero_along_the_cam_and_at_both_ends_of_the_flight() -> None:
     assert np.abs(fall.gap(ends)).max() < 1e-15
     assert np.abs(fall.above(ends)).max() < 1e-14
     assert fall.gap(np.array([flight.landing + 1e-3]))[0] < 0.0
-
-
-def test_a_force_of_nothing_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="holds no follower"):
-        exact_flight(CAM.with_parameters(preload=0.0))
-    with pytest.raises(InvalidInput, match="fly for"):
-        exact_flight(CAM.with_parameters(preload=1e-7))
-
-
-def test_halving_needs_a_change_of_sign() -> None:
-    assert bisect(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(math.sqrt(2.0), abs=5e-16)
-    with pytest.raises(ValueError, match="no change of sign"):
-        bisect(lambda x: x * x + 1.0, 0.0, 2.0)

@@ -19,8 +19,17 @@ from conrod.studies.frame.study import Results, pursue
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import exact_flight
 from conrod.studies.limits.extremes import Extremes, Flight
-from conrod.studies.limits.float_results import WITHIN, FollowerFloat, OnsetProbe
-from conrod.studies.limits.follower_float import LEAST_STEPS, SPANS, GapCase, float_search, most_float_runs, thinned
+from conrod.studies.limits.follower_float import (
+    LEAST_STEPS,
+    SPANS,
+    WITHIN,
+    FollowerFloat,
+    GapCase,
+    OnsetProbe,
+    float_search,
+    most_float_runs,
+    thinned,
+)
 
 CAM = CamFollower()
 REBOUND = 0.05  # speed at which the follower of a law leaves the joint, in A x the step's angle

@@ -20,7 +20,7 @@ from conrod.report.charts.layout import Layout, edge_note, preset_handles
 from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
 from conrod.report.limits.words import WHO, who
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.studies.limits.float_results import WITHIN, ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
+from conrod.studies.limits.follower_float import WITHIN, ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
 
 WIDTH, TALL, LOW = 9.5, 2.9, 2.5  # [inch]
 LEFT, RIGHT, TOP, BETWEEN, GAP, BOTTOM = 0.85, 0.25, 0.62, 0.75, 0.78, 0.5  # margins [inch]

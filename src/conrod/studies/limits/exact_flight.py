@@ -27,13 +27,12 @@ the order passes through one half a little above, the nearer the finer h is.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from scipy.optimize import bisect
 
-from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile, symmetric_cam
 from conrod.scenes.cam_follower import CamFollower
@@ -42,14 +41,13 @@ TURN = 2.0 * math.pi
 SAMPLES = 7200  # of a turn, among which separation is looked for, the joints of the arcs beside
 # Landing is looked for in steps that grow with the flight, up to a milliradian: a landing that the follower leaves
 # again within one of them is not seen.
-FIRST_STEP, STEP_GROWTH, LARGEST_STEP = 1e-6, 1.02, 1e-3  # [rad]
-CHUNK = 4096
+STEPS = np.geomspace(1e-6, 1e-3, 350)  # [rad]
 # The least height above the cam that counts, over the base circle's radius: rounding leaves a ten-thousandth of it.
 LEAST_HEIGHT = 1e-12
 # Among so many evenly spaced angles of a flight, and of each of its turns, the widest gap is looked for: more would not
 # differ from their neighbours in the least flight.
 WIDTHS, WIDTHS_PER_TURN = 65, 720
-LONGEST_FLIGHT = 1e4  # [rad]; a force that may let a follower fly for longer is none
+FINEST = {"xtol": 1e-15, "rtol": 4.0 * np.finfo(float).eps}
 
 
 @dataclass(frozen=True)
@@ -71,6 +69,44 @@ class ExactFlight:
 def float_speed(scene: CamFollower) -> float:
     """Crank speed [rad/s] at which the force is just mass x the largest downward acceleration."""
     return abs(scene.speed) * math.sqrt(scene.preload)
+
+
+@lru_cache(maxsize=1024)  # every engine and preset is compared at the same speeds
+def exact_flight(scene: CamFollower) -> ExactFlight | None:
+    """The first flight of a turn that begins in the middle of the dwell; None where the follower is held throughout.
+
+    (Held means within `LEAST_HEIGHT`: the default cam is, up to 1.00002 times the float speed.)
+
+    Angles to 1e-12 rad or what double precision leaves of that: height over the cam is known to 1e-17 m, so that a
+    flight of a gap G is off by 1e-17 / G of its length.
+    """
+    start = separation(scene)
+    if start is None:
+        return None
+    fall = Fall(scene, start)
+    landing = fall.landing()
+    if landing is None:
+        return None
+    angles = np.linspace(start, landing, max(WIDTHS, round(WIDTHS_PER_TURN * (landing - start) / TURN)))
+    top = int(np.argmax(fall.gap(angles)[1:-1])) + 1
+    widest = bisect(fall.opening, angles[top - 1], angles[top + 1], **FINEST)
+    return ExactFlight(start, landing, float(fall.gap(np.array([widest]))[0]), widest)
+
+
+def separation(scene: CamFollower) -> float | None:
+    """First crank angle [rad] after which the cam no longer presses; None where there is none.
+
+    At a joint of the arcs, where the acceleration jumps, it is the joint itself.
+    """
+    joints = np.array(scene.break_angles())
+    angles = np.sort(np.concatenate([np.linspace(0.0, TURN, SAMPLES, endpoint=False), joints]))
+    excess = _excess(scene, angles)
+    if excess.min() >= 0.0:
+        return None
+    k = int(np.argmax(excess < 0.0))
+    if k == 0 or angles[k] in joints:
+        return float(angles[k])
+    return float(bisect(lambda angle: _excess(scene, np.array([angle]))[0], angles[k - 1], angles[k], **FINEST))
 
 
 @dataclass(frozen=True)
@@ -122,102 +158,23 @@ class Fall:
         return -height * np.cos(angle), height * np.sin(angle)
 
     def landing(self) -> float | None:
-        """First crank angle [rad] at which it is on the cam again; None where it never rises by `LEAST_HEIGHT`.
-
-        Raises:
-            InvalidInput: it may fly for more than `LONGEST_FLIGHT`.
-        """
+        """First crank angle [rad] at which it is on the cam again; None where it never rises by `LEAST_HEIGHT`."""
         y, slope = self._state
         fall, drop = fall_per_radian(self.scene), y - self.scene.base_radius - self.scene.roller_radius
         longest = (slope + math.sqrt(slope**2 + 2.0 * fall * drop)) / fall  # until it is as low as the dwell
-        if longest > LONGEST_FLIGHT:
-            raise InvalidInput(
-                f"preload = {self.scene.preload:g} lets the follower fly for {longest / TURN:.0f} turns, and "
-                f"{LONGEST_FLIGHT / TURN:.0f} are the most: give more"
-            )
-        noise = LEAST_HEIGHT * self.scene.base_radius
-        step, last, off = FIRST_STEP, self.start, False
-        while True:
-            steps = np.minimum(step * STEP_GROWTH ** np.arange(1, CHUNK + 1), LARGEST_STEP)
-            angles = last + np.cumsum(steps)
-            above = self.above(angles)
-            left = int(np.argmax(above > noise)) if not off else 0
-            if not off and (above[left] <= noise or np.any(above[:left] < -noise)):
-                return None
-            back = np.flatnonzero(above[left:] <= 0.0)
-            if len(back):
-                k = left + int(back[0])
-                before = float(angles[k - 1]) if k > 0 else last
-                return bisect(lambda angle: float(self.above(np.array([angle]))[0]), before, float(angles[k]))
-            step, last, off = float(steps[-1]), float(angles[-1]), True
-
-
-@lru_cache(maxsize=1024)  # every engine and preset is compared at the same speeds
-def exact_flight(scene: CamFollower) -> ExactFlight | None:
-    """The first flight of a turn that begins in the middle of the dwell; None where the follower is held throughout.
-
-    (Held means within `LEAST_HEIGHT`: the default cam is, up to 1.00002 times the float speed.)
-
-    Angles to 1e-12 rad or what double precision leaves of that: height over the cam is known to 1e-17 m, so that a
-    flight of a gap G is off by 1e-17 / G of its length.
-
-    Raises:
-        InvalidInput: no force holds the follower.
-    """
-    start = separation(scene)
-    if start is None:
-        return None
-    fall = Fall(scene, start)
-    landing = fall.landing()
-    if landing is None:
-        return None
-    angles = np.linspace(start, landing, max(WIDTHS, round(WIDTHS_PER_TURN * (landing - start) / TURN)))
-    top = int(np.argmax(fall.gap(angles)[1:-1])) + 1
-    widest = bisect(fall.opening, float(angles[top - 1]), float(angles[top + 1]))
-    return ExactFlight(start, landing, float(fall.gap(np.array([widest]))[0]), widest)
-
-
-def separation(scene: CamFollower) -> float | None:
-    """First crank angle [rad] after which the cam no longer presses; None where there is none.
-
-    At a joint of the arcs, where the acceleration jumps, it is the joint itself.
-
-    Raises:
-        InvalidInput: no force holds the follower.
-    """
-    if scene.preload <= 0.0:
-        raise InvalidInput(f"preload = {scene.preload:g} holds no follower: it must be above 0")
-    joints = np.array(scene.break_angles())
-    angles = np.sort(np.concatenate([np.linspace(0.0, TURN, SAMPLES, endpoint=False), joints]))
-    excess = _excess(scene, angles)
-    if excess.min() >= 0.0:
-        return None
-    k = int(np.argmax(excess < 0.0))
-    if k == 0 or angles[k] in joints:
-        return float(angles[k])
-    return bisect(lambda angle: float(_excess(scene, np.array([angle]))[0]), float(angles[k - 1]), float(angles[k]))
+        steps = np.concatenate([STEPS, np.full(int(longest / STEPS[-1]) + 1, STEPS[-1])])
+        angles = self.start + np.cumsum(steps)
+        above, noise = self.above(angles), LEAST_HEIGHT * self.scene.base_radius
+        left = int(np.argmax(above > noise))
+        if above[left] <= noise or np.any(above[:left] < -noise):
+            return None
+        back = left + int(np.argmax(above[left:] <= 0.0))
+        return float(bisect(lambda angle: self.above(np.array([angle]))[0], angles[back - 1], angles[back], **FINEST))
 
 
 def fall_per_radian(scene: CamFollower) -> float:
     """g = F / (m omega^2) [m]: what the force alone does to y''."""
     return scene.preload_force / (scene.follower_mass * scene.speed**2)
-
-
-def bisect(function: Callable[[float], float], here: float, there: float, width: float = 0.0) -> float:
-    """Return where a function changes its sign between two arguments, to a width or to the last bit.
-
-    Raises:
-        ValueError: it has the same sign at both.
-    """
-    positive = function(here) > 0.0
-    if (function(there) > 0.0) == positive:
-        raise ValueError(f"no change of sign between {here!r} and {there!r}")
-    while here < (middle := 0.5 * (here + there)) < there and there - here > width:
-        if (function(middle) > 0.0) == positive:
-            here = middle
-        else:
-            there = middle
-    return middle
 
 
 def _excess(scene: CamFollower, angle: Array) -> Array:

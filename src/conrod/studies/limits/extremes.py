@@ -69,6 +69,10 @@ class Flight:
     gap: float
 
 
+# Crank angle [rad], gap there, least and largest gap around it [m].
+Gaps = tuple[tuple[float, float, float, float], ...]
+
+
 @dataclass(frozen=True)
 class Extremes:
     """Record of a run, which a ledger keeps beside its errors.
@@ -99,7 +103,7 @@ class Extremes:
     history: tuple[Mark, ...]
     fingerprint: str
     again: tuple[str, ...] = ()
-    gaps: tuple[tuple[float, float, float, float], ...] = ()
+    gaps: Gaps = ()
 
     @classmethod
     def of(cls, measurement: Measurement) -> Extremes | None:

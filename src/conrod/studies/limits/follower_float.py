@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.optimize import bisect
 
 from conrod.engines.running import run
 from conrod.exact.motion import Array
@@ -25,10 +26,9 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.exact_flight import ExactFlight, Fall, bisect, exact_flight, float_speed
-from conrod.studies.limits.extremes import Extremes, Flight
+from conrod.studies.limits.exact_flight import ExactFlight, Fall, exact_flight, float_speed
+from conrod.studies.limits.extremes import Extremes, Flight, Gaps
 from conrod.studies.limits.flights import LEAST_DEPTH, TIMES
-from conrod.studies.limits.float_results import ComparedFlight, FollowerFloat, GapCurve, Gaps, OnsetProbe
 from conrod.studies.limits.stream_run import stream_run
 
 LEAST_STEPS = 20000  # a revolution
@@ -43,6 +43,139 @@ DRAWN_SPEED, DRAWN_POINTS = 1.5, 200
 EXCESSES = np.geomspace(0.001, 0.25, 24)
 # Speeds among which one with a given exact flight is looked for, and how closely.
 SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH = 1.0001, 4.0, 1e-5
+# Of each speed the runs with the coarser step and, where that shows a flight, with the finer one.
+Runs = dict[float, tuple[Measurement, ...]]
+SPANS = 360  # of the run that is drawn, of each of which the least and the largest gap are kept
+# A flight whose length falls with the step by this order or more shrinks with it. The order is 1 or more of a held
+# follower's rebounds, 0 of a flight which the speed makes, and one half just at the onset, with rebounds that shrink as
+# h does; see `conrod.studies.limits.exact_flight`.
+SHRINKING_ORDER = 0.5
+WITHIN = 0.02  # how near to the theory's an onset is to be
+
+
+# -- findings --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class OnsetProbe:
+    """Two runs at a speed, with steps h and h/2.
+
+    Attributes:
+        speed: over the float speed.
+        lengths: of the longest flights, the coarser step's first [rad]; 0 where there is none. Without one with the
+            coarser step there is none to shrink: nothing was run with the finer one, which is None.
+        exact: length of the exact flight [rad]; 0 where the exact follower is held.
+    """
+
+    speed: float
+    lengths: tuple[float, float | None]
+    exact: float
+
+    @property
+    def flies(self) -> bool:
+        """True where there is a flight that does not shrink with h."""
+        coarse, fine = self.lengths
+        return fine is not None and fine > coarse * 0.5**SHRINKING_ORDER
+
+
+@dataclass(frozen=True)
+class ComparedFlight:
+    """The longest flight of a run at a speed over the float speed, beside the exact one.
+
+    Attributes:
+        exact: from the separation on; None where the exact follower is held.
+        measured: from and to a gap of ten times the static penetration; None where there is no such gap.
+    """
+
+    speed: float
+    steps_per_revolution: int
+    outcome: str
+    exact: ExactFlight | None
+    measured: Flight | None
+
+    @property
+    def gap_error(self) -> float | None:
+        """Largest gap, over the exact one, minus one."""
+        return self.measured.gap / self.exact.gap - 1.0 if self.measured and self.exact else None
+
+    @property
+    def landing_error(self) -> float | None:
+        """Crank angle of the landing minus the exact one [rad]."""
+        return self.measured.landing - self.exact.landing if self.measured and self.exact else None
+
+
+@dataclass(frozen=True)
+class GapCurve:
+    """The gap over a run, thinned for a figure.
+
+    Attributes:
+        speed: over the float speed.
+        gaps: crank angle [rad], gap there, least and largest gap in a span around it [m]; negative where the roller is
+            sunk in.
+        exact: crank angle [rad] and gap [m] over the exact flight.
+        penetration: static [m].
+        threshold: gap above which the follower flies [m].
+    """
+
+    speed: float
+    steps_per_revolution: int
+    gaps: Gaps
+    exact: tuple[tuple[float, float], ...]
+    penetration: float
+    threshold: float
+
+
+@dataclass(frozen=True)
+class FollowerFloat:
+    """Follower float in one engine with one preset; speeds are over the float speed unless said otherwise.
+
+    Attributes:
+        refusal: why it was not studied; empty where it was.
+        theory: the float speed [rad/s], where the force is just mass x largest downward acceleration;
+            None where it was not studied.
+        steps_per_revolution: of the two runs of each probe.
+        cam_vertices: of the cam's polygon in them.
+        penetration: static, with the coarser steps, at the speed nearest below the onset [m].
+        held, flown: the fastest speed without a flight that does not shrink with h, and the slowest with one; None
+            where there is no such speed.
+        visible: from which speed on the exact flight's gap is above ten times that penetration.
+        from_length: the onset predicted from the length of one flight well above it: speed of that run, over the one at
+            which the exact flight is as long.
+        probes: by speed.
+        flights: beside exact ones.
+        curve: of one of them; None where the run gave none.
+        exact_lengths: speed and length of the exact flight [rad], around the onset.
+    """
+
+    scene: str
+    engine: str
+    preset: str
+    refusal: str
+    theory: float | None
+    steps_per_revolution: tuple[int, int]
+    cam_vertices: tuple[int, int]
+    penetration: float | None = None
+    held: float | None = None
+    flown: float | None = None
+    visible: float | None = None
+    from_length: float | None = None
+    probes: tuple[OnsetProbe, ...] = ()
+    flights: tuple[ComparedFlight, ...] = ()
+    curve: GapCurve | None = None
+    exact_lengths: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def onset(self) -> float | None:
+        """Measured onset over the theory's; None where it was not found."""
+        return None if self.held is None or self.flown is None else (self.held * self.flown) ** 0.5
+
+    @property
+    def fit(self) -> bool:
+        """True where the contact is hard enough to show the onset as near as `WITHIN`."""
+        return self.visible is not None and self.visible <= 1.0 + WITHIN
+
+
+# -- search ----------------------------------------------------------------------------------------------------------
 
 
 def float_search(setup: Setup) -> Study[FollowerFloat]:
@@ -52,22 +185,27 @@ def float_search(setup: Setup) -> Study[FollowerFloat]:
     if found.refusal:
         return found
     curve = yield from _drawn(bench)
-    trials = yield from _bracketed(bench)
-    while (middle := _middle(trials)) is not None:
-        trials += yield from _tried(bench, (middle,))
-    trials.sort(key=lambda trial: trial.probe.speed)
-    held, flown = _bracket(trials)
-    depth = None if held is None else held.penetration
+    runs = yield from _runs_about_the_onset(bench)
+    probes = tuple(bench.probe(speed, runs[speed]) for speed in sorted(runs))
+    held, flown = _bracket(probes)
+    # Exact flights as long as one of the finer step begin at the onset.
+    length = next(probe.lengths[1] for probe in probes if probe.speed == LENGTH_SPEED)
+    depth = visible = None
+    if held is not None:
+        recorded = Extremes.of(runs[held][0])
+        depth = (None if recorded is None else recorded.penetration) or 0.0
+        threshold = bench.threshold(depth)
+        visible = bench.speed_of(lambda exact: exact.gap - threshold)
     return replace(
         found,
         theory=float_speed(bench.scene),
         penetration=depth,
-        held=None if held is None else held.probe.speed,
-        flown=None if flown is None else flown.probe.speed,
-        visible=None if held is None else bench.speed_of(lambda exact: exact.gap - held.threshold),
-        from_length=_from_length(bench, trials),
-        probes=tuple(trial.probe for trial in trials),
-        flights=tuple(flight for trial in trials if trial.probe.speed in COMPARED_SPEEDS for flight in trial.flights),
+        held=held,
+        flown=flown,
+        visible=visible,
+        from_length=LENGTH_SPEED / bench.speed_of(lambda e: e.landing - e.start - length) if length else None,
+        probes=probes,
+        flights=tuple(flight for speed in COMPARED_SPEEDS for flight in bench.compared(speed, runs[speed])),
         curve=curve,
         exact_lengths=tuple((speed, bench.exact_length(speed)) for speed in (1.0 + EXCESSES).tolist()),
     )
@@ -81,6 +219,44 @@ def most_float_runs() -> int:
     widest = max(math.log(faster / slower) for slower, faster in pairwise(listed))
     halvings = math.ceil(math.log2(widest / math.log(CLOSELY)))
     return 1 + 2 * (len(listed) + halvings)
+
+
+def _runs_about_the_onset(bench: _Bench) -> Study[Runs]:
+    """Runs at the speeds that are compared, at slower ones down to one that makes no flight, and at those between."""
+    runs = yield from _tried(bench, (*COMPARED_SPEEDS, HELD_SPEEDS[0]))
+    slower = list(HELD_SPEEDS[1:])
+    while True:
+        held, flown = _bracket([bench.probe(speed, of) for speed, of in runs.items()])
+        if held is None and slower:
+            speed = slower.pop(0)
+        elif held is not None and flown is not None and flown > CLOSELY * held:
+            speed = math.sqrt(held * flown)
+        else:
+            return runs
+        runs |= yield from _tried(bench, (speed,))
+
+
+def _bracket(probes: Sequence[OnsetProbe]) -> tuple[float | None, float | None]:
+    """The fastest speed below all flights, and the slowest one that makes a flight."""
+    flown = min((probe.speed for probe in probes if probe.flies), default=None)
+    below = [probe.speed for probe in probes if not probe.flies and (flown is None or probe.speed < flown)]
+    return max(below, default=None), flown
+
+
+def _tried(bench: _Bench, speeds: Sequence[float]) -> Study[Runs]:
+    """Runs with the coarser step, and with the finer one where they show a flight."""
+    coarse = {speed: bench.case(speed, 0) for speed in speeds}
+    results = yield tuple(coarse.values())
+    runs: Runs = {speed: (results[case.key],) for speed, case in coarse.items()}
+    fine = {speed: bench.case(speed, 1) for speed, (one,) in runs.items() if _longest(one) is not None}
+    if fine:
+        results = yield tuple(fine.values())
+    return runs | {speed: (*runs[speed], results[case.key]) for speed, case in fine.items()}
+
+
+def _longest(measurement: Measurement) -> Flight | None:
+    recorded = Extremes.of(measurement)
+    return None if recorded is None else next(iter(recorded.flights), None)
 
 
 class _Bench:
@@ -121,6 +297,16 @@ class _Bench:
         exact = self.exact(speed)
         return 0.0 if exact is None else exact.landing - exact.start
 
+    def probe(self, speed: float, runs: Sequence[Measurement]) -> OnsetProbe:
+        """What the runs at a speed show."""
+        coarse, *fine = (0.0 if f is None else abs(f.landing - f.start) for f in map(_longest, runs))
+        return OnsetProbe(speed, (coarse, fine[0] if fine else None), self.exact_length(speed))
+
+    def compared(self, speed: float, runs: Sequence[Measurement]) -> list[ComparedFlight]:
+        """The longest flight of each of the runs at a speed beside the exact one."""
+        exact, each = self.exact(speed), zip(self.steps, runs, strict=False)
+        return [ComparedFlight(speed, steps, one.outcome, exact, _longest(one)) for steps, one in each]
+
     def threshold(self, penetration: float) -> float:
         """Gap [m] above which a follower that sinks in so deep [m] flies; as `Flights` has it."""
         return TIMES * max(penetration, LEAST_DEPTH * self.scene.kinematics.travel)
@@ -138,86 +324,7 @@ class _Bench:
         for end, sign in ((SLOWEST_FLIGHT, 1.0), (FASTEST_FLIGHT, -1.0)):
             if sign * at(end) >= 0.0:
                 return end
-        return bisect(at, SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH)
-
-
-@dataclass(frozen=True)
-class _Trial:
-    """Findings of the runs at a speed; the depths are of the coarser one [m]."""
-
-    probe: OnsetProbe
-    flights: tuple[ComparedFlight, ...]
-    penetration: float
-    threshold: float
-
-
-def _tried(bench: _Bench, speeds: Sequence[float]) -> Study[list[_Trial]]:
-    """Runs with the coarser step, and with the finer one where they show a flight."""
-    coarse = {speed: bench.case(speed, 0) for speed in speeds}
-    results = yield tuple(coarse.values())
-    shown = {speed: [results[case.key]] for speed, case in coarse.items()}
-    fine = {speed: bench.case(speed, 1) for speed, (first,) in shown.items() if _longest(first) is not None}
-    if fine:
-        results = yield tuple(fine.values())
-    for speed, case in fine.items():
-        shown[speed].append(results[case.key])
-    return [_trial(bench, speed, measurements) for speed, measurements in shown.items()]
-
-
-def _longest(measurement: Measurement) -> Flight | None:
-    recorded = Extremes.of(measurement)
-    return None if recorded is None else next(iter(recorded.flights), None)
-
-
-def _trial(bench: _Bench, speed: float, measurements: Sequence[Measurement]) -> _Trial:
-    exact = bench.exact(speed)
-    flights = [_longest(measurement) for measurement in measurements]
-    lengths = [0.0 if flight is None else abs(flight.landing - flight.start) for flight in flights]
-    recorded = Extremes.of(measurements[0])
-    depth = (None if recorded is None else recorded.penetration) or 0.0
-    return _Trial(
-        OnsetProbe(speed, (lengths[0], lengths[1] if len(lengths) > 1 else None), bench.exact_length(speed)),
-        tuple(
-            ComparedFlight(speed, steps, measurement.outcome, exact, flight)
-            for steps, measurement, flight in zip(bench.steps, measurements, flights, strict=False)
-        ),
-        depth,
-        bench.threshold(depth),
-    )
-
-
-def _bracketed(bench: _Bench) -> Study[list[_Trial]]:
-    """The speeds that are compared, and slower ones down to one that makes no flight."""
-    trials = yield from _tried(bench, (*COMPARED_SPEEDS, HELD_SPEEDS[0]))
-    for speed in HELD_SPEEDS[1:]:
-        if _bracket(trials)[0] is not None:
-            break
-        trials += yield from _tried(bench, (speed,))
-    return trials
-
-
-def _bracket(trials: Sequence[_Trial]) -> tuple[_Trial | None, _Trial | None]:
-    """The slowest speed that makes a flight, and the fastest one below that makes none."""
-    flown = min((t for t in trials if t.probe.flies), key=lambda t: t.probe.speed, default=None)
-    limit = math.inf if flown is None else flown.probe.speed
-    below = [t for t in trials if not t.probe.flies and t.probe.speed < limit]
-    return max(below, key=lambda t: t.probe.speed, default=None), flown
-
-
-def _middle(trials: Sequence[_Trial]) -> float | None:
-    """The speed to try next; None where there is no onset, or it is known closely."""
-    held, flown = _bracket(trials)
-    if held is None or flown is None or flown.probe.speed <= CLOSELY * held.probe.speed:
-        return None
-    return math.sqrt(held.probe.speed * flown.probe.speed)
-
-
-def _from_length(bench: _Bench, trials: Sequence[_Trial]) -> float | None:
-    """Return the onset predicted from the length of a flight with the finer step: exact ones as long begin at it."""
-    length = next(trial.probe.lengths[1] for trial in trials if trial.probe.speed == LENGTH_SPEED)
-    if not length:
-        return None
-    return LENGTH_SPEED / bench.speed_of(lambda exact: exact.landing - exact.start - length)
+        return float(bisect(at, SLOWEST_FLIGHT, FASTEST_FLIGHT, xtol=0.5 * SPEED_WIDTH))
 
 
 def _drawn(bench: _Bench) -> Study[GapCurve | None]:
@@ -237,11 +344,6 @@ def _drawn(bench: _Bench) -> Study[GapCurve | None]:
         penetration=recorded.penetration,
         threshold=bench.threshold(recorded.penetration),
     )
-
-
-# -- the gap over a run, for a figure --------------------------------------------------------------------------------
-
-SPANS = 360  # of a run, of each of which the least and the largest gap are kept
 
 
 @dataclass(frozen=True)

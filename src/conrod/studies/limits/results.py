@@ -8,7 +8,7 @@ from itertools import groupby
 
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.extremes import Mark
-from conrod.studies.limits.float_results import FollowerFloat
+from conrod.studies.limits.follower_float import FollowerFloat
 from conrod.studies.limits.grade import GOOD
 from conrod.studies.limits.maps import LimitMap
 
