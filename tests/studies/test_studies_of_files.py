@@ -25,7 +25,7 @@ from conrod.studies.frame.timing import time_run
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import length_power, rescaled
-from conrod.studies.limits.extremes import ExactTorque
+from conrod.studies.limits.recorders import ExactTorque
 from conrod.studies.limits.stream_run import stream_run
 from conrod.studies.recommend.study import confirming_cases
 from conrod.studies.sweep.plan import RulePlan

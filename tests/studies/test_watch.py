@@ -20,7 +20,8 @@ from conrod.runs.trajectory import Piece, SolverState
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.limits.recorders import SolverRecorder
+from conrod.studies.limits.extremes import SolverRecord
+from conrod.studies.limits.recorders import looked
 from conrod.studies.limits.stream_run import piece_length, stream_run
 
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500
@@ -211,11 +212,7 @@ def test_the_solver_is_looked_at_all_around_the_turn(steps: int, revolutions: fl
 def test_residuals_are_normalised_by_what_they_are() -> None:
     """The same machine in another unit, and ten times as fast, leaves the same."""
     for of_rates, residual in ((True, 6.0), (False, 12.0)):
-        look = SolverRecorder(10, -2.0, 3.0)
-        look.add(None)
-        assert look.found() is None
-        look.add(SolverState(None, residual, of_rates))
-        look.add(SolverState(4, math.nan, of_rates))
-        found = look.found()
-        assert found is not None
+        found = SolverRecord(0, 10, None, None, None)
+        for state in (SolverState(None, residual, of_rates), SolverState(4, math.nan, of_rates)):
+            found = looked(found, state, (6.0, 12.0))
         assert (found.looked_at, found.least, found.most, found.residual) == (2, 4, 4, 1.0)

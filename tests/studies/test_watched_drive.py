@@ -18,8 +18,7 @@ from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.exact.dynamics.inverse import reactions
 from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
-from conrod.studies.limits.extremes import ExactTorque
-from conrod.studies.limits.recorders import History, marked
+from conrod.studies.limits.recorders import ExactTorque, History, marked
 from conrod.studies.limits.stream_run import stream_run
 
 TURN = 2.0 * math.pi

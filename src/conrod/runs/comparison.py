@@ -14,7 +14,7 @@ from conrod.exact.motion import Array, Motion
 from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import joint_gaps
-from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track, Trajectory
+from conrod.runs.trajectory import BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 
 QUANTITIES = ("position", "velocity", "acceleration", "total")
 
@@ -102,10 +102,11 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
     peaks = _peaks(trajectory.points, reference)
     position, velocity = trajectory.bodies.position.instants, trajectory.bodies.velocity.instants
     phase = np.abs(position.angle - trajectory.speed * position.times)
+    closure = closure_series(trajectory.bodies, reference.mechanism(), max(reference.lengths.values()), speed)
     return Comparison(
         points=point_errors(trajectory, reference),
         peaks=peaks,
-        closure=_closure(trajectory, reference, max(reference.lengths.values())),
+        closure=Closure(**{name: float(gaps.max()) for name, gaps in closure.items()}),
         phase_max=float(phase.max()),
         phase_final=float(phase[-1]),
         drive_speed=float(np.abs(velocity.rate / trajectory.speed - 1.0).max()),
@@ -190,17 +191,15 @@ def _peaks(points: Mapping[str, PointTracks], reference: ExactReference) -> dict
     return found
 
 
-def _closure(trajectory: Trajectory, reference: ExactReference, length: float) -> Closure:
-    bodies, speed, mechanism = trajectory.bodies, abs(trajectory.speed), reference.mechanism()
-    assert bodies is not None
+def closure_series(bodies: BodyTracks, mechanism: Mechanism, length: float, speed: float) -> dict[str, Array]:
+    """Largest gap of a joint, its rate and its acceleration at their samples (T,), over L, omega L and omega^2 L."""
     position, velocity, acceleration = bodies.position, bodies.velocity, bodies.acceleration
-    return Closure(
-        _largest_gap(mechanism, [position.poses]) / length,
-        _largest_gap(mechanism, [velocity.poses, velocity.rates]) / (length * speed),
-        _largest_gap(mechanism, [acceleration.poses, acceleration.rates, acceleration.accelerations])
-        / (length * speed**2),
-    )
-
-
-def _largest_gap(mechanism: Mechanism, derivatives: list[Array]) -> float:
-    return max(float(np.abs(gap).max()) for gap in joint_gaps(mechanism, derivatives).values())
+    derivatives = {
+        "position": [position.poses],
+        "velocity": [velocity.poses, velocity.rates],
+        "acceleration": [acceleration.poses, acceleration.rates, acceleration.accelerations],
+    }
+    return {
+        name: np.abs(list(joint_gaps(mechanism, some).values())).max(axis=0) / (length * abs(speed) ** k)
+        for k, (name, some) in enumerate(derivatives.items())
+    }

@@ -27,7 +27,7 @@ from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.paired_timing import ROUNDS, time_pair
 from conrod.studies.frame.run import RunCase, as_run, too_coarse
-from conrod.studies.limits.extremes import ExactTorque
+from conrod.studies.limits.recorders import ExactTorque
 from conrod.studies.limits.stream_run import GONE
 
 # Raised when what is kept of the same run comes out otherwise, or means something else, than before.

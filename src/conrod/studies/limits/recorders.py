@@ -1,17 +1,21 @@
-"""Recorders of a run that comes in pieces: fingerprint, error sizes, solver, marks of a long run."""
+"""Recorders of a run that comes in pieces: fingerprint, error sizes, solver, marks of a long run, drive torque."""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from conrod.engines.massless_rod import model_form
+from conrod.exact.dynamics.coordinates import load_forces
+from conrod.exact.dynamics.inverse import inertia_forces
+from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.runs.comparison import QUANTITIES, PointErrors
-from conrod.runs.trajectory import BodyTracks, SolverState, Trajectory
+from conrod.runs.trajectory import SolverState, Trajectory
 from conrod.studies.limits.extremes import Mark, SolverRecord
 
 
@@ -49,9 +53,6 @@ def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
         yield f"{name} acceleration", tracks.acceleration.values
 
 
-ORDERS = ("position", "velocity", "acceleration")
-
-
 @dataclass
 class RunningSize:
     """Largest, rms and final value of one series that comes in pieces."""
@@ -75,70 +76,18 @@ class RunningSize:
         return {"max": self.largest, "rms": float(np.sqrt(self.squares / max(self.count, 1))), "final": self.final}
 
 
-@dataclass
-class RunningErrors:
-    """Errors of all observed points, of the joints and of the drive."""
-
-    points: dict[str, dict[str, RunningSize]] = field(default_factory=dict)
-    closure: dict[str, RunningSize] = field(default_factory=lambda: {order: RunningSize() for order in ORDERS})
-    phase: RunningSize = field(default_factory=RunningSize)
-    speed: RunningSize = field(default_factory=RunningSize)
-    acceleration: RunningSize = field(default_factory=RunningSize)
-
-    def add(
-        self, points: Mapping[str, PointErrors], closure: Mapping[str, Array], bodies: BodyTracks, speed: float
-    ) -> None:
-        """Take in a piece of a run at a crank speed [rad/s].
-
-        Args:
-            closure: largest gap of a joint, its rate and its acceleration at each sample, normalised.
-        """
-        for name, errors in points.items():
-            sizes = self.points.setdefault(name, {quantity: RunningSize() for quantity in QUANTITIES})
-            for quantity in QUANTITIES:
-                sizes[quantity].add(getattr(errors, quantity).error)
-        for order, gaps in closure.items():
-            self.closure[order].add(gaps)
-        position = bodies.position.instants
-        self.phase.add(np.abs(position.angle - speed * position.times))
-        self.speed.add(np.abs(bodies.velocity.instants.rate / speed - 1.0))
-        self.acceleration.add(np.abs(bodies.acceleration.instants.acceleration) / speed**2)
-
-
-class SolverRecorder:
-    """End of an engine's solver, one step after the other.
+def looked(record: SolverRecord, state: SolverState, scale: tuple[float, float]) -> SolverRecord:
+    """Return the record of an engine's solver with one more step.
 
     Args:
-        allowed: iterations that the solver may take.
-        speed: of the crank [rad/s].
-        length: that errors of the machine are normalised by [m].
+        scale: of the machine: speed x length [m/s] and speed^2 x length [m/s^2], see `SolverRecord.residual`.
     """
-
-    def __init__(self, allowed: int, speed: float, length: float) -> None:
-        self._allowed, self._speed, self._length = allowed, abs(speed), length
-        self._least: int | None = None
-        self._most: int | None = None
-        self._residual: float | None = None
-        self._looked = 0
-
-    def add(self, state: SolverState | None) -> None:
-        """Take in a step; None where there was nothing to look at."""
-        if state is None:
-            return
-        self._looked += 1
-        residual = state.residual / (self._length * self._speed ** (1 if state.of_rates else 2))
-        # A state that is not finite is an outcome of its own.
-        if math.isfinite(residual):
-            self._residual = max(residual, self._residual or 0.0)
-        if state.iterations is not None:
-            self._least = min(state.iterations, state.iterations if self._least is None else self._least)
-            self._most = max(state.iterations, state.iterations if self._most is None else self._most)
-
-    def found(self) -> SolverRecord | None:
-        """Return the record; None where no step was looked at."""
-        if not self._looked:
-            return None
-        return SolverRecord(self._looked, self._allowed, self._least, self._most, self._residual)
+    residual = state.residual / scale[0 if state.of_rates else 1]
+    # A state that is not finite is an outcome of its own.
+    residuals = [one for one in (record.residual, residual) if one is not None and math.isfinite(one)]
+    taken = [one for one in (record.least, record.most, state.iterations) if one is not None]
+    ends = min(taken, default=None), max(taken, default=None), max(residuals, default=None)
+    return SolverRecord(record.looked_at + 1, record.allowed, *ends)
 
 
 SHORT = 2.0  # revolutions of a run that needs no history
@@ -163,11 +112,6 @@ class History:
         self._due = list(marked(revolutions))
         self._position = self._closure = 0.0
 
-    @property
-    def goes_on(self) -> bool:
-        """True while a mark is still to come."""
-        return bool(self._due)
-
     def add(self, first: int, position: Array, closure: Array, phase: Array, clock: Array) -> None:
         """Take in the samples from the one of an index on; each argument (T,), as `Mark` has them."""
         begin, end = 0, len(position)
@@ -181,3 +125,54 @@ class History:
                 self.marks.append(mark)
                 self._position = self._closure = 0.0
             begin = rows.stop
+
+
+PEAK_SAMPLES = 3600  # of a turn
+# Of what all bodies take that move through the travel in a radian: a drive that takes no more than that takes nothing.
+NOTHING = 1e-12
+
+
+class ExactTorque:
+    """Torque of a drive at constant speed in the exact motion, of a linkage as an engine is given it.
+
+    By virtual work: what the bodies' inertia and weight take, M q'' - Q, along the motion q' by the crank angle. It is
+    the multiplier of the driver's equation, without the joints' reactions, which do no work.
+
+    Args:
+        speed: of the crank [rad/s].
+        gravity: whether the engine is given any.
+        rod: form of links that carry nothing but two pins, see `ROD_FORMS`.
+    """
+
+    def __init__(self, kinematics: Kinematics, speed: float, *, gravity: bool, rod: str) -> None:
+        self._kinematics, self._speed = kinematics, speed
+        self._form = model_form(kinematics.mechanism, rod)
+        given = self._form.mechanism
+        self._given = given if gravity else replace(given, gravity=(0.0, 0.0))
+
+    @cached_property
+    def peak(self) -> float:
+        """Largest magnitude over a turn, or over the driver's span [N m]."""
+        start, stop = self._kinematics.span
+        middle, width = 0.5 * (start + stop), 0.5 * (stop - start)
+        for _ in range(2):  # once around, and once more about the highest sample, since a peak can be sharp
+            angles = middle + width * np.linspace(-1.0, 1.0, PEAK_SAMPLES)
+            if self._kinematics.mechanism.driver.span is not None:
+                angles = np.clip(angles, start, stop)
+            sizes = np.abs(self.at(angles))
+            middle, width = float(angles[np.argmax(sizes)]), 2.0 * width / PEAK_SAMPLES
+        return float(sizes.max())
+
+    @cached_property
+    def is_nothing(self) -> bool:
+        """True where the drive takes nothing but rounding: wheels about their own centres, and no gravity."""
+        mass = sum(body.mass for body in self._given.bodies)
+        return self.peak <= NOTHING * mass * (self._kinematics.travel * self._speed) ** 2
+
+    def at(self, angle: Array) -> Array:
+        """Torque (T,) [N m] about the crank, in the sense of the crank angle, at crank angles (T,) [rad]."""
+        poses, first, second = (self._form.kept(d) for d in self._kinematics.derivatives(angle, 2))
+        rates = first * self._speed
+        forces = inertia_forces(self._given, poses, rates, second * self._speed**2)
+        forces -= load_forces(self._given, poses, rates, angle / self._speed)
+        return np.asarray(np.sum(forces * first, axis=1), dtype=float)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,15 +13,16 @@ from conrod.engines.engine import PIECE
 from conrod.engines.running import check_run
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.comparison import point_errors
+from conrod.runs.comparison import QUANTITIES, closure_series, point_errors
 from conrod.runs.outcome import Verdict, joint_gaps, prevailing
 from conrod.runs.plain import plain
 from conrod.runs.trajectory import BodyTracks, Outcome, Piece, concatenate_pieces
+from conrod.studies.frame.measurement import QUANTITIES as MEASURED
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
-from conrod.studies.limits.extremes import ExactTorque, Extremes
+from conrod.studies.limits.extremes import Extremes, SolverRecord
 from conrod.studies.limits.flights import HELD, Flights, longest
-from conrod.studies.limits.recorders import ORDERS, Fingerprint, History, RunningErrors, SolverRecorder, recorded
+from conrod.studies.limits.recorders import ExactTorque, Fingerprint, History, RunningSize, looked, recorded
 
 if TYPE_CHECKING:
     from conrod.studies.limits.case import LimitCase
@@ -96,22 +98,22 @@ class RunStatistics:
 
     def __init__(self, case: LimitCase) -> None:
         machine, settings, given = case.machine, case.settings, case.settings.as_dict()
-        kinematics, steps = machine.kinematics, settings.steps_per_revolution
+        kinematics, steps, speed = machine.kinematics, settings.steps_per_revolution, abs(machine.speed)
         contacts = kinematics.mechanism.cam_contacts
         self._machine, self._timestep = machine, settings.timestep
         self._length = max(machine.lengths.values())
-        self._samples, self._finite = 0, True
+        self._solver_scale = (self._length * speed, self._length * speed**2)
+        self._solver = SolverRecord(0, given["iterations"], None, None, None)
+        self._samples, self._finite, self._start_of_clock = 0, True, 0.0
         self._warnings: dict[str, int] = {}
-        self._errors, self._fingerprint = RunningErrors(), Fingerprint()
-        self._history = History(case.revolutions, steps)
-        self._solver = SolverRecorder(given["iterations"], machine.speed, self._length)
+        self._fingerprint, self._history = Fingerprint(), History(case.revolutions, steps)
+        self._points = {point: {quantity: RunningSize() for quantity in QUANTITIES} for point in machine.lengths}
+        self._sizes: defaultdict[str, RunningSize] = defaultdict(RunningSize)  # of the joints and the drive
         self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
         # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
-        self._exact_torque = (
-            None if contacts else ExactTorque(kinematics, machine.speed, gravity=given["gravity"], rod=given["rod"])
-        )
+        exact = None if contacts else ExactTorque(kinematics, machine.speed, gravity=given["gravity"], rod=given["rod"])
+        self._exact_torque = exact
         self._torque: float | None = None
-        self._start_of_clock = 0.0
         self._waiting: list[Piece] = []  # to be compared together
 
     def add(self, piece: Piece) -> None:
@@ -124,7 +126,8 @@ class RunStatistics:
         self._warnings = dict(piece.warnings)
         self._finite = self._finite and all(bool(np.all(np.isfinite(v))) for _, v in recorded(piece.trajectory))
         self._fingerprint.add(piece.trajectory)
-        self._solver.add(piece.solver)
+        if piece.solver is not None:
+            self._solver = looked(self._solver, piece.solver, self._solver_scale)
         if self._flights and self._finite:
             gaps = joint_gaps(self._machine.kinematics.mechanism, [bodies.position.poses])
             for name, flights in self._flights.items():
@@ -140,33 +143,30 @@ class RunStatistics:
         if not self._waiting:
             return
         piece, self._waiting = concatenate_pieces(self._waiting), []
-        bodies = piece.trajectory.bodies
+        machine, speed, bodies = self._machine, self._machine.speed, piece.trajectory.bodies
         assert bodies is not None
-        points, closure = point_errors(piece.trajectory, self._machine), self._closure(bodies)
-        self._errors.add(points, closure, bodies, self._machine.speed)
-        if self._history.goes_on:
-            position = np.max([errors.position.error for errors in points.values()], axis=0)
-            self._history.add(piece.first_step, position, closure["position"], *self._phases(piece, bodies))
+        points = point_errors(piece.trajectory, machine)
+        for name, errors in points.items():
+            for quantity, size in self._points[name].items():
+                size.add(getattr(errors, quantity).error)
+        gaps = closure_series(bodies, machine.kinematics.mechanism, self._length, speed)
+        phase, clock = self._phases(piece, bodies)
+        series = {
+            **gaps,
+            "phase": np.abs(phase),
+            "drive speed": np.abs(bodies.velocity.instants.rate / speed - 1.0),
+            "drive acceleration": np.abs(bodies.acceleration.instants.acceleration) / speed**2,
+        }
+        for name, values in series.items():
+            self._sizes[name].add(values)
+        position = np.max([errors.position.error for errors in points.values()], axis=0)
+        self._history.add(piece.first_step, position, gaps["position"], phase, clock)
         if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_nothing:
             # At the very first sample an iterative solver has nothing to start from.
             rows = slice(int(piece.first_step == 0), None)
             exact = self._exact_torque.at(bodies.acceleration.instants.angle[rows])
             off = float(np.abs(piece.drive_torque[rows] - exact).max()) / self._exact_torque.peak
             self._torque = max(off, self._torque or 0.0)
-
-    def _closure(self, bodies: BodyTracks) -> dict[str, Array]:
-        """Largest gap of a joint, its rate and its acceleration at their samples, normalised."""
-        position, velocity, acceleration = bodies.position, bodies.velocity, bodies.acceleration
-        derivatives = (
-            [position.poses],
-            [velocity.poses, velocity.rates],
-            [acceleration.poses, acceleration.rates, acceleration.accelerations],
-        )
-        mechanism, speed = self._machine.kinematics.mechanism, abs(self._machine.speed)
-        return {
-            order: np.abs(list(joint_gaps(mechanism, some).values())).max(axis=0) / (self._length * speed**k)
-            for k, (order, some) in enumerate(zip(ORDERS, derivatives, strict=True))
-        }
 
     def _phases(self, piece: Piece, bodies: BodyTracks) -> tuple[Array, Array]:
         """Return how far the crank, and a clock that sums its steps, are ahead of counted steps [rad]."""
@@ -180,13 +180,13 @@ class RunStatistics:
         extremes = plain(self._extremes())
         if verdict.outcome is not Outcome.COMPLETED:
             return Measurement(verdict.outcome.slug, verdict.reason, extremes=extremes)
-        errors = self._errors
+        sizes = self._sizes
         return Measurement(
             outcome=verdict.outcome.slug,
-            errors={p: {q: size.sizes() for q, size in sizes.items()} for p, sizes in errors.points.items()},
-            closure={order: size.largest for order, size in errors.closure.items()},
-            phase={"max": errors.phase.largest, "final": errors.phase.final},
-            drive={"speed": errors.speed.largest, "acceleration": errors.acceleration.largest},
+            errors={p: {q: size.sizes() for q, size in found.items()} for p, found in self._points.items()},
+            closure={order: sizes[order].largest for order in MEASURED},
+            phase={"max": sizes["phase"].largest, "final": sizes["phase"].final},
+            drive={part: sizes[f"drive {part}"].largest for part in ("speed", "acceleration")},
             extremes=extremes,
         )
 
@@ -195,7 +195,7 @@ class RunStatistics:
             samples=self._samples,
             finite=self._finite,
             warnings=self._warnings,
-            solver=self._solver.found(),
+            solver=self._solver if self._solver.looked_at else None,
             torque=self._torque,
             penetration=max((flights.penetration for flights in self._flights.values()), default=None),
             flights=longest([flight for flights in self._flights.values() for flight in flights.found()]),
