@@ -17,25 +17,25 @@ from limit_walks import (
 from conrod.report.limits.tables import (
     boundaries_table,
     determinism_table,
+    reach_table,
     steps_table,
     undetected_table,
+    undetected_words,
 )
-from conrod.report.limits.words import findings, undetected_words
 from conrod.report.table import Toned
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
 
-def test_findings_are_made_of_the_walks() -> None:
-    assert findings(steps_walks()) == [
-        "**Steps per revolution**, 20000 .. 2 steps: within 10 % furthest with MuJoCo `hardened` (down to 5 steps), "
-        "least far with MuJoCo `stock` (down to 200 steps); 2 of 5 leave it undetected."
-    ]
-    assert "within 10 % furthest with MuJoCo `tuned`; pymunk `tuned` (down to 25 steps)" in " ".join(
-        findings([walk for walk in steps_walks() if walk.preset != "hardened"])
-    )
+def test_how_far_ten_per_cent_holds_has_a_column_for_each_preset() -> None:
+    found = reach_table([*steps_walks(), *mass_walks()])
+    assert found.headings[2:] == ("MuJoCo stock", "MuJoCo tuned", "MuJoCo hardened", "pymunk stock", "pymunk tuned")
+    steps, heavier, lighter = found.rows
+    reached = ("200 steps, then undetected", "25 steps", "5 steps", "80 steps, then undetected", "25 steps")
+    assert steps == ("Steps per revolution", "2 steps", *reached)
+    assert (heavier[1:3], lighter[1:3]) == (("1e+06", "1500"), ("1e-06", "0.01, then undetected"))
     assert undetected_words(steps_walks()) == "15 of 86 runs, on 2 of 5 walks"
-    assert findings([]) == []
+    assert not reach_table([])
 
 
 def flickering() -> Walk:
@@ -76,9 +76,10 @@ def test_an_undetected_stretch_has_its_place_its_kind_and_its_error() -> None:
 def test_steps_at_which_an_engine_leaves_and_breaks() -> None:
     rows = steps_table([*steps_walks(), *mass_walks()]).rows
     assert len(rows) == 5
-    held = ("400 (399: rough)", "80 (79: wrong, undetected)", "20 (19: flipped, undetected)", "all of it")
-    assert rows[3] == (SCENE, "pymunk", "stock", *held)
-    assert "none of it (20000: rough)" in rows[0]
+    held = ("400 steps", "80 steps", "20 steps", "all of it")
+    beyond = "wrong (undetected), flipped (undetected), opened (undetected)"
+    assert rows[3] == (SCENE, "pymunk", "stock", *held, beyond)
+    assert rows[0][3] == "none of it"
 
 
 def test_what_only_the_safe_end_lacks_is_not_called_nowhere() -> None:
@@ -86,16 +87,16 @@ def test_what_only_the_safe_end_lacks_is_not_called_nowhere() -> None:
     never: tuple[Part, ...] = ((2.0, "wrong", "completed", True, 0.2),)
     walk = walked("steps", "mujoco", "stock", 20_000.0, late, text="{:.0f}")
     assert boundaries_table([walk]).rows[0][3:6] == ("not at first *", "not at first *", "all of it")
-    assert "not at first (20000: wrong, undetected)" in steps_table([walk]).rows[0]
-    assert "not at first, but further on with MuJoCo `stock`" in findings([walk])[0]
+    assert reach_table([walk]).rows[0][-1] == "not at first *, then undetected"
     other = walked("steps", "mujoco", "stock", 20_000.0, never)
     assert boundaries_table([other]).rows[0][3:6] == ("none of it", "none of it", "all of it")
-    assert "nowhere with MuJoCo `stock`" in findings([other])[0]
 
 
 def test_the_solver_that_stopped_early_is_in_the_table() -> None:
     rows = boundaries_table(regularisation_walks()).rows
-    assert any("stopped after 0 iterations: 1e-10 .. 1e-15 (7 of 15 runs)" in str(row[-1]) for row in rows)
+    assert any(
+        "stopped after 0 iterations, residual above 0.1: 1e-10 .. 1e-15 (7 of 15 runs)" in str(row[-1]) for row in rows
+    )
     assert "its solver" not in boundaries_table(steps_walks()).headings
 
 

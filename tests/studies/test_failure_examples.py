@@ -21,7 +21,7 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.extremes import Extremes, SolverRecord
-from conrod.studies.limits.grade import LEFT, grade_of, solver_note
+from conrod.studies.limits.grade import LEFT, is_undetected, solver_note
 
 BY_NAME = {f"{e.outcome.slug}: {e.title} in {e.engine}": e for e in EXAMPLES}
 KILLERS = {name for name, e in BY_NAME.items() if e.outcome is Outcome.CRASHED}
@@ -87,7 +87,7 @@ FAULTLESS = {example.case.key: example for example in map(faultless, EXAMPLES)}
 def test_without_what_was_done_to_it_the_same_run_completes(key: str) -> None:
     measurement = FAULTLESS[key].case.perform()
     assert measurement.outcome == "completed", measurement.reason
-    assert not grade_of(measurement).undetected
+    assert not is_undetected(measurement)
 
 
 # -- the two that are named ------------------------------------------------------------------------------------------
@@ -109,7 +109,7 @@ def test_the_solver_tolerance_trap_of_a_large_armature_is_recognised(scene: str)
     assert measurement.outcome == "opened"
     assert note(measurement).startswith("stopped after 0 iterations, residual above ")
     # The comparison alone shows it: finite numbers, no warning.
-    assert grade_of(measurement).undetected
+    assert is_undetected(measurement)
     # Negative control: the tolerance alone makes the difference.
     off = replace(example, changes={"tolerance": 0.0}).case.perform()
     assert (off.outcome, note(off)) == ("completed", "")

@@ -19,7 +19,7 @@ from conrod.studies.frame.scene_summary import dead_centres
 from conrod.studies.limits.axes import AXES, STEP, Axis, Scale, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import length_power, permutation, rescaled
-from conrod.studies.limits.grade import Level, grade_of
+from conrod.studies.limits.grade import Level, level_of
 
 PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
 CASES = [
@@ -312,8 +312,8 @@ FAILS = [
 def test_an_axis_leads_from_a_sound_run_to_a_failed_one(
     name: str, case: Setup, harmless: float, hopeless: float
 ) -> None:
-    assert grade_of(run(name, case, harmless)).level in (Level.SAFE, Level.ROUGH)
-    assert grade_of(run(name, case, hopeless)).level not in (Level.SAFE, Level.ROUGH)
+    assert level_of(run(name, case, harmless)) in (Level.SAFE, Level.ROUGH)
+    assert level_of(run(name, case, hopeless)) not in (Level.SAFE, Level.ROUGH)
 
 
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])

@@ -15,7 +15,7 @@ from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.grade import grade_of
+from conrod.studies.limits.grade import level_of
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
 
 MASSES, NEARNESS, STABILISATION = PAIRS
@@ -100,20 +100,19 @@ def test_a_cam_has_neither_rod_nor_change_point() -> None:
 
 def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None:
     found = mapped(MADE_UP, MASSES, at_fewer, (49, 25))
-    full = {n: grade_of(at_fewer(found.x[n[0]], found.y[n[1]])) for n in product(range(len(found.x)), range(25))}
-    assert [n for n, grade in full.items() if standing(found.shown[n].level) != standing(grade.level.slug)] == []
+    full = {n: level_of(at_fewer(found.x[n[0]], found.y[n[1]])) for n in product(range(len(found.x)), range(25))}
+    assert [n for n, level in full.items() if standing(found.shown[n].level) != standing(level.slug)] == []
     assert found.share <= QUARTER
     assert found.nodes == len(full) == most_map_runs(case_of(), MASSES, (49, 25))
-    assert {standing(grade.level.slug) for grade in full.values()} == {"safe", "rough", "failed"}
+    assert {standing(level.slug) for level in full.values()} == {"safe", "rough", "failed"}
 
 
 def test_ways_of_failing_that_alternate_are_told_only_where_they_were_run(made_up: LimitMap) -> None:
-    nodes = list(product(range(len(made_up.x)), range(len(made_up.y))))
-    full = {n: grade_of(at_fewer(made_up.x[n[0]], made_up.y[n[1]])) for n in nodes}
-    untold = [n for n in nodes if not made_up.known[n]]
+    full = {n: at_fewer(made_up.x[n[0]], made_up.y[n[1]]) for n in np.ndindex(made_up.shape)}
+    untold = [n for n in full if not made_up.known[n]]
     assert untold
-    assert {full[n].level.slug for n in untold} <= {"broken", "unbounded"}
-    assert all(made_up.shown[n].outcome == full[n].outcome for n in nodes if made_up.known[n])
+    assert {level_of(full[n]).slug for n in untold} <= {"broken", "unbounded"}
+    assert all(made_up.shown[n].outcome == full[n].outcome for n in full if made_up.known[n])
     # Negative control: elsewhere the nearest run does show another way.
     assert any(made_up.shown[n].outcome != full[n].outcome for n in untold)
 

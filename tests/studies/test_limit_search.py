@@ -19,7 +19,7 @@ from conrod.studies.limits.axes import AXES, Axis, Scale, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.extremes import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk
-from conrod.studies.limits.walk import CRITERIA, SCANNED, length_search, most_length_runs, most_runs, walk_search
+from conrod.studies.limits.walk import CRITERIA, SCANNED, length_search, most_runs, walk_search
 
 SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
 WATCHED = plain(Extremes(1, True, {}, None, None, None, (), (), ""))
@@ -243,4 +243,4 @@ def test_where_a_long_run_comes_apart_is_found_by_shorter_ones_to_two_per_cent()
     assert found.first_bad is not None
     assert found.last_good <= 217.0 < found.first_bad <= 1.02 * found.last_good + 1.0
     assert len(asked) == len(set(asked)) + 1  # the longest, which the ledger has by then
-    assert len(set(asked)) <= most_length_runs(AXES["run-length"], SETUP, 1000.0)
+    assert len(set(asked)) <= most_runs(AXES["run-length"], SETUP, 1.0, 1000.0)

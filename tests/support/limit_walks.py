@@ -165,7 +165,8 @@ def regularisation_walks() -> tuple[Walk, ...]:
     probes = tuple(
         replace(p, torque=None if p.errors is None else max(1e-3 * p.value, 1e-16 / p.value)) for p in walk.probes
     )
-    early = tuple(replace(p, solver="stopped after 0 iterations" if p.value < 1e-9 else "") for p in probes)
+    note = "stopped after 0 iterations, residual above "
+    early = tuple(replace(p, solver=f"{note}{1e-16 / p.value:.1g}" if p.value < 1e-9 else "") for p in probes)
     refusals = tuple(refused("regularisation", "pymunk", p, "pymunk does not regularise") for p in ("stock", "tuned"))
     return (replace(walk, probes=early), *refusals)
 

@@ -101,12 +101,13 @@ def limits(
 
 def print_limits(studies: Sequence[LimitStudy]) -> None:
     """Print, for each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
-    from conrod.report.limits.tables import limits_table, listed_lines, refused_lines
+    from conrod.report.limits.tables import BEYOND, by_axis, limits_table, listed_lines, refusals
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console(WIDE)
     for study in studies:
         table = limits_table(study)
         if table:
-            print_table(out, table, folding=("beyond that",))
-        print_lines(out, [*listed_lines(study), *refused_lines(study)])
+            print_table(out, table, folding=(BEYOND,))
+        refused = [f"{axis}: {line}" for axis, walks in by_axis(study.walks).items() for line in refusals(walks)]
+        print_lines(out, [*listed_lines(study), *refused])

@@ -121,6 +121,7 @@ class Kind(Generic[F]):
         suffix: of the names of its pages and data.
         kept: what of the findings is saved.
         digits: of measured fractions in a folder, see `shortened`; all of them where it is None.
+        digits_of: the same of what has these names, and of all in it.
         schema: of the findings.
     """
 
@@ -135,6 +136,7 @@ class Kind(Generic[F]):
     suffix: str = ""
     kept: Callable[[F], F] = lambda findings: findings
     digits: int | None = None
+    digits_of: Mapping[str, int | None] = field(default_factory=dict)
     schema: int = 2
 
     def page_file(self, part: str) -> str:

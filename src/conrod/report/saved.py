@@ -21,7 +21,8 @@ T = TypeVar("T")
 # Digits of an array, which is there to be drawn; single numbers keep all of theirs.
 DRAWN_DIGITS = 7
 LONGEST_LINE = 100
-GIVEN = {"parameters", "given_anew", "settings", "changes"}
+# Of what is given, and not measured, all digits are kept.
+GIVEN: dict[str, int | None] = dict.fromkeys(("parameters", "given_anew", "settings", "changes"))
 
 
 def plain(value: Any) -> Any:
@@ -67,18 +68,17 @@ def restore(wanted: type[T], values: Any) -> T:
         raise InvalidInput(f"saved findings do not fit {wanted.__name__}: {error}") from None
 
 
-def shortened(values: Any, digits: int | None) -> Any:
-    """The values with so many significant digits of measured fractions and no rounding noise.
-
-    Given ones keep all of theirs.
-    """
+def shortened(values: Any, digits: int | None, digits_of: Mapping[str, int | None] = GIVEN) -> Any:
+    """The values with so many reproducible digits of fractions, of parts by name with others; None keeps all."""
     match values:
-        case float() if digits is not None:
+        case _ if digits is None:
+            return values
+        case float():
             return numbers.reproducible(values, digits)
         case dict():
-            return {key: part if key in GIVEN else shortened(part, digits) for key, part in values.items()}
+            return {key: shortened(part, digits_of.get(key, digits), digits_of) for key, part in values.items()}
         case list():
-            return [shortened(part, digits) for part in values]
+            return [shortened(part, digits, digits_of) for part in values]
         case _:
             return values
 

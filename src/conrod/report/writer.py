@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder, document_in
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, kind_named
 from conrod.report.reproduction import Reproduction
-from conrod.report.saved import json_text, plain, restore, shortened
+from conrod.report.saved import GIVEN, json_text, plain, restore, shortened
 from conrod.studies.frame.files import Batch
 
 F = TypeVar("F")
@@ -53,7 +53,8 @@ def report_batch(
         }
         for name, one in findings.items()
     }
-    saved = {name: shortened(plain(kind.kept(one)), kind.digits) for name, one in findings.items()}
+    digits_of = {**GIVEN, **kind.digits_of}
+    saved = {name: shortened(plain(kind.kept(one)), kind.digits, digits_of) for name, one in findings.items()}
     whole = before.entries.keys() <= findings.keys()
     head = _head(kind) | {"command": command.of_all(findings) if whole else None}
     return _batch(before, head, before.entries | entries, saved, draw)

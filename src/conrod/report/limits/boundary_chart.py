@@ -13,22 +13,23 @@ from matplotlib.patches import Rectangle
 
 from conrod.report.charts.layout import Layout, legend_rows, rows_axis
 from conrod.report.charts.styles import OUTCOME_MARKS, preset_title
-from conrod.report.limits.axis_scale import AxisScale
 from conrod.report.limits.marks import (
     LEVEL_COLOURS,
     UNDETECTED_COLOUR,
+    AxisScale,
     level_handles,
     mark_style,
     outcome_handles,
 )
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level
-from conrod.studies.limits.results import Stretch, Walk, stretches
+from conrod.studies.limits.results import Probe, Walk, stretches
 
 WIDTH, LANE = 9.5, 0.42  # [inch]
 LEFT, RIGHT, TOP, BOTTOM = 2.1, 0.25, 0.2, 0.52  # margins [inch]
 HALF_BAR, HALF_TICK = 0.27, 0.09  # of a lane
-UNDETECTED_LINE, BELOW = 3.2, 0.075  # [pt], of a lane
+UNDETECTED: dict[str, Any] = {"color": UNDETECTED_COLOUR, "linewidth": 3.2}  # [pt]
+BELOW = 0.075  # of a lane
 LEGEND_COLUMNS, LEGEND_ROW = 7, 0.19  # [inch]
 INSIDE, ABOVE, UP = 5.0, 3.5, 0.46  # marks on a bar and above one that is too narrow for them [pt], of a lane
 NARROW = 0.013  # of the width
@@ -73,57 +74,46 @@ def boundary_chart(lanes: Lanes) -> Figure:
 
 
 def _draw_walk(axes: Axes, scale: AxisScale, lane: int, walk: Walk) -> None:
-    span, found = scale.span, stretches(walk)
+    found = stretches(walk)
     edges = _edges(scale, found)
     marked: dict[bool, list[float]] = {True: [], False: []}
-    for stretch, (start, end) in zip(found, pairwise(edges), strict=True):
-        _draw_stretch(axes, lane, stretch, start, end)
-        inside, centre = abs(end - start) >= NARROW * span, 0.5 * (start + end)
-        free = all(abs(centre - other) >= MARK_APART * span for other in marked[inside])
-        if stretch.outcome in OUTCOME_MARKS and free:
+    for (shown, *_), (start, end) in zip(found, pairwise(edges), strict=True):
+        _draw_stretch(axes, lane, shown, start, end)
+        inside, centre = abs(end - start) >= NARROW * scale.span, 0.5 * (start + end)
+        free = all(abs(centre - other) >= MARK_APART * scale.span for other in marked[inside])
+        if shown.outcome in OUTCOME_MARKS and free:
             marked[inside].append(centre)
-            _draw_mark(axes, lane, stretch, centre, inside)
+            # On its bar, or above one that is too narrow to hold it.
+            style = mark_style(shown.outcome, shown.level if inside else Level.SAFE.slug, INSIDE if inside else ABOVE)
+            axes.plot([centre], [lane if inside else lane - UP], zorder=5, clip_on=inside, **style)
     for edge, (one, other) in zip(edges[1:-1], pairwise(found), strict=True):
-        if one.level == other.level:
+        if one[0].level == other[0].level:
             axes.vlines([edge], lane - HALF_BAR, lane + HALF_BAR, color="white", linewidth=SEAM, zorder=3)
-    places = scale.places(walk.probes)
+    places = scale.places(probe.value for probe in walk.probes)
     axes.vlines(places, lane - HALF_BAR - HALF_TICK, lane - HALF_BAR, color=TICK_COLOUR, linewidth=0.6, zorder=3)
 
 
-def _draw_stretch(axes: Axes, lane: int, stretch: Stretch, start: float, end: float) -> None:
+def _draw_stretch(axes: Axes, lane: int, shown: Probe, start: float, end: float) -> None:
     """A bar of the level's colour, underlined where it is undetected."""
     low, wide = (min(start, end), lane - HALF_BAR), abs(end - start)
-    axes.add_patch(Rectangle(low, wide, 2 * HALF_BAR, facecolor=LEVEL_COLOURS[stretch.level], linewidth=0.0))
-    if stretch.undetected:
-        below = [lane + HALF_BAR + BELOW] * 2
-        style: dict[str, Any] = {"color": UNDETECTED_COLOUR, "linewidth": UNDETECTED_LINE, "solid_capstyle": "butt"}
-        axes.plot([start, end], below, zorder=4, **style)
+    axes.add_patch(Rectangle(low, wide, 2 * HALF_BAR, facecolor=LEVEL_COLOURS[shown.level], linewidth=0.0))
+    if shown.undetected:
+        axes.plot([start, end], [lane + HALF_BAR + BELOW] * 2, zorder=4, solid_capstyle="butt", **UNDETECTED)
 
 
-def _draw_mark(axes: Axes, lane: int, stretch: Stretch, at: float, inside: bool) -> None:
-    """Mark the outcome of a stretch: on its bar, or above one that is too narrow to hold it."""
-    if inside:
-        axes.plot([at], [lane], zorder=5, **mark_style(stretch.outcome, stretch.level, INSIDE))
-    else:
-        style = mark_style(stretch.outcome, Level.SAFE.slug, ABOVE)
-        axes.plot([at], [lane - UP], zorder=5, clip_on=False, **style)
-
-
-def _edges(scale: AxisScale, found: Sequence[Stretch]) -> list[float]:
+def _edges(scale: AxisScale, found: Sequence[Sequence[Probe]]) -> list[float]:
     """Places where colours change: half-way between the last run of one stretch and the first of the next."""
-    ends = [scale.places((stretch.probes[0], stretch.probes[-1])) for stretch in found]
+    ends = [scale.places((alike[0].value, alike[-1].value)) for alike in found]
     middles = [0.5 * (one[1] + other[0]) for one, other in pairwise(ends)]
     return [float(ends[0][0]), *(float(middle) for middle in middles), float(ends[-1][1])]
 
 
 def _legend(walks: Sequence[Walk]) -> list[object]:
     """Only what occurs."""
-    found = [stretch for walk in walks for stretch in stretches(walk)]
-    undetected = Line2D([], [], color=UNDETECTED_COLOUR, linewidth=UNDETECTED_LINE, label="undetected")
-    run = Line2D([], [], linestyle="none", marker="|", markersize=5.0, color=TICK_COLOUR, label="a run")
+    probes = [probe for walk in walks for probe in walk.probes]
     return [
-        *level_handles({stretch.level for stretch in found}),
-        *([undetected] if any(stretch.undetected for stretch in found) else []),
-        *outcome_handles({stretch.outcome for stretch in found}),
-        run,
+        *level_handles({probe.level for probe in probes}),
+        *([Line2D([], [], label="undetected", **UNDETECTED)] if any(probe.undetected for probe in probes) else []),
+        *outcome_handles({probe.outcome for probe in probes}),
+        Line2D([], [], linestyle="none", marker="|", markersize=5.0, color=TICK_COLOUR, label="a run"),
     ]

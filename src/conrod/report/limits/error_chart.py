@@ -1,4 +1,7 @@
-"""Errors along an axis, a curve for each engine and preset; runs that did not complete are marks at the top."""
+"""Errors along an axis and over long runs, a curve for each engine and preset.
+
+Runs on an axis that did not complete are marks at the top.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
-from conrod.report.charts.layout import Layout, legend_rows, preset_handles
+from conrod.report.charts.canvas import on_log_grid, whole_decades
+from conrod.report.charts.layout import Layout, legend_rows, log_axis, preset_handles
 from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
-from conrod.report.limits.axis_scale import AxisScale, place
-from conrod.report.limits.marks import UNDETECTED_COLOUR, outcome_handles
+from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, outcome_handles
 from conrod.studies.limits.axes import AXES, Scale
-from conrod.studies.limits.results import Probe, Walk
+from conrod.studies.limits.extremes import Mark
+from conrod.studies.limits.results import LongRun, Probe, Walk
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
@@ -51,6 +54,8 @@ class Panel:
 POSITION = Panel("position error, max / L", lambda probe: probe.position)
 TORQUE = Panel("drive torque error, max / peak", lambda probe: probe.torque)
 REFERENCE = "the reference's own error"
+Quantity = Callable[[Mark], float]
+CLOCK = "a clock that sums its steps, x ω"
 
 
 def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), reference: bool = False) -> Figure:
@@ -90,29 +95,26 @@ def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
 
 def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel, reference: bool) -> None:
     drawn = [on_log_grid(np.array(_values(walks, panel)))]
-    own_errors = _reference_errors(walks) if reference else []
-    drawn += [on_log_grid(np.array([own for _, own in own_errors]))] if own_errors else []
+    own_errors = _reference_errors(walks) if reference else {}
+    drawn += [on_log_grid(np.array(list(own_errors.values())))] if own_errors else []
     whole_decades(axes, drawn)
     for walk in walks:
         style = preset_style(walk.engine, walk.preset)
         if scale.scale is Scale.LISTED:
             style = style | {"linestyle": "none"}
         # A curve is broken where a run has no value: nothing is known there.
-        for run in _unbroken(walk.probes, panel):
-            _plot(axes, scale, run, panel, style)
-        undetected = [probe for probe in walk.probes if probe.undetected and panel.of(probe) is not None]
-        _plot(axes, scale, undetected, panel, RING)
+        _plot(axes, scale, walk.probes, panel, style)
+        _plot(axes, scale, [probe for probe in walk.probes if probe.undetected], panel, RING)
     if own_errors:
-        where = on_grid(np.array([place(scale.scale, value) for value, _ in own_errors]), scale.span)
-        axes.plot(where, drawn[-1], color="black", linewidth=1.4, zorder=2)
+        axes.plot(scale.places(own_errors), drawn[-1], color="black", linewidth=1.4, zorder=2)
     scale.apply(axes, "")
     axes.set_ylabel(panel.label)
 
 
 def _plot(axes: Axes, scale: AxisScale, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
-    if probes:
-        heights = on_log_grid(np.array([panel.of(probe) for probe in probes], dtype=float))
-        axes.plot(scale.places(probes), heights, **style)
+    heights = np.array([panel.of(probe) for probe in probes], dtype=float)
+    if not np.isnan(heights).all():
+        axes.plot(scale.places(probe.value for probe in probes), on_log_grid(heights), **style)
 
 
 def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
@@ -124,29 +126,14 @@ def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Seq
             hue = UNDETECTED_COLOUR if probe.undetected else colour(key[0])
             style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "color": hue, "markeredgewidth": 0.9}
             style |= {"marker": OUTCOME_MARKS.get(probe.outcome, "o"), "clip_on": False}
-            axes.plot(scale.places([probe]), [up], transform=axes.get_xaxis_transform(), **style)
+            axes.plot(scale.places([probe.value]), [up], transform=axes.get_xaxis_transform(), **style)
         axes.annotate(preset_title(*key), (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
 
 
-def _unbroken(probes: Sequence[Probe], panel: Panel) -> list[list[Probe]]:
-    runs: list[list[Probe]] = [[]]
-    for probe in probes:
-        if panel.of(probe) is None:
-            runs.append([])
-        else:
-            runs[-1].append(probe)
-    return [run for run in runs if run]
-
-
-def _reference_errors(walks: Sequence[Walk]) -> list[tuple[float, float]]:
-    """Values and the reference's own error there, which is the same for all engines."""
-    found = {
-        probe.value: probe.reference_error
-        for walk in walks
-        for probe in walk.probes
-        if probe.reference_error is not None
-    }
-    return sorted(found.items())
+def _reference_errors(walks: Sequence[Walk]) -> dict[float, float]:
+    """The reference's own error by the value, which is the same for all engines."""
+    probes = sorted((probe for walk in walks for probe in walk.probes), key=lambda probe: probe.value)
+    return {probe.value: probe.reference_error for probe in probes if probe.reference_error is not None}
 
 
 def _legend(walks: Sequence[Walk], reference: bool) -> list[Line2D]:
@@ -159,3 +146,36 @@ def _legend(walks: Sequence[Walk], reference: bool) -> list[Line2D]:
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]
+
+
+# -- long runs ---------------------------------------------------------------------------------------------------------
+
+
+def long_run_figure(runs: Sequence[LongRun]) -> Figure:
+    """Draw loop error on the left, phase on the right, against revolutions; at least one run has marks."""
+    runs = [run for run in runs if run.marks]
+    layout = Layout(WIDTH, 2.0 * TOP + PANEL + BOTTOM)
+    wide = 0.5 * (WIDTH - RIGHT) - LEFT
+    left, right = (layout.axes(x, BOTTOM, wide, PANEL) for x in (LEFT, 2.0 * LEFT + wide))
+    _history(left, runs, [(lambda mark: mark.closure, {})], "loop error since the mark before, / L")
+    clock: dict[str, Any] = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
+    _history(right, runs, [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)], "phase error (rad)")
+    handles = [*preset_handles((run.engine, run.preset) for run in runs), Line2D([], [], label=CLOCK, **clock)]
+    layout.legend(handles, 3, handlelength=3.0)
+    return layout.figure
+
+
+def _history(axes: Axes, runs: Sequence[LongRun], quantities: Sequence[tuple[Quantity, Any]], label: str) -> None:
+    drawn = []
+    for run in runs:
+        turns = on_log_grid(np.array([float(mark.revolution) for mark in run.marks]))
+        for of, other in quantities:
+            heights = on_log_grid(np.array([of(mark) for mark in run.marks]))
+            drawn.append(heights)
+            axes.plot(turns, heights, **(preset_style(run.engine, run.preset) | other))
+    whole_decades(axes, drawn)
+    last = max(mark.revolution for run in runs for mark in run.marks)
+    decades = range(int(np.floor(np.log10(last))) + 1)
+    log_axis(axes, (10.0**-0.1, last * 10.0**0.1), [10.0**k for k in decades])
+    axes.set_xlabel("revolutions")
+    axes.set_ylabel(label)

@@ -1,7 +1,4 @@
-"""A follower in flight: its gap beside the exact one, how deep it sinks in, and from which speed it flies.
-
-One column an engine below a panel of all of them.
-"""
+"""A follower in flight: its gap beside the exact one, and from which speed it flies."""
 
 from __future__ import annotations
 
@@ -13,98 +10,71 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.layout import Layout, edge_note, preset_handles
 from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
-from conrod.report.limits.words import WHO, who
+from conrod.report.limits.tables import WHO, who
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.studies.limits.follower_float import WITHIN, ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
+from conrod.studies.limits.follower_float import WITHIN, ComparedFlight, FollowerFloat, GapCurve
 
-WIDTH, TALL, LOW = 9.5, 2.9, 2.5  # [inch]
+WIDTH, TALL, LOW = 9.5, 2.9, 2.9  # [inch]
 LEFT, RIGHT, TOP, BETWEEN, GAP, BOTTOM = 0.85, 0.25, 0.62, 0.75, 0.78, 0.5  # margins [inch]
 BESIDE = 15.0  # crank angle shown before and after the flight [deg]
 MARKER_SPACING = 16  # spans of a curve
-LEAST, MOST = 1e-9, 1.0  # gaps shown [m]
 SPEEDS, LENGTHS, NONE = (0.96, 1.24), (0.05, 100.0), 0.03  # speeds and lengths [deg] shown; where there is none
-SHARE_OF_EXACT = {**EXACT, "linewidth": 4.0}
 
 
 def float_figure(floats: Sequence[FollowerFloat]) -> Figure:
-    """Gap against crank angle, gap and penetration on a logarithmic scale, and length of flights against speed.
+    """Gap against crank angle of all, above the length of flights against speed, a panel an engine.
 
     At least one run must have been recorded.
     """
-    drawn = [found for found in floats if found.curve is not None]
-    engines = list(dict.fromkeys(found.engine for found in drawn))
-    height = TOP + TALL + 2.0 * (BETWEEN + LOW) + BOTTOM
+    drawn = [(found, found.curve) for found in floats if found.curve is not None]
+    engines = list(dict.fromkeys(found.engine for found, _ in drawn))
+    height = TOP + TALL + BETWEEN + LOW + BOTTOM
     layout = Layout(WIDTH, height)
     wide = (WIDTH - LEFT - RIGHT - GAP * (len(engines) - 1)) / len(engines)
     _flight_panel(layout.axes(LEFT, height - TOP - TALL, WIDTH - LEFT - RIGHT, TALL), drawn)
     for column, engine in enumerate(engines):
-        own = [found for found in drawn if found.engine == engine]
-        left = LEFT + column * (wide + GAP)
-        _depth_panel(layout.axes(left, BOTTOM + LOW + BETWEEN, wide, LOW), own)
-        _onset_panel(layout.axes(left, BOTTOM, wide, LOW), own)
-    handles = [Line2D([], [], label="exact", **EXACT), *preset_handles((f.engine, f.preset) for f in drawn)]
+        own = [found for found, _ in drawn if found.engine == engine]
+        _onset_panel(layout.axes(LEFT + column * (wide + GAP), BOTTOM, wide, LOW), own)
+    handles = [Line2D([], [], label="exact", **EXACT), *preset_handles((f.engine, f.preset) for f, _ in drawn)]
     layout.legend(handles, len(handles), handlelength=3.0)
     return layout.figure
 
 
-def _flight_panel(axes: Axes, drawn: Sequence[FollowerFloat]) -> None:
-    exact = _exact(drawn)
-    span = float(exact[:, 1].max())
-    axes.plot(on_grid(exact[:, 0], 360.0), on_grid(exact[:, 1], span), **EXACT)
-    for place, found in enumerate(drawn):
-        angle, gap, _, _ = _shown(found)
-        phase = round(MARKER_SPACING * place / len(drawn))
+def _flight_panel(axes: Axes, drawn: Sequence[tuple[FollowerFloat, GapCurve]]) -> None:
+    curve = drawn[0][1]
+    angle, gap = np.degrees(np.array(curve.exact)[:, 0]), 1e3 * np.array(curve.exact)[:, 1]
+    span = float(gap.max())
+    axes.plot(on_grid(angle, 360.0), on_grid(gap, span), **EXACT)
+    for place, (found, shown) in enumerate(drawn):
+        gaps = np.array(shown.gaps)
         style = preset_style(found.engine, found.preset) | {"linewidth": 0.8}
-        axes.plot(on_grid(angle, 360.0), on_grid(1e3 * gap, span), markevery=(phase, MARKER_SPACING), **style)
-    axes.set_xlim(exact[0, 0] - BESIDE, exact[-1, 0] + 2.0 * BESIDE)
+        phase = round(MARKER_SPACING * place / len(drawn))
+        at, height = on_grid(np.degrees(gaps[:, 0]), 360.0), on_grid(1e3 * gaps[:, 1], span)
+        axes.plot(at, height, markevery=(phase, MARKER_SPACING), **style)
+    axes.set_xlim(angle[0] - BESIDE, angle[-1] + 2.0 * BESIDE)
     axes.set_xlabel("crank angle (deg)")
-    axes.set_ylabel("gap (mm)")
-    curve = _curve(drawn[0])
-    axes.set_title(
-        f"In flight: {curve.speed:g} times the float speed, {curve.steps_per_revolution} steps a revolution", loc="left"
-    )
-
-
-def _depth_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
-    """Lines upwards of what the gap is, dots of how deep the follower sinks in."""
-    exact = _exact(own)
-    axes.plot(on_grid(exact[:, 0], 360.0), on_log_grid(np.maximum(1e-3 * exact[:, 1], LEAST)), **SHARE_OF_EXACT)
-    for found in own:
-        angle, _, least, most = _shown(found)
-        style = preset_style(found.engine, found.preset) | {"marker": "none", "linewidth": 1.0}
-        axes.plot(on_grid(angle, 360.0), on_log_grid(np.where(most > LEAST, most, np.nan)), **style)
-        dots = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 1.8, "alpha": 0.6}
-        depth = np.where(least < -LEAST, -least, np.nan)
-        axes.plot(on_grid(angle, 360.0)[::2], on_log_grid(depth)[::2], **dots)
-        line = {"color": "#555555", "linestyle": style["linestyle"], "linewidth": 0.9}
-        axes.axhline(float(on_log_grid(np.array([_curve(found).threshold]))[0]), **line)
-    highest = on_log_grid(np.array([max(_curve(found).threshold for found in own)]))[0]
-    place = (0.01, 1.5 * highest)
-    edge_note(axes, "10 x static penetration", place, xycoords=("axes fraction", "data"), va="bottom")
-    axes.set_yscale("log")
-    axes.set_ylim(LEAST, MOST)
-    axes.minorticks_off()
-    axes.set_xlim(0.0, 360.0)
-    axes.set_xticks(range(0, 361, 60))
-    axes.set_xlabel("crank angle (deg)")
-    axes.set_ylabel("gap, penetration (m)")
-    axes.set_title(f"{engine_title(own[0].engine)}: gap (line) and penetration (dots)", loc="left")
+    axes.set_ylabel("gap between roller and cam (mm)")
+    title = f"In flight: {curve.speed:g} times the float speed, {curve.steps_per_revolution} steps per revolution"
+    axes.set_title(title, loc="left")
 
 
 def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
+    """The longest flight of each speed with the finer step, filled where it is none that shrinks with the step."""
     exact = np.array(own[0].exact_lengths)
-    axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **SHARE_OF_EXACT)
+    axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **EXACT)
     axes.axvline(1.0, color="#333333", linewidth=1.0)
-    axes.annotate("theory ", (1.0, 0.93), xycoords=("data", "axes fraction"), ha="right", fontsize=7.5, color="#333333")
+    edge_note(axes, "float speed", (1.0, 0.93), xycoords=("data", "axes fraction"), ha="center")
     for found in own:
-        shown = [p for p in found.probes if SPEEDS[0] <= p.speed <= SPEEDS[1]]
-        for finer in (0, 1):
-            _plot_lengths(axes, found, shown, finer)
+        style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 5.0}
+        for flies in (False, True):
+            shown = [p for p in found.probes if SPEEDS[0] <= p.speed <= SPEEDS[1] and p.flies is flies]
+            lengths = np.maximum(np.degrees([p.lengths[1] or 0.0 for p in shown]), NONE)
+            fill = {"markerfacecolor": colour(found.engine) if flies else "none"}
+            axes.plot(on_grid(np.array([p.speed for p in shown]), 1.0), on_log_grid(lengths), **(style | fill))
     axes.set_yscale("log")
     axes.set_xlim(*SPEEDS)
     axes.set_ylim(0.6 * NONE, LENGTHS[1])
@@ -112,33 +82,7 @@ def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
     axes.minorticks_off()
     axes.set_xlabel("crank speed over the float speed")
     axes.set_ylabel("longest flight (deg)")
-    axes.set_title(f"{engine_title(own[0].engine)}: flights with h (open) and h/2 (filled)", loc="left")
-
-
-def _plot_lengths(axes: Axes, found: FollowerFloat, probes: Sequence[OnsetProbe], finer: int) -> None:
-    run = [(p.speed, length) for p in probes if (length := p.lengths[finer]) is not None]
-    speeds = on_grid(np.array([speed for speed, _ in run]), 1.0)
-    lengths = np.maximum(np.degrees([length for _, length in run]), NONE)
-    hue = colour(found.engine)
-    style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 4.0}
-    axes.plot(speeds, on_log_grid(lengths), **(style | {"markerfacecolor": hue if finer else "none"}))
-
-
-def _exact(drawn: Sequence[FollowerFloat]) -> Array:
-    """Crank angle [deg] and gap [mm] of the exact flight; (T, 2)."""
-    exact = np.array(_curve(drawn[0]).exact)
-    return np.column_stack([np.degrees(exact[:, 0]), 1e3 * exact[:, 1]])
-
-
-def _shown(found: FollowerFloat) -> tuple[Array, Array, Array, Array]:
-    """Crank angle [deg], gap there, least and largest gap around it [m]."""
-    gaps = np.array(_curve(found).gaps)
-    return np.degrees(gaps[:, 0]), gaps[:, 1], gaps[:, 2], gaps[:, 3]
-
-
-def _curve(found: FollowerFloat) -> GapCurve:
-    assert found.curve is not None
-    return found.curve
+    axes.set_title(f"{engine_title(own[0].engine)}: it flies (filled), or does not (open)", loc="left")
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------

@@ -21,8 +21,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.layout import Layout, legend_rows
 from conrod.report.charts.styles import OUTCOME_COLOURS, preset_title
-from conrod.report.limits.axis_scale import AxisScale, place, tick_text
-from conrod.report.limits.marks import UNDETECTED_COLOUR, draw_scale, error_colour, mark_style
+from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, draw_scale, error_colour, mark_style, place
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES, Axis
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
@@ -85,8 +84,8 @@ def _draw(axes: Axes, found: LimitMap) -> None:
         axes.plot(x[[run.i for run in at]], y[[run.j for run in at]], zorder=6, **style)
     axes.set_xlim(x_edges[0], x_edges[-1])
     axes.set_ylim(y_edges[0], y_edges[-1])
-    axes.set_xticks(*_ticks(across, x))
-    axes.set_yticks(*_ticks(upwards, y))
+    for axis, places, set_ticks in ((across, x, axes.set_xticks), (upwards, y, axes.set_yticks)):
+        set_ticks(*AxisScale(axis.scale, float(places.min()), float(places.max()), falling=False).ticks())
     axes.set_xlabel(across.label)
     axes.set_ylabel(textwrap.fill(upwards.label, LABEL_WIDTH))
     axes.grid(visible=False)
@@ -95,11 +94,6 @@ def _draw(axes: Axes, found: LimitMap) -> None:
 def _places(axis: Axis, values: tuple[float, ...]) -> Array:
     places = np.array([place(axis.scale, value) for value in values])
     return on_grid(places, float(np.ptp(places)))
-
-
-def _ticks(axis: Axis, places: Array) -> tuple[list[float], list[str]]:
-    ticks = AxisScale(axis.scale, float(places.min()), float(places.max()), falling=False).ticks()
-    return [place(axis.scale, value) for value in ticks], [tick_text(axis.scale, value) for value in ticks]
 
 
 def _colours(found: LimitMap, nodes: Mapping[Node, MapRun]) -> dict[Node, str]:

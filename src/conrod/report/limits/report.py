@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -12,29 +12,34 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.limits.boundary_chart import boundary_chart, has_boundaries, preset_lanes
-from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart
-from conrod.report.limits.files import rounded
+from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart, long_run_figure
 from conrod.report.limits.follower import flight_table, float_figure, onset_table
-from conrod.report.limits.long_runs import long_run_figure, long_run_table
 from conrod.report.limits.map_figure import map_figure
 from conrod.report.limits.tables import (
     boundaries_table,
+    by_axis,
     determinism_table,
+    long_run_table,
     maps_table,
     needs_table,
-    reference_note,
+    reach_table,
     refusals,
     steps_table,
-    torque_notes,
+    torque_table,
     undetected_table,
+    undetected_words,
 )
-from conrod.report.limits.words import by_axis, elsewhere_words, findings, undetected_words
-from conrod.report.table import Table, table
+from conrod.report.table import Table, table, text_of
 from conrod.report.template import rendered
-from conrod.studies.limits.axes import AXES, Scale
+from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.grade import Level
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import LimitStudy, Walk
+
+# In a folder all else that is a fraction was measured. Inputs are kept as they are; flights are compared with exact
+# ones, and a small difference of the two is what counts.
+INPUTS = ("value", "last_good", "first_bad", "good_again", "x", "y", "revolutions", "speed", "held", "flown")
+DIGITS = {**dict.fromkeys(INPUTS, None), "exact": 8, "measured": 8}
 
 Walks = Sequence[Walk]
 
@@ -45,23 +50,20 @@ Walks = Sequence[Walk]
 def axis_figure(axis: str, walks: Walks) -> Figure | None:
     """Return the figure of an axis: boundaries, or the errors at listed values; None where nothing was walked."""
     name, title = f"{walks[0].scene}-{axis}", AXES[axis].title
-    if AXES[axis].scale is Scale.LISTED:
+    if AXES[axis].listed:
         measured = any(probe.position is not None for walk in walks for probe in walk.probes)
         return Figure(name, f"{title}: errors", partial(error_chart, walks)) if measured else None
-    if not any(map(has_boundaries, walks)):
-        return None
     alt = f"{title}: how far each engine and preset can be relied on"
-    return Figure(name, alt, lambda: boundary_chart(preset_lanes(walks)))
+    return Figure(name, alt, lambda: boundary_chart(preset_lanes(walks))) if any(map(has_boundaries, walks)) else None
 
 
 def errors_figure(axis: str, walks: Walks) -> Figure | None:
     """Return the errors along an axis where they show more than its boundaries."""
     if axis not in ("nearness", "regularisation") or not any(p.position for walk in walks for p in walk.probes):
         return None
-    name, alt = f"{walks[0].scene}-{axis}-errors", f"{AXES[axis].title}: errors"
-    if axis == "nearness":
-        return Figure(name, alt, partial(error_chart, walks, reference=True))
-    return Figure(name, alt, partial(error_chart, walks, (TORQUE, POSITION)))
+    panels = (POSITION,) if axis == "nearness" else (TORQUE, POSITION)
+    draw = partial(error_chart, walks, panels, reference=axis == "nearness")
+    return Figure(f"{walks[0].scene}-{axis}-errors", f"{AXES[axis].title}: errors", draw)
 
 
 def map_of(found: LimitMap) -> Figure:
@@ -71,32 +73,23 @@ def map_of(found: LimitMap) -> Figure:
     return Figure(name, title, partial(map_figure, found))
 
 
-def needs_figure(study: LimitStudy) -> Figure | None:
-    """Return the mass ratio that holds with numbers of iterations that stay."""
-    if not any(has_boundaries(walk) for need in study.needs for walk in need.walks):
-        return None
-    lanes = {
-        f"{engine_title(n.engine)} {n.preset}, {n.iterations} iteration{'s' * (n.iterations > 1)}": n.walks
-        for n in study.needs
-    }
-    alt = "Mass ratio that holds with a fixed number of iterations"
-    return Figure(f"{study.name}-mass-ratio-iterations", alt, lambda: boundary_chart(lanes))
-
-
-def follower_figure(study: LimitStudy) -> Figure | None:
-    """Return the flights of a follower."""
-    if not any(found.curve for found in study.floats):
-        return None
-    alt = "Flight of the follower, how deep it sinks, and from which speed it flies"
-    return Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
-
-
-def long_figure(study: LimitStudy) -> Figure | None:
-    """Return loop error and phase of the long runs."""
-    if not any(run.marks for run in study.long_runs):
-        return None
-    alt = "Loop error and phase against revolutions"
-    return Figure(f"{study.name}-long-runs", alt, partial(long_run_figure, study.long_runs))
+def special_figures(study: LimitStudy) -> dict[str, Figure]:
+    """Return those beside axes and maps, of what was studied: iterations that stay, a follower, long runs."""
+    found = {}
+    if any(has_boundaries(walk) for need in study.needs for walk in need.walks):
+        lanes = {
+            f"{engine_title(n.engine)} {n.preset}, {n.iterations} iteration{'s' * (n.iterations > 1)}": n.walks
+            for n in study.needs
+        }
+        alt = "Mass ratio that holds with a fixed number of iterations"
+        found["needs"] = Figure(f"{study.name}-mass-ratio-iterations", alt, lambda: boundary_chart(lanes))
+    if any(one.curve for one in study.floats):
+        alt = "Flight of the follower, and from which speed it flies"
+        found["follower"] = Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
+    if any(run.marks for run in study.long_runs):
+        draw = partial(long_run_figure, study.long_runs)
+        found["long_runs"] = Figure(f"{study.name}-long-runs", "Loop error and phase against revolutions", draw)
+    return found
 
 
 # -- pages -----------------------------------------------------------------------------------------------------------
@@ -106,7 +99,7 @@ def _page(part: Part[LimitStudy]) -> Page:
     study = part.findings
     walked = {axis: walks for axis, walks in by_axis(study.walks).items() if any(w.probes for w in walks)}
     sections = [_section(axis, walks) for axis, walks in walked.items()]
-    special = {"needs": needs_figure(study), "follower": follower_figure(study), "long_runs": long_figure(study)}
+    special = special_figures(study)
     maps = [map_of(found) for found in study.maps]
     shown = [figure for section in sections for figure in section["figures"]]
     text = rendered(
@@ -115,8 +108,9 @@ def _page(part: Part[LimitStudy]) -> Page:
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
         commands=part.options.get("commands", {}).get(part.name, [part.command]),
         undetected=undetected_words(study.walks),
-        elsewhere=elsewhere_words(study),
-        findings=findings(study.walks),
+        on_maps=[run.undetected for found in study.maps for run in found.runs],
+        iterated=[probe.undetected for need in study.needs for walk in need.walks for probe in walk.probes],
+        reach=reach_table(study.walks),
         overview=shown[0] if shown else None,
         dangers=undetected_table(study.walks),
         sections=sections,
@@ -136,10 +130,11 @@ def _page(part: Part[LimitStudy]) -> Page:
         ],
         special=special,
     )
-    return Page(text, (*shown, *maps, *(figure for figure in special.values() if figure)))
+    return Page(text, (*shown, *maps, *special.values()))
 
 
 def _section(axis: str, walks: Walks) -> dict[str, Any]:
+    known = [probe for walk in walks for probe in walk.probes if probe.reference_error is not None]
     return {
         "axis": axis,
         "title": AXES[axis].title,
@@ -147,36 +142,54 @@ def _section(axis: str, walks: Walks) -> dict[str, Any]:
         "figures": [figure for make in (axis_figure, errors_figure) if (figure := make(axis, walks))],
         "boundaries": boundaries_table(walks),
         "again": any(boundary.good_again for walk in walks for boundary in walk.boundaries),
-        "reference": reference_note(walks),
-        "torques": torque_notes(walks) if axis == "regularisation" else [],
+        "reference": max((p.reference_error, p.text) for p in known) if known else None,
+        "torques": torque_table(walks) if axis == "regularisation" else None,
         "refusals": refusals(walks),
     }
 
 
 def _index(index: Index[LimitStudy]) -> Page:
-    studies = [index.findings(name) for name in index.entries]
-    walks = [walk for study in studies for walk in study.walks]
-    figures = [figure for study in studies if (figure := _steps_figure(study))]
+    studies = {name: index.findings(name) for name in index.entries}
+    walks = [walk for study in studies.values() for walk in study.walks]
+    steps = [study for study in studies.values() if any(walk.axis == "steps" for walk in study.walks)]
+    figure = axis_figure("steps", by_axis(steps[0].walks)["steps"]) if steps else None
     text = rendered(
         "limits-index",
-        entries=index.entries,
         undetected=undetected_words(walks),
         in_one_piece=[
             f"{study.name}, {row[0]}: {row[2]} (up to {row[3]} L)"
-            for study in studies
+            for study in studies.values()
             for row in undetected_table(study.walks).rows
             if str(row[1]).startswith(Level.WRONG.slug)
         ],
-        repeated=_repeated(studies),
-        long_runs=_long_runs(studies),
-        onsets=_onsets(studies),
-        figure=figures[0] if figures else None,
+        machines=_machines_table(index.entries, studies),
+        figure=figure,
         steps=steps_table(walks),
         levels=list(Level),
         versions=_versions(index),
         origin=index.origin,
     )
-    return Page(text, tuple(figures[:1]))
+    return Page(text, (figure,) if figure else ())
+
+
+def _machines_table(entries: Mapping[str, Mapping[str, Any]], studies: Mapping[str, LimitStudy]) -> Table:
+    """A row for each machine: what is undetected, repeated to the last bit, and completed of the long runs."""
+    rows = []
+    for name, study in studies.items():
+        repeated = [all(one.identical.values()) for one in study.determinism if one.identical]
+        completed = [run.outcome == "completed" for run in study.long_runs]
+        onsets = [f for f in study.floats if f.fit and f.onset is not None]
+        rows.append(
+            (
+                f"[{name}]({entries[name]['page']}): {entries[name]['title']}",
+                entries[name]["summary"]["text"],
+                f"{sum(repeated)} of {len(repeated)}" if repeated else numbers.MISSING,
+                f"{sum(completed)} of {len(completed)}" if completed else numbers.MISSING,
+                ", ".join(f"{f.onset:.4f} ({engine_title(f.engine)} {f.preset})" for f in onsets) or numbers.MISSING,
+            )
+        )
+    head = ("machine", "wrong and undetected", "repeated to the last bit", "long runs completed")
+    return table((*head, "follower lets go at, over theory"), rows)
 
 
 def _versions(index: Index[LimitStudy]) -> Table:
@@ -185,43 +198,13 @@ def _versions(index: Index[LimitStudy]) -> Table:
     return table(["what", "which"], [["conrod", conrod], *map(list, index.environment.items())])
 
 
-def _steps_figure(study: LimitStudy) -> Figure | None:
-    walks = [walk for walk in study.walks if walk.axis == "steps"]
-    return axis_figure("steps", walks) if walks else None
-
-
-def _repeated(studies: Sequence[LimitStudy]) -> str:
-    """Number of repeated runs that were identical to the last bit, and which were not."""
-    found = [one for study in studies for one in study.determinism if one.identical]
-    other = [f"{f.scene} {engine_title(f.engine)} {f.preset}" for f in found if not all(f.identical.values())]
-    if not found:
-        return ""
-    return f"{len(found) - len(other)} of {len(found)}" + (f"; not {', '.join(other)}" if other else "")
-
-
-def _long_runs(studies: Sequence[LimitStudy]) -> str:
-    """Number of long runs that completed, and how the others ended."""
-    runs = [run for study in studies for run in study.long_runs]
-    if not runs:
-        return ""
-    ended = [f"{r.scene} {engine_title(r.engine)} {r.preset} {r.outcome}" for r in runs if r.outcome != "completed"]
-    longest = numbers.quantity(max(run.revolutions for run in runs))
-    kept = f"{len(runs) - len(ended)} of {len(runs)} completed, the longest over {longest} revolutions"
-    return kept + (f"; {', '.join(ended)}" if ended else "")
-
-
-def _onsets(studies: Sequence[LimitStudy]) -> str:
-    """Onsets of a follower's flight over the theory's, where the contact is hard enough to show them."""
-    floats = [found for study in studies for found in study.floats if found.fit and found.onset is not None]
-    return ", ".join(f"{found.onset:.4f} ({engine_title(found.engine)} {found.preset})" for found in floats)
-
-
 def _summary(study: LimitStudy) -> dict[str, Any]:
+    reach = reach_table(study.walks)
     return {
         "undetected": sum(probe.undetected for walk in study.walks for probe in walk.probes),
         "runs": sum(len(walk.probes) for walk in study.walks),
         "text": undetected_words(study.walks),
-        "findings": findings(study.walks),
+        "findings": [" | ".join(map(text_of, row)) for row in (reach.headings, *reach.rows)] if reach else [],
     }
 
 
@@ -232,5 +215,6 @@ KIND = Kind(
     summary=_summary,
     page=_page,
     index=_index,
-    kept=rounded,
+    digits=4,
+    digits_of=DIGITS,
 )

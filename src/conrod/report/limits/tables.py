@@ -1,140 +1,95 @@
-"""Tables of a report of limits."""
+"""Tables of a report of limits, and what they say of walks, of single runs and of neighbours that ended alike."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
-from conrod.report.limits.words import (
-    BOUNDARIES,
-    EVERYWHERE,
-    WHO,
-    beyond,
-    fails_from,
-    largest_error,
-    listed,
-    not_held,
-    span_text,
-    up_to,
-    who,
-)
+from conrod.report.charts.styles import engine_title, preset_title
+from conrod.report.markdown import listed
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.determinism import RUNS, Determinism
-from conrod.studies.limits.grade import LEVELS
+from conrod.studies.limits.extremes import Mark
+from conrod.studies.limits.grade import LEVELS, ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.maps import LimitMap, standing
-from conrod.studies.limits.results import IterationNeed, LimitStudy, Probe, Stretch, Walk, stretches
+from conrod.studies.limits.results import IterationNeed, LimitStudy, LongRun, Probe, Walk, stretches
 
-NONE = "-"
+WHO = ("engine", "preset")
+# Criterion -> the heading of its column.
+BOUNDARIES = {
+    "safe": f"within {100 * SAFE_ERROR:g} %",
+    "rough": f"within {100 * ROUGH_ERROR:g} %",
+    "wrong": "in one piece",
+    "broken": "bounded",
+}
+BEYOND = "beyond 10 %"
+BOUNDED = (*BOUNDARIES.values(), BEYOND)
+EVERYWHERE, NOWHERE, NOT_AT_FIRST, NONE = "all of it", "none of it", "not at first", "-"
+AGAIN = " *"  # after a value: there are runs further on that keep the criterion
 LARGEST = "largest position error / L"
 FEW = 3  # values of a list, each of which gets a column
 MOST_NAMED = 4  # values of a list that are given one by one
-RESIDUAL = ", residual above "  # in a note on the solver, before its power of ten
+SHOWN = 12  # hexadecimal digits of a fingerprint
 
 
-# -- on the terminal -------------------------------------------------------------------------------------------------
+# -- words -----------------------------------------------------------------------------------------------------------
 
 
-def limits_table(study: LimitStudy) -> Table:
-    """Return the boundaries of all walks of a scene."""
-    walks = [walk for walk in study.walks if walk.boundaries]
-    rows = [(w.axis, w.engine, w.preset, *(up_to(w, c) for c in BOUNDARIES), beyond(w)) for w in walks]
-    title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
-    return table(("axis", *WHO, *BOUNDARIES.values(), "beyond that"), rows, title=title)
+def who(finding: Any) -> tuple[str, str]:
+    """Return engine and preset, for the first cells of a row."""
+    return engine_title(finding.engine), finding.preset
 
 
-def listed_lines(study: LimitStudy) -> list[str]:
-    """Return a line for each walk over a list of values: how many ended well, and which did not."""
-    lines = []
-    for walk in study.walks:
-        if walk.probes and not walk.boundaries:
-            bad = [f"{probe.text} {probe.outcome}" for probe in walk.probes if not probe.good]
-            held = f"{len(walk.probes) - len(bad)} of {len(walk.probes)} within 10 %"
-            lines.append(f"{walk.axis}, {walk.engine} {walk.preset}: {held}" + (f"; {', '.join(bad)}" if bad else ""))
-    return lines
+def by_axis(walks: Iterable[Walk]) -> dict[str, list[Walk]]:
+    """Return walks by the names of their axes, in their order."""
+    found: dict[str, list[Walk]] = {}
+    for walk in walks:
+        found.setdefault(walk.axis, []).append(walk)
+    return found
 
 
-def refused_lines(study: LimitStudy) -> list[str]:
-    """Return a line for each axis that was not walked in an engine."""
-    refused = dict.fromkeys((w.axis, w.engine, w.refusal) for w in study.walks if w.refusal)
-    return [f"{axis}, {engine}: not walked, {reason}" for axis, engine, reason in refused]
+def up_to(walk: Walk, criterion: str) -> str:
+    """Return the last value at which a criterion holds, coming from the safe end."""
+    boundary = walk.boundary(criterion)
+    if boundary.first_bad is None:
+        return EVERYWHERE
+    again = AGAIN if boundary.good_again else ""
+    if boundary.last_good is None:
+        return (NOT_AT_FIRST if again else NOWHERE) + again
+    return walk.text_at(boundary.last_good) + again
 
 
-# -- one axis --------------------------------------------------------------------------------------------------------
+def bounded(walk: Walk) -> tuple[str, ...]:
+    """Return how far each criterion holds, and how the runs beyond ten per cent ended, from the safe end on."""
+    ends = dict.fromkeys(how(alike[0]) for alike in stretches(walk) if not alike[0].good)
+    return (*(up_to(walk, criterion) for criterion in BOUNDARIES), ", ".join(ends) or NONE)
 
 
-def boundaries_table(walks: Sequence[Walk]) -> Table:
-    """Return the boundaries of all walks of an axis; of a list of values how many ended how."""
-    bounded = [walk for walk in walks if walk.boundaries]
-    if not bounded:
-        return _listed_table([walk for walk in walks if walk.probes])
-    noted = any(probe.solver for walk in bounded for probe in walk.probes)
-    head = [*WHO, "from .. to", *BOUNDARIES.values(), "beyond 10 %", "fails from", *(["its solver"] if noted else [])]
-    rows = [
-        [
-            *(*who(w), span_text(w.probes)),
-            *(up_to(w, c) for c in BOUNDARIES),
-            *(beyond(w) or NONE, fails_from(w) or NONE),
-            *_note(w, noted),
-        ]
-        for w in bounded
-    ]
-    return table(head, rows)
+def how(probe: Probe) -> str:
+    """Return how a run ended, and whether undetected."""
+    name = "wrong" if probe.outcome == "completed" else probe.outcome
+    return f"{name} (undetected)" if probe.undetected else name
 
 
-def _listed_table(walks: Sequence[Walk]) -> Table:
-    """Few values each in a column of its own, many counted."""
-    if max((len(walk.probes) for walk in walks), default=0) <= FEW:
-        head = [f"{probe.text}: position error / L" for probe in walks[0].probes] if walks else []
-        return table([*WHO, *head], [[*who(walk), *map(_shown, walk.probes)] for walk in walks])
-    noted = any(probe.solver for walk in walks for probe in walk.probes)
-    head = [*WHO, "runs", "within 10 %", LARGEST, "ended otherwise", *(["its solver"] if noted else [])]
-    rows = [
-        [
-            *who(walk),
-            str(len(walk.probes)),
-            str(sum(probe.good for probe in walk.probes)),
-            numbers.measured(largest_error(walk.probes)),
-            _ends(walk) or NONE,
-            *_note(walk, noted),
-        ]
-        for walk in walks
-    ]
-    return table(head, rows)
+def span_text(probes: Sequence[Probe]) -> str:
+    """Return the first and the last value of some runs, as `199 .. 31 steps`, or the only one."""
+    first, last = probes[0].text, probes[-1].text
+    if first == last:
+        return first
+    unit = last.partition(" ")[2]
+    bare = unit[:1].isalpha() and first.endswith(f" {unit}")
+    return f"{first.removesuffix(f' {unit}') if bare else first} .. {last}"
 
 
-def _shown(probe: Probe) -> str:
-    error = probe.outcome if probe.position is None else numbers.measured(probe.position)
-    return f"{error} (undetected)" if probe.undetected else error
-
-
-def _ends(walk: Walk) -> str:
-    """Outcomes of runs of a list that did not complete: 3 opened, 1 diverged."""
-    ends = Counter(probe.outcome for probe in walk.probes if probe.outcome != "completed")
-    return ", ".join(f"{count} {outcome}" for outcome, count in ends.items())
-
-
-def _note(walk: Walk, noted: bool) -> list[str]:
-    return [solver_notes(walk.probes) or NONE] if noted else []
-
-
-def solver_notes(probes: Sequence[Probe]) -> str:
-    """Return each note on the solver, its values, and between which powers of ten its residual is."""
-    where: dict[str, list[tuple[Probe, str]]] = {}
-    for probe in probes:
-        if probe.solver:
-            note, _, residual = probe.solver.partition(RESIDUAL)
-            where.setdefault(note, []).append((probe, residual))
-    return "; ".join(_noted(note, of, len(probes)) for note, of in where.items())
-
-
-def _noted(note: str, of: Sequence[tuple[Probe, str]], among: int) -> str:
-    residuals = sorted({residual for _, residual in of if residual}, key=float)
-    left = f"{RESIDUAL}{residuals[0]}" if residuals else ""
-    to = f" to {residuals[-1]}" if len(residuals) > 1 else ""
-    return f"{note}: {span_text([probe for probe, _ in of])} ({len(of)} of {among} runs){left}{to}"
+def undetected_words(walks: Iterable[Walk]) -> str:
+    """Return how many runs are wrong and undetected, and on how many walks."""
+    walked = [walk for walk in walks if walk.probes]
+    runs = [probe for walk in walked for probe in walk.probes]
+    affected = sum(any(probe.undetected for probe in walk.probes) for walk in walked)
+    return f"{sum(probe.undetected for probe in runs)} of {len(runs)} runs, on {affected} of {len(walked)} walks"
 
 
 def refusals(walks: Iterable[Walk]) -> list[str]:
@@ -142,78 +97,159 @@ def refusals(walks: Iterable[Walk]) -> list[str]:
     refused: dict[str, dict[str, list[str]]] = {}
     for walk in walks:
         if walk.refusal:
-            refused.setdefault(walk.refusal, {}).setdefault(walk.engine, []).append(f"`{walk.preset}`")
+            refused.setdefault(walk.refusal, {}).setdefault(engine_title(walk.engine), []).append(f"`{walk.preset}`")
     return [
-        f"Not walked with {'; '.join(f'{engine_title(e)} {listed(presets)}' for e, presets in of.items())}: {reason}."
+        f"Not walked with {'; '.join(f'{engine} {listed(presets)}' for engine, presets in of.items())}: {reason}."
         for reason, of in refused.items()
     ]
 
 
-def torque_notes(walks: Iterable[Walk]) -> list[str]:
-    """Return, for each walk, the error of the drive torque at both ends and where it is least."""
-    notes = []
+def largest_error(probes: Iterable[Probe]) -> float | None:
+    """Return the largest position error of the runs that completed; None where none did."""
+    return max((probe.position for probe in probes if probe.position is not None), default=None)
+
+
+# -- walks -----------------------------------------------------------------------------------------------------------
+
+
+def reach_table(walks: Iterable[Walk]) -> Table:
+    """Return a row for each axis and direction that has boundaries: how far the error stays within 10 %, by preset."""
+    ways: dict[tuple[str, bool], dict[str, str]] = {}
+    ends: dict[tuple[str, bool], str] = {}
+    for walk in (walk for walk in walks if walk.boundaries):
+        way, undetected = (walk.axis, walk.falling), walk.boundary("rough").undetected
+        reached = up_to(walk, "rough") + (", then undetected" if undetected else "")
+        ways.setdefault(way, {})[preset_title(walk.engine, walk.preset)] = reached
+        ends.setdefault(way, walk.probes[-1].text)
+    presets = dict.fromkeys(preset for found in ways.values() for preset in found)
+    rows = [
+        (AXES[way[0]].title, ends[way], *(found.get(preset, NONE) for preset in presets)) for way, found in ways.items()
+    ]
+    return table(("within 10 % along", "towards", *presets), rows)
+
+
+def limits_table(study: LimitStudy) -> Table:
+    """Return the boundaries of all walks of a scene, for a terminal."""
+    rows = [(walk.axis, *who(walk), *bounded(walk)) for walk in study.walks if walk.boundaries]
+    title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
+    return table(("axis", *WHO, *BOUNDED), rows, title=title)
+
+
+def listed_lines(study: LimitStudy) -> list[str]:
+    """Return a line for each walk over a list of values: how many ended well, and which did not; for a terminal."""
+    lines = []
+    for walk in study.walks:
+        if walk.probes and not walk.boundaries:
+            bad = [f"{probe.text} {probe.outcome}" for probe in walk.probes if not probe.good]
+            held = f"{len(walk.probes) - len(bad)} of {len(walk.probes)} within 10 %"
+            lines.append("; ".join([f"{walk.axis}, {walk.engine} {walk.preset}: {held}", *bad[:MOST_NAMED]]))
+    return lines
+
+
+def boundaries_table(walks: Sequence[Walk]) -> Table:
+    """Return the boundaries of all walks of an axis; of a list of values how many ended how."""
+    found = [walk for walk in walks if walk.boundaries]
+    if not found:
+        return _listed_table([walk for walk in walks if walk.probes])
+    rows = [(*who(walk), span_text(walk.probes), *bounded(walk), _fails_from(walk)) for walk in found]
+    return _with_notes((*WHO, "from .. to", *BOUNDED, "fails from"), rows, found)
+
+
+def _fails_from(walk: Walk) -> str:
+    """Return the first value of each ending beyond ten per cent, in the order of `bounded`."""
+    first: dict[str, str] = {}
+    for alike in stretches(walk):
+        if not alike[0].good:
+            first.setdefault(how(alike[0]), alike[0].text)
+    return ", ".join(first.values()) or NONE
+
+
+def _listed_table(walks: Sequence[Walk]) -> Table:
+    """Few values each in a column of its own, many counted."""
+    if max((len(walk.probes) for walk in walks), default=0) <= FEW:
+        head = [f"{probe.text}: position error / L" for probe in walks[0].probes] if walks else []
+        return table([*WHO, *head], [[*who(walk), *map(_shown, walk.probes)] for walk in walks])
+    rows = []
+    for walk in walks:
+        ends = Counter(probe.outcome for probe in walk.probes if probe.outcome != "completed")
+        counts = str(len(walk.probes)), str(sum(probe.good for probe in walk.probes))
+        error = numbers.measured(largest_error(walk.probes))
+        rows.append((*who(walk), *counts, error, ", ".join(f"{n} {outcome}" for outcome, n in ends.items()) or NONE))
+    return _with_notes((*WHO, "runs", "within 10 %", LARGEST, "ended otherwise"), rows, walks)
+
+
+def _shown(probe: Probe) -> str:
+    error = probe.outcome if probe.position is None else numbers.measured(probe.position)
+    return f"{error} (undetected)" if probe.undetected else error
+
+
+def _with_notes(head: Sequence[str], rows: Sequence[Sequence[Cell]], walks: Sequence[Walk]) -> Table:
+    """With a column on the solver, where it was ever remarkable."""
+    notes = [solver_notes(walk.probes) for walk in walks]
+    if not any(notes):
+        return table(head, rows)
+    return table((*head, "its solver"), [(*row, note or NONE) for row, note in zip(rows, notes, strict=True)])
+
+
+def solver_notes(probes: Sequence[Probe]) -> str:
+    """Return each note on the solver, with the largest residual that it left, and its values."""
+    where: dict[str, list[Probe]] = {}
+    for probe in probes:
+        if probe.solver:
+            where.setdefault(probe.solver.partition(",")[0], []).append(probe)
+    worst = {note: max(of, key=lambda p: float(p.solver.rpartition(" ")[2])).solver for note, of in where.items()}
+    return "; ".join(f"{worst[n]}: {span_text(of)} ({len(of)} of {len(probes)} runs)" for n, of in where.items())
+
+
+def torque_table(walks: Iterable[Walk]) -> Table:
+    """Return, for each walk, the error of the drive torque over its peak at both ends and where it is least."""
+    rows = []
     for walk in walks:
         known = [(probe.torque, probe.text) for probe in walk.probes if probe.torque is not None]
         if known:
-            (first, begin), (least, where), (last, end) = known[0], min(known), known[-1]
-            notes.append(
-                f"{engine_title(walk.engine)} `{walk.preset}`: the drive torque is off by {numbers.measured(first)} of "
-                f"its peak at {begin}, by {numbers.measured(last)} at {end}, and least, by {numbers.measured(least)}, "
-                f"at {where}."
-            )
-    return notes
-
-
-def reference_note(walks: Iterable[Walk]) -> str:
-    """Return how far the reference itself is off at worst; nothing where it is at its usual rounding."""
-    known = [(p.reference_error, p.text) for walk in walks for p in walk.probes if p.reference_error is not None]
-    if not known:
-        return ""
-    worst, where = max(known, key=lambda pair: pair[0])
-    return f"The reference itself is off by at most {numbers.measured(worst)} L, at {where}."
-
-
-# -- wrong and undetected --------------------------------------------------------------------------------------------
+            ends = (known[0], min(known), known[-1])
+            rows.append((*who(walk), *(f"{numbers.measured(error)} at {value}" for error, value in ends)))
+    return table((*WHO, "drive torque error / peak at first", "least", "at last"), rows)
 
 
 def undetected_table(walks: Iterable[Walk]) -> Table:
-    """Return a row for each axis and way of being wrong, with who is so and where.
+    """Return a row for each axis and way of being wrong and undetected, with who is so and where.
 
     A motion in one piece comes first: it is the hardest to distinguish from a right one.
     """
-    groups: dict[tuple[str, str, str], list[tuple[Walk, Stretch]]] = {}
+    groups: dict[tuple[str, str, str], list[tuple[Walk, tuple[Probe, ...]]]] = {}
     for walk in walks:
-        for stretch in _undetected(walk):
-            groups.setdefault((stretch.level, walk.axis, stretch.outcome), []).append((walk, stretch))
+        for alike in _undetected(walk):
+            groups.setdefault((alike[0].level, walk.axis, alike[0].outcome), []).append((walk, alike))
     rows = []
     for (level, axis, outcome), found in sorted(groups.items(), key=lambda group: LEVELS.index(group[0][0])):
         ended = "ran to its end" if outcome == "completed" else f"`{outcome}`"
         places: dict[str, list[str]] = {}
-        for walk, stretch in found:
-            places.setdefault(" ".join(who(walk)), []).append(_where(walk, stretch))
+        for walk, alike in found:
+            places.setdefault(" ".join(who(walk)), []).append(_where(walk, alike))
         shown = "; ".join(f"{name}: {', '.join(where)}" for name, where in places.items())
-        largest = largest_error(probe for _, stretch in found for probe in stretch.probes)
+        largest = largest_error(probe for _, alike in found for probe in alike)
         rows.append((AXES[axis].title, f"{level}, {ended}", shown, numbers.measured(largest)))
     return table(("axis", "result", "engines and presets, and where", LARGEST), rows)
 
 
-def _undetected(walk: Walk) -> list[Stretch]:
+def _undetected(walk: Walk) -> list[tuple[Probe, ...]]:
     if walk.boundaries:
-        return [stretch for stretch in stretches(walk) if stretch.undetected]
+        return [alike for alike in stretches(walk) if alike[0].undetected]
     # Values of a list are no neighbours: those that ended alike are taken together, wherever they stand.
-    alike: dict[tuple[str, str], list[Probe]] = {}
-    for probe in walk.probes:
-        if probe.undetected:
-            alike.setdefault((probe.level, probe.outcome), []).append(probe)
-    return [Stretch(tuple(probes)) for probes in alike.values()]
+    found: dict[tuple[str, str], tuple[Probe, ...]] = {}
+    for probe in (probe for probe in walk.probes if probe.undetected):
+        end = probe.level, probe.outcome
+        found[end] = (*found.get(end, ()), probe)
+    return list(found.values())
 
 
-def _where(walk: Walk, stretch: Stretch) -> str:
-    if walk.boundaries or len(stretch.probes) == 1:
-        return span_text(stretch.probes)
-    named = ", ".join(probe.text for probe in stretch.probes[:MOST_NAMED])
-    more = len(stretch.probes) - MOST_NAMED
-    return f"{len(stretch.probes)} of {len(walk.probes)}: {named}" + (f" and {more} more" if more > 0 else "")
+def _where(walk: Walk, alike: Sequence[Probe]) -> str:
+    if walk.boundaries or len(alike) == 1:
+        return span_text(alike)
+    more = len(alike) - MOST_NAMED
+    named = ", ".join(probe.text for probe in alike[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+    return f"{len(alike)} of {len(walk.probes)}: {named}"
 
 
 # -- steps, maps, iterations, repeated and long runs -----------------------------------------------------------------
@@ -221,23 +257,8 @@ def _where(walk: Walk, stretch: Stretch) -> str:
 
 def steps_table(walks: Iterable[Walk]) -> Table:
     """Return a row for each scene, engine and preset whose steps were walked."""
-    rows = [
-        (walk.scene, *who(walk), *(_steps_held(walk, criterion) for criterion in BOUNDARIES))
-        for walk in walks
-        if walk.axis == "steps" and walk.boundaries
-    ]
-    return table(("machine", *WHO, *BOUNDARIES.values()), rows)
-
-
-def _steps_held(walk: Walk, criterion: str) -> str:
-    """The last number of steps that keeps a criterion, and how the next one ended: `34 (33: opened, undetected)`."""
-    boundary = walk.boundary(criterion)
-    if boundary.first_bad is None:
-        return EVERYWHERE
-    bad = next(probe for probe in walk.probes if probe.value == boundary.first_bad)
-    ended = bad.level if bad.outcome == "completed" else bad.outcome
-    held = not_held(boundary) if boundary.last_good is None else f"{boundary.last_good:g}"
-    return f"{held} ({bad.value:g}: {ended}{', undetected' if boundary.undetected else ''})"
+    walked = [walk for walk in walks if walk.axis == "steps" and walk.boundaries]
+    return table(("machine", *WHO, *BOUNDED), [(walk.scene, *who(walk), *bounded(walk)) for walk in walked])
 
 
 def maps_table(maps: Iterable[LimitMap]) -> Table:
@@ -255,18 +276,12 @@ def maps_table(maps: Iterable[LimitMap]) -> Table:
 
 def needs_table(needs: Iterable[IterationNeed]) -> Table:
     """Return a row for each number of iterations and each way from equal masses."""
-    rows = []
-    for need in needs:
-        for walk in need.walks:
-            slider, held = (
-                "lighter" if walk.falling else "heavier",
-                (up_to(walk, criterion) for criterion in BOUNDARIES),
-            )
-            rows.append((*who(need), str(need.iterations), slider, *held, beyond(walk) or NONE))
-    return table((*WHO, "iterations", "slider", *BOUNDARIES.values(), "beyond 10 %"), rows)
-
-
-SHOWN = 12  # hexadecimal digits of a fingerprint
+    rows = [
+        (*who(need), str(need.iterations), "lighter" if walk.falling else "heavier", *bounded(walk))
+        for need in needs
+        for walk in need.walks
+    ]
+    return table((*WHO, "iterations", "slider", *BOUNDED), rows)
 
 
 def determinism_table(found: Iterable[Determinism]) -> Table:
@@ -281,3 +296,17 @@ def determinism_table(found: Iterable[Determinism]) -> Table:
 
 def _same(identical: bool | None) -> Cell:
     return numbers.MISSING if identical is None else "identical" if identical else Toned("different", "bad")
+
+
+def long_run_table(runs: Iterable[LongRun]) -> Table:
+    """Return a row for each run: the first mark beside the last one."""
+    head = (*WHO, "steps per revolution", "revolutions", "ended", "loop error / L, first revolution", "at the end")
+    rows = []
+    for run in runs:
+        last: Mark | None = run.marks[-1] if run.marks else None
+        failed = last is not None and run.outcome != "completed"
+        ended = f"{run.outcome} after {numbers.quantity(last.revolution)}" if failed and last else run.outcome
+        sizes = [None] * 4 if last is None else [run.marks[0].closure, last.closure, last.phase, last.clock]
+        steps = str(run.steps_per_revolution), numbers.quantity(run.revolutions)
+        rows.append((*who(run), *steps, ended, *map(numbers.measured, sizes)))
+    return table((*head, "phase at the end (rad)", "of a clock that sums its steps (rad)"), rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from conrod.engines import engine_named
@@ -36,15 +36,7 @@ class RepeatedCase(LimitCase):
     @property
     def once(self) -> LimitCase:
         """One of its runs."""
-        return LimitCase(
-            self.name,
-            self.scene,
-            self.settings,
-            self.revolutions,
-            self.start_angle,
-            self.signed_angles,
-            self.declaration,
-        )
+        return LimitCase(**{part.name: getattr(self, part.name) for part in fields(self)})
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import Enum
 
 from conrod.runs.trajectory import Outcome
@@ -41,38 +40,20 @@ LEVELS = [level.slug for level in Level]
 GOOD = (Level.SAFE.slug, Level.ROUGH.slug)
 
 
-@dataclass(frozen=True)
-class Grade:
-    """Level of a run.
-
-    Attributes:
-        undetected: worse than rough, and neither a number that is not finite nor a warning of the engine shows it.
-    """
-
-    level: Level
-    outcome: str
-    undetected: bool
-
-
-def grade_of(measurement: Measurement) -> Grade:
-    """Return the grade of a measured run."""
-    level = _level(measurement)
-    bad = level not in (Level.SAFE, Level.ROUGH)
-    return Grade(level, measurement.outcome, bad and _shows_nothing(measurement))
-
-
-def _level(measurement: Measurement) -> Level:
+def level_of(measurement: Measurement) -> Level:
+    """Return the level of a measured run."""
     if measurement.outcome in UNBOUNDED:
         return Level.UNBOUNDED
     error = measurement.largest("position")
     return Level.BROKEN if error is None else Level.of_error(error)
 
 
-def _shows_nothing(measurement: Measurement) -> bool:
-    if measurement.outcome in LOUD:
-        return False
+def is_undetected(measurement: Measurement) -> bool:
+    """Return whether a run is worse than rough, and neither a number that is not finite nor a warning shows it."""
     recorded = Extremes.of(measurement)
-    return recorded is not None and recorded.finite and not recorded.warnings
+    if level_of(measurement).slug in GOOD or measurement.outcome in LOUD or recorded is None:
+        return False
+    return recorded.finite and not recorded.warnings
 
 
 # A residual (normalised) above this is no rounding. MuJoCo's converged runs leave 1e-15 to 1e-13, and up to 2.2e-9

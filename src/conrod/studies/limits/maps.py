@@ -15,7 +15,7 @@ from conrod.studies.frame.study import Study
 from conrod.studies.limits.adaptive import STRIDE, Codes, Node, codes, known_nodes, nearest_runs, refine
 from conrod.studies.limits.axes import AXES, Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.grade import Level, grade_of
+from conrod.studies.limits.grade import Level, is_undetected, level_of
 
 STEPS = AXES["steps"]
 # From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.
@@ -187,6 +187,5 @@ def most_map_runs(setup: Setup, pair: Pair, resolution: tuple[int, int] = RESOLU
 
 
 def _run(node: Node, measurement: Measurement) -> MapRun:
-    grade = grade_of(measurement)
-    error = None if measurement.errors is None else measurement.largest("position")
-    return MapRun(*node, grade.level.slug, grade.outcome, grade.undetected, error)
+    level, error = level_of(measurement).slug, measurement.largest("position")
+    return MapRun(*node, level, measurement.outcome, is_undetected(measurement), error)

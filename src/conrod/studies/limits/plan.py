@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice
 from typing import Any, NamedTuple
 
 from conrod.engines import Engine, engine_named, engine_names
@@ -19,12 +20,11 @@ from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search, most_float_runs
 from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
-from conrod.studies.limits.results import LimitStudy, Walk
+from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 from conrod.studies.limits.walk import (
     ITERATIONS,
     MASS_RATIO,
     length_search,
-    most_length_runs,
     most_need_runs,
     most_runs,
     need_search,
@@ -35,25 +35,18 @@ REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
 
 
 class Planned(NamedTuple):
-    """A search.
+    """A search that is not begun, whose findings are one part of a study or several, and how many runs it can take."""
 
-    Attributes:
-        part: field of `LimitStudy` that keeps its findings, or "lengths", which belong to two.
-        made: the search, not begun.
-        most: how many runs it can ask for.
-    """
-
-    part: str
     made: Callable[[], Study[Any]]
     most: int
 
 
 @dataclass(frozen=True)
 class Request:
-    """Items to be studied; everything where nothing is named.
+    """Items to be studied.
 
     Attributes:
-        names: of `ITEMS`.
+        names: of `ITEMS`; everything where it is empty.
         span: first and last value of the only axis, where other ends than its own are asked for.
         revolutions: of the long runs.
     """
@@ -61,11 +54,6 @@ class Request:
     names: tuple[str, ...] = ()
     span: tuple[float, float] | None = None
     revolutions: float = REVOLUTIONS
-
-    @property
-    def everything(self) -> bool:
-        """True where nothing was named, so that all is studied that there is."""
-        return not self.names
 
 
 @dataclass(frozen=True)
@@ -87,22 +75,19 @@ def _axis(axis: Axis) -> Item:
         if axis.name == LENGTH_AXIS:
             last = asked.revolutions if asked.span is None else max(asked.span)
             axis.case(setup, last)
-            most = most_length_runs(axis, setup, last)
-            return [Planned("lengths", partial(length_search, axis, setup, last), most)]
-        planned = []
-        for first, last in (asked.span,) if asked.span else axis.spans(setup):
-            for end in (first, last):
-                axis.case(setup, end)
-            most = most_runs(axis, setup, first, last)
-            planned.append(Planned("walks", partial(walk_search, axis, setup, first, last), most))
-        return planned
+            most = most_runs(axis, setup, axis.safe_end, last)  # the longest run is shared with the walk
+            return [Planned(partial(length_search, axis, setup, last), most)]
+        spans = (asked.span,) if asked.span else axis.spans(setup)
+        for end in (end for span in spans for end in span):
+            axis.case(setup, end)
+        return [Planned(partial(walk_search, axis, setup, *span), most_runs(axis, setup, *span)) for span in spans]
 
     return Item(axis.name, axis.refusal, searches)
 
 
 def _pair(pair: Pair) -> Item:
     def searches(setup: Setup, asked: Request) -> list[Planned]:
-        return [Planned("maps", partial(map_search, setup, pair), most_map_runs(setup, pair))]
+        return [Planned(partial(map_search, setup, pair), most_map_runs(setup, pair))]
 
     return Item(pair.name, pair.refusal, searches)
 
@@ -117,11 +102,7 @@ def _no_rule_to_replace(setup: Setup) -> str | None:
 
 def _needs(setup: Setup, asked: Request) -> list[Planned]:
     most = most_need_runs(setup)
-    return [Planned("needs", partial(need_search, setup, iterations), most) for iterations in ITERATIONS]
-
-
-def _determinism(setup: Setup, asked: Request) -> list[Planned]:
-    return [Planned("determinism", partial(determinism_search, setup), 1)]  # one case, which runs again and again
+    return [Planned(partial(need_search, setup, iterations), most) for iterations in ITERATIONS]
 
 
 def _no_follower(setup: Setup) -> str | None:
@@ -130,18 +111,15 @@ def _no_follower(setup: Setup) -> str | None:
     return None if setup.contact else f"the {setup.scene.kind} has no cam: there is no follower to fly"
 
 
-def _flight(setup: Setup, asked: Request) -> list[Planned]:
-    return [Planned("floats", partial(float_search, setup), most_float_runs())]
-
-
 ITEMS = {
     item.name: item
     for item in (
         *map(_axis, AXES.values()),
         *map(_pair, PAIRS),
         Item("mass-ratio-at-iterations", _no_rule_to_replace, _needs),
-        Item("determinism", lambda setup: None, _determinism),
-        Item("flight", _no_follower, _flight),
+        # Of determinism one case, which runs again and again.
+        Item("determinism", lambda setup: None, lambda setup, _: [Planned(partial(determinism_search, setup), 1)]),
+        Item("flight", _no_follower, lambda setup, _: [Planned(partial(float_search, setup), most_float_runs())]),
     )
 }
 
@@ -167,26 +145,18 @@ class LimitPlan:
         """Number of runs that all searches together can ask for."""
         return sum(planned.most for planned in self.searches)
 
-    def study(self, found: Sequence[tuple[str, Any]]) -> LimitStudy:
-        """Return the study, from what each search found and the part that it belongs to."""
-
-        def of(part: str) -> tuple[Any, ...]:
-            return tuple(finding for name, finding in found if name == part)
-
-        names, lengths = list(AXES), of("lengths")
-        walks = (*of("walks"), *(walk for walk, _ in lengths), *self.refused)
+    def study(self, found: Iterable[Any]) -> LimitStudy:
+        """Return the study, from the findings of the searches."""
+        flat = [part for one in found for part in (one if isinstance(one, tuple) else (one,))]
+        parts = {name: [p for p in (*flat, *self.refused) if isinstance(p, kind)] for name, kind in PARTS.items()}
+        parts["walks"].sort(key=lambda walk: list(AXES).index(walk.axis))
         return LimitStudy(
             name=self.name,
             kind=self.scene.kind,
             title=self.scene.title,
             parameters=self.scene.parameters,
             engines={engine.name: engine.version for engine in self.engines},
-            walks=tuple(sorted(walks, key=lambda walk: names.index(walk.axis))),
-            long_runs=tuple(run for _, run in lengths),
-            maps=of("maps"),
-            needs=of("needs"),
-            determinism=of("determinism"),
-            floats=of("floats"),
+            **{name: tuple(of) for name, of in parts.items()},
         )
 
 
@@ -216,18 +186,14 @@ def plan_limits(
             if item.name in AXES:
                 refused.append(Walk(item.name, setup.name, setup.engine, setup.preset, refusal, (), ()))
     if fit:
-        unfit = {} if asked.everything else {item: reason for item, reason in reasons.items() if item not in had}
+        unfit = {} if not asked.names else {item: reason for item, reason in reasons.items() if item not in had}
     return LimitPlan(name, scene, tuple(engines), tuple(refused), unfit, tuple(searches))
 
 
 def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCase]], Results]) -> list[LimitStudy]:
     """Return the studies of all plans, their runs in common batches."""
-    places = [(k, planned) for k, plan in enumerate(plans) for planned in plan.searches]
-    found = pursue([planned.made() for _, planned in places], run)
-    by_plan: list[list[tuple[str, Any]]] = [[] for _ in plans]
-    for (k, planned), finding in zip(places, found, strict=True):
-        by_plan[k].append((planned.part, finding))
-    return [plan.study(findings) for plan, findings in zip(plans, by_plan, strict=True)]
+    found = iter(pursue([planned.made() for plan in plans for planned in plan.searches], run))
+    return [plan.study(list(islice(found, len(plan.searches)))) for plan in plans]
 
 
 # -- refusals before any run -----------------------------------------------------------------------------------------

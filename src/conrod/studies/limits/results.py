@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
+from typing import Any
 
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.extremes import Mark
@@ -103,37 +104,9 @@ class Walk:
         return next(probe.text for probe in self.probes if probe.value == value)
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """Probes of a walk that ended alike: of one level and outcome, all of them undetected or none."""
-
-    probes: tuple[Probe, ...]
-
-    @property
-    def level(self) -> str:
-        """Level of them all."""
-        return self.probes[0].level
-
-    @property
-    def outcome(self) -> str:
-        """Outcome of them all."""
-        return self.probes[0].outcome
-
-    @property
-    def undetected(self) -> bool:
-        """True where they are undetected."""
-        return self.probes[0].undetected
-
-    @property
-    def good(self) -> bool:
-        """True within ten per cent."""
-        return self.probes[0].good
-
-
-def stretches(walk: Walk) -> tuple[Stretch, ...]:
-    """Return all stretches of neighbouring probes, from the safe end on."""
-    grouped = groupby(walk.probes, lambda probe: (probe.level, probe.outcome, probe.undetected))
-    return tuple(Stretch(tuple(probes)) for _, probes in grouped)
+def stretches(walk: Walk) -> list[tuple[Probe, ...]]:
+    """Return neighbouring probes that ended alike, from the safe end on: level, outcome, undetected or not."""
+    return [tuple(probes) for _, probes in groupby(walk.probes, lambda p: (p.level, p.outcome, p.undetected))]
 
 
 @dataclass(frozen=True)
@@ -182,3 +155,14 @@ class LimitStudy:
     needs: tuple[IterationNeed, ...]
     determinism: tuple[Determinism, ...]
     floats: tuple[FollowerFloat, ...]
+
+
+# Of a study, and what each is made of.
+PARTS: dict[str, type[Any]] = {
+    "walks": Walk,
+    "long_runs": LongRun,
+    "maps": LimitMap,
+    "needs": IterationNeed,
+    "determinism": Determinism,
+    "floats": FollowerFloat,
+}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -12,7 +13,7 @@ from conrod.studies.limits.axes import AXES, Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.conditioning import reference_error
 from conrod.studies.limits.extremes import Extremes, Mark
-from conrod.studies.limits.grade import LEVELS, Level, grade_of, solver_note
+from conrod.studies.limits.grade import LEVELS, Level, is_undetected, level_of, solver_note
 from conrod.studies.limits.results import Boundary, IterationNeed, LongRun, Probe, Walk
 
 # Three runs in each of four decades: what fails and holds again between two of them is missed.
@@ -35,8 +36,8 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
         new = {value: axis.case(setup, value) for value in asked}
         cases |= new
         results |= yield tuple(new.values())
-        asked = [] if listed else _halved(axis, _in_order(cases, first, last), cases, results)
-    ordered = list(cases) if listed else _in_order(cases, first, last)
+        asked = [] if listed else _halved(axis, sorted(cases, reverse=last < first), cases, results)
+    ordered = list(cases) if listed else sorted(cases, reverse=last < first)
     probes = tuple(probe_of(axis, setup, value, cases[value], results[cases[value].key]) for value in ordered)
     boundaries = () if listed else tuple(boundary_of(probes, level) for level in CRITERIA)
     return Walk(axis.name, setup.name, setup.engine, setup.preset, "", probes, boundaries)
@@ -72,13 +73,9 @@ def _middle(axis: Axis, good: float, bad: float) -> float | None:
     return None if nearest in (good, bad) else nearest
 
 
-def _in_order(cases: Mapping[float, LimitCase], first: float, last: float) -> list[float]:
-    return sorted(cases, reverse=last < first)
-
-
 def _halved(axis: Axis, ordered: Sequence[float], cases: Mapping[float, LimitCase], results: Results) -> list[float]:
     """Return the value to be run next for every boundary that is not yet narrow enough."""
-    levels = [LEVELS.index(grade_of(results[cases[value].key]).level.slug) for value in ordered]
+    levels = [LEVELS.index(level_of(results[cases[value].key]).slug) for value in ordered]
     found = []
     for criterion in CRITERIA:
         k = _first_worse(levels, LEVELS.index(criterion.slug))
@@ -96,14 +93,14 @@ def _first_worse(levels: Sequence[int], worst: int) -> int | None:
 
 def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measurement: Measurement) -> Probe:
     """Return what a run on an axis showed."""
-    grade, recorded = grade_of(measurement), Extremes.of(measurement)
+    recorded = Extremes.of(measurement)
     errors = {q: measurement.largest(q) for q in QUANTITIES}
     return Probe(
         value=value,
         text=axis.readable(setup, value),
-        level=grade.level.slug,
-        outcome=grade.outcome,
-        undetected=grade.undetected,
+        level=level_of(measurement).slug,
+        outcome=measurement.outcome,
+        undetected=is_undetected(measurement),
         reason=measurement.reason,
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
         torque=None if recorded is None else recorded.torque,
@@ -168,44 +165,22 @@ def length_search(axis: Axis, setup: Setup, revolutions: float) -> Study[tuple[W
     measurement = (yield (case,))[case.key]
     recorded = Extremes.of(measurement)
     marks = () if recorded is None else recorded.history
+    samples = math.inf if recorded is None else recorded.samples
     probes = [_marked(axis, setup, mark, case.key) for mark in marks]
-    last = probe_of(axis, setup, _reached(case, recorded), case, measurement)
-    if not probes or probes[-1].value < last.value:
-        probes.append(last)
+    reached = min(case.revolutions, samples / case.settings.steps_per_revolution)
+    if not probes or probes[-1].value < reached:
+        probes.append(probe_of(axis, setup, reached, case, measurement))
+    of = setup.name, setup.engine, setup.preset
     if len({probe.level for probe in probes}) == 1 and measurement.errors is not None:
         boundaries = tuple(boundary_of(probes, level) for level in CRITERIA)
-        walk = Walk(axis.name, setup.name, setup.engine, setup.preset, "", tuple(probes), boundaries)
+        walk = Walk(axis.name, *of, "", tuple(probes), boundaries)
     else:
         walk = yield from walk_search(axis, setup, axis.safe_end, revolutions)
-    return walk, _long_run(setup, case, measurement, marks)
-
-
-def most_length_runs(axis: Axis, setup: Setup, revolutions: float) -> int:
-    """Return the largest number of runs that the search can ask for; the longest one is shared with the walk."""
-    return most_runs(axis, setup, axis.safe_end, revolutions)
-
-
-def _reached(case: LimitCase, recorded: Extremes | None) -> float:
-    """Revolutions of which there are samples."""
-    if recorded is None:
-        return case.revolutions
-    return min(case.revolutions, recorded.samples / case.settings.steps_per_revolution)
+    ended = measurement.outcome, measurement.reason
+    return walk, LongRun(*of, case.settings.steps_per_revolution, case.revolutions, *ended, marks)
 
 
 def _marked(axis: Axis, setup: Setup, mark: Mark, key: str) -> Probe:
     level, value = Level.of_error(mark.position), float(mark.revolution)
     text, undetected, errors = axis.readable(setup, value), level is Level.WRONG, {"position": mark.position}
     return Probe(value, text, level.slug, "completed", undetected, "", errors, None, "", None, key)
-
-
-def _long_run(setup: Setup, case: LimitCase, measurement: Measurement, marks: tuple[Mark, ...]) -> LongRun:
-    return LongRun(
-        scene=setup.name,
-        engine=setup.engine,
-        preset=setup.preset,
-        steps_per_revolution=case.settings.steps_per_revolution,
-        revolutions=case.revolutions,
-        outcome=grade_of(measurement).outcome,
-        reason=measurement.reason,
-        marks=marks,
-    )
