@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from described import CATALOGUE, changed, tables
 
-from conrod.cli.verdicts import print_verdicts
+from conrod.cli.validate_scenes import print_verdicts
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact import branch_continuation as smooth_course

@@ -52,8 +52,7 @@ def ablate(
     Ingredients are added to the minimal model one by one and all together, and taken from the full one.
     Finished runs are kept in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.cli.outputs import outputs
-    from conrod.cli.reproduction import reproduction
+    from conrod.cli.outputs import outputs, reproduction
     from conrod.cli.runner import Runner
     from conrod.engines.capabilities import HasIngredients, Lacking, capability
     from conrod.mechanism.units import check_count
@@ -90,7 +89,7 @@ def ablate(
         "--steps-per-rev": steps_per_rev,
         "--rounds": None if rounds == ROUNDS else rounds,
     }
-    command = reproduction("ablate", scenes, given, assignments, files.folder) if files.folder else None
+    command = reproduction("ablate", scenes, given, assignments, files.folder)
     files.write(whole, command)
 
 

@@ -24,11 +24,9 @@ def audit(files: tuple[str, ...], out: str | None) -> None:
 
     Exit status 0: every item has a verdict, whatever it is; 2: bad usage.
     """
-    from conrod.cli.outputs import outputs
-    from conrod.cli.reproduction import command_line
+    from conrod.cli.outputs import outputs, reproduction
     from conrod.own.printed.table import audit_file
     from conrod.report.printed_values import KIND, console_lines, counts_table
-    from conrod.report.reproduction import Reproduction
     from conrod.report.terminal import console, print_lines, print_table
     from conrod.studies.frame.files import naming
 
@@ -40,8 +38,7 @@ def audit(files: tuple[str, ...], out: str | None) -> None:
         print_table(terminal, counts_table({one.document: one for one in audits.values()}), framed=False)
         for audited in audits.values():
             print_lines(terminal, console_lines(audited, MOST_ITEMS))
-    command = Reproduction(command_line("audit", {}, (), target.folder), pages) if target.folder else None
-    target.write(audits, command)
+    target.write(audits, reproduction("audit", pages, {}, (), target.folder))
 
 
 def _pages(files: Sequence[str]) -> dict[str, str]:

@@ -38,7 +38,7 @@ WIDE = 170  # where there is no terminal to fit
 @click.option(
     "--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse what may need more."
 )
-@options.runs
+@options.of_runs
 @click.option("--out", metavar="DIR", help="Write the report there.")
 @click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
 def limits(
@@ -50,12 +50,7 @@ def limits(
     assignments: tuple[str, ...],
     revolutions: float | None,
     most_runs: int,
-    ledger: str | None,
-    fresh: bool,
-    jobs: int | None,
-    cluster: str | None,
-    cell_timeout: float | None,
-    cell_memory: str | None,
+    how: options.RunOptions,
     out: str | None,
     document: str | None,
 ) -> None:
@@ -65,9 +60,8 @@ def limits(
     kept in the ledger: an interrupted study goes on where it stopped.
     """
     from conrod.cli.limits_request import request_of
-    from conrod.cli.outputs import outputs
-    from conrod.cli.reproduction import reproduction
-    from conrod.cli.runner import Options, Runner
+    from conrod.cli.outputs import outputs, reproduction
+    from conrod.cli.runner import Runner
     from conrod.mechanism.units import check_count
     from conrod.report.limits.files import report_batches
     from conrod.report.limits.report import KIND
@@ -78,7 +72,6 @@ def limits(
     chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
     select_presets(engines, preset)
     asked = request_of(axes, span, revolutions)
-    how = Options(ledger, fresh, jobs, cluster, cell_timeout, cell_memory)
     files = outputs(KIND, chosen, out, document, {"the ledger": how.ledger_file})
     check_count("--most-runs", most_runs, 1, 10**9)
     plans = [plan_limits(name, scene, engines, preset, asked) for name, scene in chosen.items()]
@@ -91,9 +84,9 @@ def limits(
         print_limits(studies)
     # Limits of a run are given too: they decide how some end.
     given = {"--axis": axes, "--range": span, "--engine": engine, "--preset": preset, "--revolutions": revolutions}
-    given |= {"--cell-timeout": cell_timeout, "--cell-memory": cell_memory}
+    given |= {"--cell-timeout": how.cell_timeout, "--cell-memory": how.cell_memory}
     given |= {"--most-runs": None if most_runs == MOST_RUNS else most_runs}
-    command = reproduction("limits", scenes, given, assignments, files.folder) if files.folder else None
+    command = reproduction("limits", scenes, given, assignments, files.folder)
     write_together(report_batches(studies, files.folder, files.file, command))
     if files.folder:
         click.echo(f"report: {files.folder / 'README.md'}")

@@ -1,8 +1,9 @@
-"""Files that a verb writes, a report's folder and a JSON document: refused before any work, or written at its end."""
+"""Files that a verb writes, a report's folder and a JSON document, and the command that makes the report again."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -11,7 +12,7 @@ import click
 
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import Kind
-from conrod.report.reproduction import Reproduction
+from conrod.report.reproduction import SCENE, Reproduction
 from conrod.report.writer import Draw, document_text, report_batch
 from conrod.studies.frame.files import check_apart, file_to_write, folder_to_write, single, write_together
 
@@ -70,3 +71,33 @@ def outputs(
     if folder:
         ReportFolder(folder, kind).check(parts, file, *(given or {}).values())
     return Outputs(kind, folder, file)
+
+
+def reproduction(
+    command: str,
+    subjects: Sequence[str] | Mapping[str, str],
+    options: Mapping[str, object],
+    assignments: Sequence[str],
+    folder: Path | None,
+) -> Reproduction | None:
+    """The command that makes a report again, for the report to print; None where none is written.
+
+    Args:
+        subjects: scenes as they were typed, or files by the names of their pages.
+        options: by name; those that are None were not given, of a tuple each value was.
+        assignments: what was given with --set.
+    """
+    from conrod.studies.frame.resolve_arguments import typed_names
+
+    if folder is None:
+        return None
+    words = ["conrod", command, SCENE]
+    for name, value in options.items():
+        given = value if isinstance(value, tuple) else () if value is None else (value,)
+        for one in given:
+            # A whole number without the point that a float has.
+            words += [name, shlex.quote(str(int(one) if isinstance(one, float) and one.is_integer() else one))]
+    for assignment in assignments:
+        words += ["--set", shlex.quote(assignment)]
+    text = " ".join([*words, "--out", shlex.quote(str(folder))])
+    return Reproduction(text, subjects if isinstance(subjects, Mapping) else typed_names(subjects))

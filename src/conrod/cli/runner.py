@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -27,13 +26,11 @@ from rich.text import Text
 
 from conrod.cli.options import RunOptions
 from conrod.errors import InvalidInput
-from conrod.mechanism.units import parse_quantity
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
-from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.files import check_apart
-from conrod.studies.frame.ledger import Ledger, default_path
+from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import Study, pursue
@@ -42,60 +39,8 @@ if TYPE_CHECKING:
     from conrod.studies.frame.timing import Timing
 
 Found = TypeVar("Found")
-CELL_TIMEOUT = 600.0  # [s]
 # Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0
-
-
-@dataclass(frozen=True)
-class Options(RunOptions):
-    """Options on how runs are made, checked and converted."""
-
-    retime: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse options that exclude each other.
-
-        Raises:
-            InvalidInput: says which.
-        """
-        if self.cluster is not None and self.jobs is not None:
-            raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
-
-    @property
-    def timeout(self) -> float:
-        """Longest time of a cell [s]."""
-        return CELL_TIMEOUT if self.cell_timeout is None else self.cell_timeout
-
-    @property
-    def memory(self) -> int | None:
-        """Most memory of a cell [bytes]."""
-        return None if self.cell_memory is None else round(parse_quantity("--cell-memory", self.cell_memory, "byte"))
-
-    @property
-    def ledger_file(self) -> Path:
-        """The ledger that was named, or the user's own."""
-        return default_path() if self.ledger is None else Path(self.ledger)
-
-    def executor(self) -> RepeatingExecutor:
-        """Executor of the runs: a cluster, or processes of this machine."""
-        if self.cluster is not None:
-            from conrod.studies.execution.cluster import DaskCluster
-
-            return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
-        return self.processes(self.jobs)
-
-    def processes(self, jobs: int | None = None) -> LocalProcesses:
-        """Processes of this machine, as many as it has cores unless a number is given."""
-        jobs = available_cores() if jobs is None else jobs
-        return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory)
-
-
-def available_cores() -> int:
-    """Cores that this process may use, as far as the system says."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
@@ -103,7 +48,7 @@ class Runner:
     """Runs cells and times them, with progress, each kept in the ledger as it finishes."""
 
     ledger: Ledger
-    options: Options
+    options: RunOptions
 
     @classmethod
     @contextmanager
@@ -112,8 +57,12 @@ class Runner:
 
         Args:
             document: file that is written when all is done, which the ledger must not be.
+
+        Raises:
+            InvalidInput: options that exclude each other.
         """
-        options = options if isinstance(options, Options) else Options(**vars(options))
+        if options.cluster is not None and options.jobs is not None:
+            raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
         path = options.ledger_file
         check_apart({"the ledger": path, **({"--json": document} if document else {})})
         with Ledger.open(path) as ledger:
@@ -145,13 +94,13 @@ class Runner:
 
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
         """Measurements of cells, one at a time on this machine, for cases that measure how long something takes."""
-        fresh = self.options.fresh or self.options.retime
+        fresh = self.options.timed_again
         with self.options.processes(1) as executor, ProgressBar(description) as bar:
             return run_cases(cells, self.ledger, executor, fresh=fresh, watcher=bar)
 
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""
-        fresh = self.options.fresh or self.options.retime
+        fresh = self.options.timed_again
         with ProgressBar("costs", "timings", "timed") as bar:
             return time_cases(cells, self.ledger, cell_timeout=self.options.timeout, fresh=fresh, watcher=bar)
 

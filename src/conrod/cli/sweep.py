@@ -37,8 +37,7 @@ def sweep(
 
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
-    from conrod.cli.outputs import outputs
-    from conrod.cli.reproduction import reproduction
+    from conrod.cli.outputs import outputs, reproduction
     from conrod.cli.runner import Runner
     from conrod.engines.rule import grid_named
     from conrod.report.sweep.report import KIND
@@ -57,7 +56,7 @@ def sweep(
     with naming("standard output"):
         print_fronts(studies)
     asked = {"--engine": engine, "--grid": None if grid == options.DEFAULT_GRID else grid}
-    command = reproduction("sweep", scenes, asked, assignments, files.folder) if files.folder else None
+    command = reproduction("sweep", scenes, asked, assignments, files.folder)
     files.write({study.name: study for study in studies}, command)
 
 

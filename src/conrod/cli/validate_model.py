@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 
 from conrod.cli import options as exit_status
-from conrod.cli.options import ModelOptions, Request, as_typed
-from conrod.cli.outputs import outputs
-from conrod.cli.reproduction import command_line
+from conrod.cli.options import ModelOptions, Request, refuse
+from conrod.cli.outputs import outputs, reproduction
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be
 from conrod.own.models.frame import UNITS, GivenFrame
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, places_of
 from conrod.own.models.study import ModelStudy, study
-from conrod.report.reproduction import Reproduction
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.report.user_model import KIND, drive, findings, runs_table, verdict
 from conrod.scenes import Scene
@@ -41,35 +38,7 @@ def print_model_study(found: ModelStudy) -> None:
 
 
 def validate_model(file: str, scene: str, asked: Request) -> None:
-    """Judge a file against the machine that a scene is."""
-    for name in ("engine", "preset", "steps_per_rev"):
-        if getattr(asked, name) is not None:
-            option = f"--{name.replace('_', '-')}"
-            raise InvalidInput(f"{option} does not go with a model: it is judged as it is, in MuJoCo, at its own step")
-    machine = select_scene(scene, asked.assignments)[1]
-    tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
-    name = Path(file).stem
-    files = outputs(KIND, [name], asked.out, asked.document, as_outputs_must_not_be(Path(file)))
-    revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
-    judged = judge_model(file, (scene, machine), asked.model, revolutions, tolerance)
-    with naming("standard output"):
-        print_model_study(judged)
-    given = {"--scene": scene, **as_typed(asked.model)}
-    given |= {"--revolutions": asked.revolutions, "--tolerance": asked.tolerance}
-    text = command_line("validate", given, asked.assignments, files.folder) if files.folder else ""
-    files.write({name: judged}, Reproduction(text, {name: file}) if files.folder else None)
-    if not judged.passed:
-        sys.exit(exit_status.FAILED)
-
-
-def judge_model(
-    file: str,
-    scene: tuple[str, Scene],
-    options: ModelOptions,
-    revolutions: int,
-    tolerance: Mapping[str, float] | None,
-) -> ModelStudy:
-    """Study a model; all that touches the engine runs in processes of its own.
+    """Judge a file against the machine that a scene is; all that touches the engine runs in processes of its own.
 
     Raises:
         InvalidInput: the model cannot be used, or is not what was said.
@@ -78,18 +47,30 @@ def judge_model(
     from conrod.own.models.driving import drive_model
     from conrod.own.models.scanning import scan
 
+    its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
+    refuse(asked, its_own, "engine", "preset", "steps_per_rev")
+    machine, path = select_scene(scene, asked.assignments)[1], Path(file)
+    tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
+    files = outputs(KIND, [path.stem], asked.out, asked.document, as_outputs_must_not_be(path))
+    revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
     check_count("--revolutions", revolutions, *REVOLUTIONS)
-    question, given, path = question_of(options, scene[1]), given_frame(options), Path(file)
+    question, given = question_of(asked, machine), given_frame(asked)
     scanned = isolation.confined(scan, path, question)
 
     def run(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
         return isolation.confined(drive_model, path, question, scanned, drive, orders)
 
-    engine, turns = engine_named("mujoco"), float(revolutions)
+    engine, turns, one = engine_named("mujoco"), float(revolutions), (scene, machine)
     try:
-        return study(file, scene, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance)
+        judged = study(file, one, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance)
     except InvalidInput as error:
         raise error if str(error).startswith(file) else InvalidInput(f"{file}: {error}") from None
+    with naming("standard output"):
+        print_model_study(judged)
+    again = reproduction("validate", {path.stem: file}, asked.given, asked.assignments, files.folder)
+    files.write({path.stem: judged}, again)
+    if not judged.passed:
+        sys.exit(exit_status.FAILED)
 
 
 def question_of(options: ModelOptions, scene: Scene) -> Question:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conrod.cli import options as exit_status
-from conrod.cli.options import Request
-from conrod.cli.outputs import outputs
-from conrod.cli.reproduction import reproduction
+from conrod.cli.options import Request, refuse
+from conrod.cli.outputs import outputs, reproduction
 from conrod.cli.runner import Runner
-from conrod.cli.verdicts import print_forces, print_motions, print_verdicts
 from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.report.kind import Kind
+from conrod.report.numbers import fine_order
+from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
@@ -29,13 +29,25 @@ from conrod.studies.frame.resolve_arguments import (
 from conrod.studies.frame.result import SceneResults
 from conrod.studies.frame.study import Study
 
+if TYPE_CHECKING:
+    from conrod.studies.forces.results import ForceStudy
+    from conrod.studies.free_motion.results import MotionStudy
+    from conrod.studies.validation.results import SceneStudy
+
 DEFAULT_REVOLUTIONS = 2
 # On the pages of so many machines: where it is, and how far off.
 FEW_FIGURES = "mechanism,error"
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
+WIDE = 180  # where there is no terminal to fit
 
-Scenes = Mapping[str, Scene]
-Presets = Mapping[str, tuple[str, ...]]
+
+@dataclass(frozen=True)
+class Chosen:
+    """What is compared: scenes and engines by name, and the presets of each engine."""
+
+    scenes: Mapping[str, Scene]
+    engines: Sequence[Engine[Any]]
+    presets: Mapping[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True)
@@ -44,19 +56,19 @@ class Measured:
 
     Attributes:
         kind: of the report.
-        study: of scenes, engines and presets.
+        study: returns a study of each scene.
         show: prints what was found.
-        given: options that the user gave, to make the report again.
         found: what is reported of what a study returns.
         drawn: options of the report's pages.
+        given: options of the command that makes the report again, where they are not as typed.
     """
 
     kind: Kind[Any]
-    study: Callable[[Scenes, Sequence[Engine[Any]], Presets], Study[Sequence[Any]]]
+    study: Study[Sequence[Any]]
     show: Callable[[Sequence[Any]], None]
-    given: Mapping[str, object]
     found: Callable[[Any], SceneResults[Any]] = lambda study: study
     drawn: Mapping[str, Any] = field(default_factory=dict)
+    given: Mapping[str, object] = field(default_factory=dict)
 
 
 def validate_scenes(asked: Request) -> None:
@@ -65,19 +77,19 @@ def validate_scenes(asked: Request) -> None:
     Raises:
         InvalidInput: what was asked for does not fit together, before anything is run.
     """
-    chosen = select_scenes(asked.subjects, asked.assignments)
-    measured = _measured(asked, chosen)
-    engines = select_engines(asked.engine)
-    presets = select_presets(engines, asked.preset)
-    files = outputs(measured.kind, chosen, asked.out, asked.document)
-    with Runner.of(asked.how, files.file) as runner:
-        studies = runner.pursue(measured.study(chosen, engines, presets))
-    found = [measured.found(study) for study in studies]
+    scenes, engines = select_scenes(asked.subjects, asked.assignments), select_engines(asked.engine)
+    chosen = Chosen(scenes, engines, select_presets(engines, asked.preset))
+    if asked.motion is not None:
+        measured = _free_motion(asked, chosen)
+    else:
+        measured = _steady_motion(asked, chosen) if asked.quantity is None else _forces(asked, chosen)
+    files = outputs(measured.kind, scenes, asked.out, asked.document)
+    with Runner.of(asked, files.file) as runner:
+        found = [measured.found(study) for study in runner.pursue(measured.study)]
     with naming("standard output"):
         measured.show(found)
-    given = {"--engine": asked.engine, "--preset": asked.preset, **measured.given, "--tolerance": asked.tolerance}
-    again = reproduction("validate", asked.subjects, given, asked.assignments, files.folder) if files.folder else None
-    with runner.options.processes(runner.options.jobs) as executor:
+    again = reproduction("validate", asked.subjects, {**asked.given, **measured.given}, asked.assignments, files.folder)
+    with asked.processes() as executor:
         # One page is drawn here and now; several by all processes.
         draw = executor.map if len(found) > 1 else map
         files.write({one.name: one for one in found}, again, measured.drawn, draw)
@@ -85,61 +97,68 @@ def validate_scenes(asked: Request) -> None:
         sys.exit(exit_status.FAILED)
 
 
-def _measured(asked: Request, chosen: Scenes) -> Measured:
-    if asked.motion.motion is not None:
-        return _free_motion(asked, chosen)
-    return _steady_motion(asked, chosen) if asked.quantity is None else _forces(asked, chosen)
-
-
-def _steady(asked: Request) -> dict[str, object]:
-    """Options of a run at constant crank speed, as they were given."""
-    turns = None if asked.revolutions == DEFAULT_REVOLUTIONS else asked.revolutions
-    return {"--steps-per-rev": asked.steps_per_rev, "--revolutions": turns}
-
-
 def _turns(asked: Request) -> int:
     return DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
 
 
-def _steady_motion(asked: Request, chosen: Scenes) -> Measured:
+# -- motion at constant crank speed ------------------------------------------------------------------------------------
+
+
+def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.charts.styles import figures_of
     from conrod.report.validation.report import KIND, without_motion
     from conrod.scenes.catalogue import CATALOGUE
     from conrod.studies.validation.study import validation
 
-    plan = make_plan(chosen, asked.steps_per_rev, _turns(asked), asked.tolerance)
-    figures = FEW_FIGURES if asked.figures is None and CATALOGUE in asked.subjects else asked.figures
-    shown = figures_of(figures)
+    plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance)
     if asked.figures is not None and asked.out is None:
         raise InvalidInput(f"--figures {asked.figures} is for a report: name its folder with --out")
+    few = asked.figures is None and CATALOGUE in asked.subjects
+    shown = figures_of(FEW_FIGURES if few else asked.figures)
     return Measured(
         kind=KIND,
-        study=lambda scenes, engines, presets: validation(scenes, engines, presets, plan),
+        study=validation(chosen.scenes, chosen.engines, chosen.presets, plan),
         show=print_verdicts,
-        given={**_steady(asked), "--figures": figures},
         found=lambda study: study if "motion" in shown else without_motion(study),
         drawn={"figures": shown},
+        given={"--figures": FEW_FIGURES} if few else {},
     )
 
 
-def _forces(asked: Request, chosen: Scenes) -> Measured:
+def print_verdicts(studies: Sequence[SceneStudy]) -> None:
+    """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
+    from conrod.report.validation.tables import verdicts_table
+
+    out = console()
+    print_table(out, verdicts_table(studies, fine_order), folding=("verdict",))
+    reasons = dict.fromkeys(
+        (result.scene, result.tolerance.reason)
+        for study in studies
+        for result in study.results
+        if result.passed is None and result.tolerance.reason
+    )
+    print_lines(out, (f"{scene}: tolerances: {reason}" for scene, reason in reasons))
+
+
+# -- the forces in it --------------------------------------------------------------------------------------------------
+
+
+def _forces(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.forces import KIND
     from conrod.studies.forces.study import ForcePlan, force_study
 
-    if asked.figures is not None:
-        raise InvalidInput("--figures does not go with --quantity: its report has one figure")
-    quantities = _quantities(str(asked.quantity), chosen)
+    refuse(asked, "--quantity: its report has one figure", "figures")
+    quantities = _quantities(str(asked.quantity), chosen.scenes)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, quantities)
-    run = replace(make_plan(chosen, asked.steps_per_rev, _turns(asked), None), tolerance=allowed)
+    run = replace(make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), None), tolerance=allowed)
     return Measured(
         kind=KIND,
-        study=lambda scenes, engines, presets: force_study(scenes, engines, presets, ForcePlan(run, quantities)),
+        study=force_study(chosen.scenes, chosen.engines, chosen.presets, ForcePlan(run, quantities)),
         show=print_forces,
-        given={"--quantity": asked.quantity, **_steady(asked)},
     )
 
 
-def _quantities(text: str, scenes: Scenes) -> tuple[str, ...]:
+def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
     """The groups of quantities that were asked for, in their usual order.
 
     Raises:
@@ -158,32 +177,50 @@ def _quantities(text: str, scenes: Scenes) -> tuple[str, ...]:
     return tuple(name for name in GROUPS if name in given)
 
 
-def _free_motion(asked: Request, chosen: Scenes) -> Measured:
+def print_forces(found: Sequence[ForceStudy]) -> None:
+    """Largest errors, observed orders, verdict; then what no quantity shows of a wrong mass."""
+    from conrod.report.forces import hidden_words, tolerance_reasons, unseen_words, verdicts_table
+
+    out = console()
+    print_table(out, verdicts_table(found, fine_order), folding=("verdict",))
+    print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
+    for one in found:
+        unseen = [*unseen_words(one.effects), *hidden_words(one.hidden)]
+        if unseen:
+            print_lines(out, [f"{one.name}: no quantity depends on: {'; '.join(unseen)}"])
+
+
+# -- motion without a drive --------------------------------------------------------------------------------------------
+
+
+def _free_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.free_motion import KIND
     from conrod.studies.free_motion.perform import motion_study
     from conrod.studies.free_motion.plan import MOTIONS, SECONDS, MotionPlan, instants
     from conrod.studies.free_motion.results import QUANTITIES
 
-    given = asked.motion
-    for name in ("steps_per_rev", "revolutions", "figures"):
-        if getattr(asked, name) is not None:
-            option = f"--{name.replace('_', '-')}"
-            raise InvalidInput(f"{option} does not go with --motion: nothing turns the crank steadily")
-    if given.motion not in MOTIONS:
-        raise unknown_choice("motion", str(given.motion), MOTIONS)
-    seconds = SECONDS if given.seconds is None else given.seconds
+    refuse(asked, "--motion: nothing turns the crank steadily", "steps_per_rev", "revolutions", "figures")
+    if asked.motion not in MOTIONS:
+        raise unknown_choice("motion", str(asked.motion), MOTIONS)
+    seconds = SECONDS if asked.seconds is None else asked.seconds
     check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
-    step = None if given.step is None else parse_quantity("--step", given.step, "s")
+    step = None if asked.step is None else parse_quantity("--step", asked.step, "s")
     if step is not None:
         check_number("--step", step, SHORTEST_STEP, seconds, "s")
     judged = None if asked.tolerance is None else parse_tolerance(asked.tolerance, QUANTITIES)
-    plan = MotionPlan(given.motion, seconds, step, judged)
+    plan = MotionPlan(asked.motion, seconds, step, judged)
     instants(plan)
-    for name, scene in chosen.items():
+    for name, scene in chosen.scenes.items():
         plan.mechanism(scene.kinematics.mechanism, name)
     return Measured(
-        kind=KIND,
-        study=lambda scenes, engines, presets: motion_study(scenes, engines, presets, plan),
-        show=print_motions,
-        given={"--motion": given.motion, "--seconds": given.seconds, "--step": given.step},
+        kind=KIND, study=motion_study(chosen.scenes, chosen.engines, chosen.presets, plan), show=print_motions
     )
+
+
+def print_motions(studies: Sequence[MotionStudy]) -> None:
+    """Errors in time, and what is to be said of the exact motion."""
+    from conrod.report.free_motion import exact_words, loads_words, verdicts_table
+
+    out = console(WIDE)
+    print_table(out, verdicts_table(studies, with_clock=True), folding=("verdict",))
+    print_lines(out, (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies))

@@ -6,17 +6,14 @@ import sys
 from pathlib import Path
 
 from conrod.cli import options as exit_status
-from conrod.cli.options import Request, as_typed
-from conrod.cli.outputs import outputs
-from conrod.cli.reproduction import command_line
-from conrod.errors import InvalidInput
+from conrod.cli.options import Request, refuse
+from conrod.cli.outputs import outputs, reproduction
 from conrod.own.files import check_readable
 from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report import trajectory as words
-from conrod.report.reproduction import Reproduction
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.studies.execution import isolation
 from conrod.studies.frame.files import naming
@@ -56,22 +53,19 @@ def validate_table(file: str, scene: str, asked: Request) -> None:
     Raises:
         InvalidInput: the table or an option cannot be used; those of an engine's runs may not be given.
     """
-    for name in ("engine", "preset", "steps_per_rev", "revolutions"):
-        if getattr(asked, name) is not None:
-            raise InvalidInput(f"--{name.replace('_', '-')} does not go with a table: it is for runs of an engine")
-    machine, options, table = select_scene(scene, asked.assignments)[1], asked.table, Path(file)
+    refuse(asked, "a table: it is for runs of an engine", "engine", "preset", "steps_per_rev", "revolutions")
+    machine, table = select_scene(scene, asked.assignments)[1], Path(file)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, (*TOLERANCES, "phase"))
-    estimate = () if options.estimate is None else parse_estimate(options.estimate)
+    estimate = () if asked.estimate is None else parse_estimate(asked.estimate)
     points = tuple(machine.lengths)
-    wanted = request(options.columns, options.units, points)
+    wanted = request(asked.columns, asked.units, points)
     check_readable(table)
     files = outputs(words.KIND, [words.PART], asked.out, asked.document, {"the table": table})
     reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
     study = study_table(file, scene, machine, reading, estimate, allowed)
     with naming("standard output"):
         print_table_study(study)
-    given = {"--scene": scene, **as_typed(options), "--tolerance": asked.tolerance}
-    text = command_line("validate", given, asked.assignments, files.folder) if files.folder else ""
-    files.write({words.PART: study}, Reproduction(text, {words.PART: file}) if files.folder else None)
+    again = reproduction("validate", {words.PART: file}, asked.given, asked.assignments, files.folder)
+    files.write({words.PART: study}, again)
     if study.passed is False:
         sys.exit(exit_status.FAILED)
