@@ -21,8 +21,6 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.mujoco.law import regularisation_error
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.engines.pymunk import stepping
-from conrod.engines.pymunk.space import build as build_space
 from conrod.exact.motion import Array
 from conrod.runs.convergence import observed_order
 from conrod.runs.outcome import joint_gaps
@@ -377,22 +375,3 @@ def test_presets_follow_one_rule_in_period_and_step(name: str, settings: Any) ->
         assert made.timestep * 720 == pytest.approx(scene.period, rel=1e-14)
         assert made.as_dict()["timestep"] == made.timestep
         assert made.gravity
-
-
-@pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
-def test_pymunks_private_reader_and_its_public_properties_give_the_same_bits(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert stepping.memory_is_known()
-    scene = SCENES[name]
-    settings = PymunkSettings.tuned(scene, 400)
-    turns = scene.kinematics.mechanism.driver.start + 2.0 * np.pi / 400 * np.arange(401)
-    poses, slopes = scene.kinematics.derivatives(np.zeros(1), 1)
-    recorded = []
-    for private in (True, False):
-        monkeypatch.setattr(stepping, "memory_is_known", lambda private=private: private)
-        made = build_space(scene, settings)
-        made.place(poses[0], slopes[0] * scene.speed)
-        recorded.append(stepping.advance(made, settings, turns))
-    for by_memory, by_properties in zip(*recorded, strict=True):
-        assert np.array_equal(by_memory, by_properties)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.jet import Jet, square_root
+from conrod.exact.jet import Jet, reciprocal, square_root
 from conrod.exact.joint_equations import PoseJet, pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Revolute
@@ -111,7 +111,7 @@ def _between_pins(joint: DistanceJoint, bodies: dict[str, PoseJet], near: float)
     """Pose of the left-out link: along the line of its pins, its middle in theirs; its first turn near the given."""
     (ax, ay), (bx, by) = bodies[joint.a].point(joint.point_a), bodies[joint.b].point(joint.point_b)
     dx, dy = bx - ax, by - ay
-    inverse = _reciprocal(square_root(dx * dx + dy * dy))
+    inverse = reciprocal(square_root(dx * dx + dy * dy))
     along_x, along_y = dx * inverse, dy * inverse
     own_x, own_y = ((q - p) / joint.length for p, q in zip(joint.pin_a, joint.pin_b, strict=True))
     cosine, sine = along_x * own_x + along_y * own_y, along_y * own_x - along_x * own_y
@@ -119,15 +119,6 @@ def _between_pins(joint: DistanceJoint, bodies: dict[str, PoseJet], near: float)
     x = 0.5 * (ax + bx) - cosine * middle_x + sine * middle_y
     y = 0.5 * (ay + by) - sine * middle_x - cosine * middle_y
     return x, y, _angle(cosine, sine, near)
-
-
-def _reciprocal(jet: Jet) -> Jet:
-    """1 / f, from f (1 / f) = 1 term by term."""
-    a = jet.coefficients
-    inverse = [1.0 / a[0]]
-    for k in range(1, len(a)):
-        inverse.append(-sum((a[j] * inverse[k - j] for j in range(1, k + 1)), start=0.0 * a[0]) / a[0])
-    return Jet(inverse)
 
 
 def _angle(cosine: Jet, sine: Jet, near: float) -> Jet:

@@ -1,0 +1,313 @@
+"""Runs in pieces: bit for bit the run in one, with its clock, its warnings, and what the iteration left."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from catalogue import CAM, PRESS, SAW, VARIATIONS
+
+from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory
+from conrod.engines import engine_named
+from conrod.engines.massless_rod import DISTANCE_JOINT
+from conrod.engines.mujoco import recorder
+from conrod.engines.mujoco.model import build
+from conrod.engines.mujoco.recorder import ended_by_engine
+from conrod.engines.pymunk import dynamics, stepping
+from conrod.engines.running import whole_run
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Piece
+
+MUJOCO, PYMUNK = engine_named("mujoco"), engine_named("pymunk")
+STEPS, START = 60, 0.7
+REVERSED = VARIATIONS["saw-reversed"]
+
+STOCK, TUNED, HARDENED = MuJoCoSettings.stock, MuJoCoSettings.tuned, MuJoCoSettings.hardened
+WILD = {"refsafe": False, "solref": (1e-3, 1.0)}
+RUNS: dict[str, tuple[Any, Any]] = {
+    "saw, stock": (SAW, STOCK(SAW, STEPS)),
+    "press, tuned": (PRESS, TUNED(PRESS, STEPS)),
+    "saw, hardened": (SAW, HARDENED(SAW, STEPS)),
+    "cam, stock": (CAM, replace(STOCK(CAM, 20 * STEPS), cam_vertices=400)),
+    "cam, tuned": (CAM, replace(TUNED(CAM, 20 * STEPS), cam_vertices=400)),
+    "press, two iterations": (PRESS, replace(TUNED(PRESS, STEPS), solver="CG", iterations=2)),
+    "saw, three of PGS": (SAW, replace(STOCK(SAW, STEPS), solver="PGS", iterations=3)),
+    "saw reversed, rod left out": (REVERSED, replace(TUNED(REVERSED, STEPS), rod=DISTANCE_JOINT)),
+    "press, rounded": (PRESS, replace(TUNED(PRESS, STEPS), rounded_state=True)),
+    "saw, gone wild": (SAW, replace(TUNED(SAW, STEPS), **WILD)),
+    "saw, reset": (SAW, replace(TUNED(SAW, STEPS), autoreset=True, **WILD)),
+    "saw, rounded, gone wild": (SAW, replace(TUNED(SAW, STEPS), rounded_state=True, **WILD)),
+}
+WARNED = [name for name in RUNS if name.endswith(("wild", "reset"))]
+IN_PYMUNK: dict[str, tuple[Any, Any]] = {
+    "pymunk: saw, stock": (SAW, PymunkSettings.stock(SAW, STEPS)),
+    "pymunk: press, tuned": (PRESS, PymunkSettings.tuned(PRESS, STEPS)),
+    "pymunk: press, rod left out": (PRESS, replace(PymunkSettings.tuned(PRESS, STEPS), rod=DISTANCE_JOINT)),
+    "pymunk: saw reversed, rod left out": (
+        REVERSED,
+        replace(PymunkSettings.tuned(REVERSED, STEPS), rod=DISTANCE_JOINT),
+    ),
+    "pymunk: saw, rounded": (SAW, replace(PymunkSettings.tuned(SAW, STEPS), rounded_state=True)),
+    "pymunk: cam": (CAM, PymunkSettings.tuned(CAM, STEPS)),
+}
+RUNS |= IN_PYMUNK
+
+
+def asked(name: str) -> tuple[Any, Any, Any, float]:
+    """Engine, scene, settings and revolutions; MuJoCo's cams take many steps, of which a part of a turn has enough."""
+    turns = 2.5 if name in IN_PYMUNK else 0.06 if name.startswith("cam") else 1.2
+    return (PYMUNK if name in IN_PYMUNK else MUJOCO, *RUNS[name], turns)
+
+
+@cache
+def whole(name: str) -> Trajectory:
+    return whole_run(*asked(name), START)
+
+
+@cache
+def in_pieces(name: str, steps: int) -> tuple[Piece, ...]:
+    engine, scene, settings, turns = asked(name)
+    return tuple(engine.run(scene, settings, turns, START, steps))
+
+
+def recorded(trajectory: Trajectory) -> dict[str, Array]:
+    """Every number of a trajectory, by name."""
+    found = {**dict(arrays("bodies", trajectory.bodies)), **dict(arrays("points", dict(trajectory.points)))}
+    assert {"bodies.position.poses", "bodies.acceleration.instants.times"} <= found.keys()
+    return found
+
+
+def arrays(name: str, value: Any) -> Iterator[tuple[str, Array]]:
+    if isinstance(value, np.ndarray):
+        yield name, value
+        return
+    parts = {one.name: getattr(value, one.name) for one in fields(value)} if is_dataclass(value) else value
+    for key, part in parts.items():
+        yield from arrays(f"{name}.{key}", part)
+
+
+def bits(values: Array) -> bytes:
+    """To compare by; the sign of what is not a number means nothing, and depends on how many are added at a time."""
+    return np.where(np.isnan(values), np.nan, values).tobytes()
+
+
+def joined(name: str, steps: int) -> dict[str, Array]:
+    """The same of a run in pieces."""
+    parts = [recorded(piece.trajectory) for piece in in_pieces(name, steps)]
+    return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+
+
+def differing(one: dict[str, Array], other: dict[str, Array]) -> list[str]:
+    return [key for key in other if one[key].shape != other[key].shape or bits(one[key]) != bits(other[key])]
+
+
+# -- the same run ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("steps", [1, 7, 64])
+@pytest.mark.parametrize("name", RUNS)
+def test_pieces_put_together_are_the_run_bit_for_bit(name: str, steps: int) -> None:
+    assert differing(joined(name, steps), recorded(whole(name))) == []
+
+
+def test_a_last_bit_in_one_sample_is_seen() -> None:
+    together = joined("pymunk: saw, stock", 7)
+    values = together["bodies.position.poses"]
+    values[40, 2] = np.nextafter(values[40, 2], 10.0)
+    assert differing(together, recorded(whole("pymunk: saw, stock"))) == ["bodies.position.poses"]
+
+
+def test_a_piece_has_so_many_new_samples_and_the_first_one_the_start() -> None:
+    pieces = in_pieces("pymunk: saw, stock", 64)
+    assert [piece.first_step for piece in pieces] == [0, 65, 129]
+    assert [len(recorded(piece.trajectory)["bodies.position.poses"]) for piece in pieces] == [65, 64, 22]
+
+
+def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = recorder.rollout.rollout
+
+    def forgetful(*arguments: Any, initial_warmstart: Array, **named: Any) -> Any:
+        return right(*arguments, initial_warmstart=0.0 * initial_warmstart, **named)
+
+    expected = recorded(whole("press, two iterations"))
+    monkeypatch.setattr(recorder.rollout, "rollout", forgetful)
+    in_pieces.cache_clear()
+    assert "bodies.position.poses" in differing(joined("press, two iterations", 7), expected)
+    in_pieces.cache_clear()
+
+
+@pytest.mark.parametrize("name", ["press, rod left out", "saw, rounded", "saw, stock", "cam"])
+def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert stepping.memory_is_known()
+    monkeypatch.setattr(stepping, "memory_is_known", lambda: False)
+    assert differing(recorded(whole_run(*asked(f"pymunk: {name}"), START)), recorded(whole(f"pymunk: {name}"))) == []
+
+
+# -- time ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("steps", [1, 7, 10_000])
+@pytest.mark.parametrize("name", ["press, tuned", "pymunk: saw, stock"])
+def test_times_come_from_the_step_index_and_the_clock_is_the_sum_that_a_loop_keeps(name: str, steps: int) -> None:
+    _, scene, settings, turns = asked(name)
+    count, begun = round(STEPS * turns) + 1, START / scene.speed
+    summed = [begun if name in IN_PYMUNK else 0.0]  # MuJoCo's clock begins with its run
+    for _ in range(count - 1):
+        summed.append(summed[-1] + settings.timestep)
+    counted = begun + settings.timestep * np.arange(count)
+    np.testing.assert_array_equal(joined(name, steps)["bodies.position.instants.times"], counted)
+    assert np.concatenate([piece.clock for piece in in_pieces(name, steps)]).tolist() == summed
+    assert np.any(counted - counted[0] != np.array(summed) - summed[0]), "steps whose sum is exact would prove nothing"
+
+
+# -- memory ----------------------------------------------------------------------------------------------------------
+
+
+def peak_memory(work: Callable[[], object]) -> int:
+    """Largest number of bytes allocated at once while working."""
+    work()  # what is computed once and kept is there
+    tracemalloc.start()
+    try:
+        work()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("name", ["press, tuned", "pymunk: saw, stock"])
+def test_memory_is_bounded_by_the_piece_and_not_by_the_run(name: str) -> None:
+    engine, scene, settings, _ = asked(name)
+
+    def streamed(revolutions: float, steps: int) -> int:
+        return peak_memory(lambda: sum(len(p.clock) for p in engine.run(scene, settings, revolutions, 0.0, steps)))
+
+    grown = streamed(60.0, 60 * STEPS) - streamed(6.0, 6 * STEPS)
+    assert grown > 1_000_000, "a run of one piece grows, or nothing is measured"
+    assert streamed(60.0, 200) - streamed(6.0, 200) < 0.05 * grown
+
+
+# -- what MuJoCo did -------------------------------------------------------------------------------------------------
+
+
+def stepped_until_warned(name: str) -> tuple[int, dict[str, int]]:
+    """Steps up to the first warning, and the engine's counters then, by MuJoCo's plain step."""
+    scene, settings = RUNS[name]
+    made = build(scene, settings)
+    data, steps = mujoco.MjData(made.model), 0
+    data.qpos[:], data.qvel[:] = made.start_state(scene, START)
+    with recorder.warnings_kept_quiet():
+        while not data.warning.number.any():
+            mujoco.mj_step(made.model, data)
+            if settings.rounded_state:
+                recorder.round_state(data)
+            steps += 1
+    numbers = data.warning.number
+    return steps, {name: int(numbers[kind]) for name, kind in recorder.WARNINGS.items() if numbers[kind]}
+
+
+@pytest.mark.parametrize("steps", [1, 7, 10_000])
+@pytest.mark.parametrize("name", WARNED)
+def test_warnings_are_counted_from_the_piece_on_in_which_they_came(name: str, steps: int) -> None:
+    when, warned = stepped_until_warned(name)
+    assert warned
+    assert 1 < when < 60
+    for piece in in_pieces(name, steps):
+        # The step that leaves the last sample of a piece gives its sensors, and may warn.
+        assert piece.warnings == (warned if piece.first_step + len(piece.clock) >= when else {})
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3, 7, 32])
+def test_the_engines_own_reset_is_recognised_wherever_a_run_is_cut(steps: int) -> None:
+    run = whole("saw, reset")
+    assert run.outcome is Outcome.RESET
+    when = int(run.reason.split()[-1])
+    for piece in in_pieces("saw, reset", steps):
+        told = piece.first_step + len(piece.clock) > when
+        assert (piece.trajectory.outcome is Outcome.RESET) == told
+        assert (piece.trajectory.reason == run.reason) == told
+
+
+@pytest.mark.parametrize("steps", [1, 7, 32])
+def test_a_run_whose_state_is_not_put_back_is_not_said_to_be(steps: int) -> None:
+    pieces = in_pieces("saw, gone wild", steps)
+    outcomes = [piece.trajectory.outcome for piece in pieces]
+    assert Outcome.RESET not in outcomes
+    assert outcomes[-1] not in (Outcome.COMPLETED, Outcome.RESET)
+
+
+def test_a_clock_that_is_many_steps_off_but_goes_on_is_neither_reset_nor_stopped() -> None:
+    settings = STOCK(SAW, STEPS)
+    clock = settings.timestep * (np.arange(500, 600) + 3.0)
+    assert ended_by_engine(clock, 500, clock[0] - settings.timestep, {}, settings) is None
+    stopped, reset = np.minimum(clock, clock[50]), np.where(clock > clock[50], clock - clock[50], clock)
+    for changed, outcome in ((stopped, Outcome.DIVERGED), (reset, Outcome.RESET)):
+        found = ended_by_engine(changed, 500, clock[0] - settings.timestep, {}, settings)
+        assert found is not None
+        assert found.outcome is outcome
+        assert "step 551" in found.reason
+
+
+# -- what pymunk's iteration left ------------------------------------------------------------------------------------
+
+
+def largest_left(scene: Any, **changes: Any) -> float:
+    settings = replace(PymunkSettings.tuned(scene, 200), **changes)
+    found = [piece.solver for piece in PYMUNK.run(scene, settings, 1.0, 0.0, 10)]
+    assert len(found) == 20
+    assert all(state.iterations == settings.iterations for state in found)
+    return max(state.residual for state in found) / (abs(scene.speed) * max(scene.lengths.values()))
+
+
+@pytest.mark.parametrize("form", [{}, {"rod": DISTANCE_JOINT}])
+@pytest.mark.parametrize("bias", [0.0, PymunkSettings.stock(SAW, 200).error_bias])
+@pytest.mark.parametrize("scene", [SAW, PRESS], ids=["saw", "press"])
+def test_a_converged_iteration_leaves_rounding_and_a_short_one_does_not(
+    scene: Any, bias: float, form: dict[str, str]
+) -> None:
+    assert largest_left(scene, error_bias=bias, iterations=1000, **form) < 1e-12
+    assert largest_left(scene, error_bias=bias, iterations=2, **form) > 1e-8
+
+
+def test_a_bias_other_than_the_engine_has_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = dynamics.gap_rate_left
+    monkeypatch.setattr(
+        dynamics, "gap_rate_left", lambda form, settings, *at: told(form, replace(settings, error_bias=0.5), *at)
+    )
+    assert largest_left(SAW, iterations=1000) > 1e-6
+
+
+@pytest.mark.parametrize("name", ["saw, stock", "press, rod left out", "cam"])
+def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine, scene, settings, turns = asked(f"pymunk: {name}")
+    advance = stepping.advance
+
+    def broken(*args: Any) -> tuple[Array, Array]:
+        centres, rates = advance(*args)
+        centres[-2:], rates[-1:] = np.inf, np.nan
+        return centres, rates
+
+    monkeypatch.setattr(dynamics, "advance", broken)
+    piece = next(engine.run(scene, settings, turns, START, 20))
+    assert piece.trajectory.outcome is Outcome.DIVERGED
+    assert piece.trajectory.reason == f"not finite from {START / scene.speed + 19 * settings.timestep:.6g} s on"
+
+
+# -- rounded state ---------------------------------------------------------------------------------------------------
+
+
+def test_a_rounded_state_has_single_precision_and_costs_accuracy() -> None:
+    rounded = whole("pymunk: saw, rounded")
+    crank = recorded(rounded)["bodies.position.poses"][1:, 2]
+    assert np.array_equal(crank, crank.astype(np.float32))
+    assert rounded.outcome is Outcome.COMPLETED
+    engine, scene, settings, turns = asked("pymunk: saw, rounded")
+    exact = whole_run(engine, scene, replace(settings, rounded_state=False), turns, START)
+    off = np.abs(rounded.points["C"].position.values - exact.points["C"].position.values).max() / SAW.lengths["C"]
+    assert 1e-8 < off < 1e-4
+    assert not np.array_equal(crank, recorded(exact)["bodies.position.poses"][1:, 2])
