@@ -69,96 +69,71 @@ class KinematicResult:
 
 @runtime_checkable
 class KinematicMode(Protocol):
-    """The engine's own constraints as a solver at prescribed crank angles."""
+    """The engine's own constraints as a solver at prescribed crank angles (T,) [rad]."""
 
-    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
-        """The poses at crank angles (T,) [rad]."""
-        ...
+    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult: ...
 
 
 @runtime_checkable
 class ErrorLaw(Protocol):
-    """Bounds on the errors of a run from the engine's documented laws and the exact motion."""
+    """Bounds on the errors of a run, before it is made, from the engine's documented laws and the exact motion."""
 
-    def expected_error(self, machine: Machine, settings: Any) -> ExpectedError:
-        """The bounds, before any run."""
-        ...
+    def expected_error(self, machine: Machine, settings: Any) -> ExpectedError: ...
 
 
 @runtime_checkable
 class SoftnessLaw(Protocol):
-    """Size of the position error that what closes the joints must cause, by the engine's documented law."""
+    """Size of the position error that what closes the joints must cause, by the engine's documented law; None without.
 
-    def predicted_softness(self, machine: Machine, settings: Any) -> Softness | None:
-        """The size; None where no law applies.
+    Where it acts by time (MuJoCo's springs) it is what is left at no step; where it acts by the step (pymunk's share of
+    an error that a step mends) it is that of the settings' step, the lag of the scheme included.
+    """
 
-        Where it acts by time (MuJoCo's springs) it is what is left at no step; where it acts by the step (pymunk's
-        share of an error that a step mends) it is that of the settings' step, the lag of the scheme included.
-
-        Raises:
-            InvalidInput: the machine cannot be given in the form that the settings ask for; see `refusal`.
-        """
-        ...
+    def predicted_softness(self, machine: Machine, settings: Any) -> Softness | None: ...
 
 
 @runtime_checkable
 class ReportsForces(Protocol):
-    """Drive torque and joint reactions of a run at constant crank speed, by the engine's own account."""
+    """Drive torque and joint reactions of a run at constant crank speed, by the engine's own account.
 
-    def forces(self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0) -> ForceTracks:
-        """The forces; what the engine does not report of a machine is `unsupported` in them, with the reason."""
-        ...
+    What the engine does not report of a machine is `unsupported` in them, with the reason.
+    """
+
+    def forces(self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0) -> ForceTracks: ...
 
 
 @runtime_checkable
 class FreeMotion(Protocol):
-    """A motion without drive: free, or under the mechanism's loads."""
+    """A motion without drive, free or under the mechanism's loads, by steps of a length [s].
+
+    It begins with exact poses and rates of all bodies, each (3 n,), which the joints allow, and is reported after
+    `every` so many steps. InvalidInput where there is no such preset, or the engine cannot have the mechanism.
+    """
 
     def free_run(
-        self,
-        mechanism: Mechanism,
-        preset: str,
-        timestep: float,
-        steps: int,
-        poses: Array,
-        rates: Array,
-        every: int = 1,
-    ) -> FreeRun:
-        """The motion from exact poses and rates of all bodies, each (3 n,), which the joints allow.
-
-        Args:
-            timestep: of the engine [s].
-            every: steps between two instants that are reported.
-
-        Raises:
-            InvalidInput: there is no such preset, or the engine cannot have the mechanism; says why.
-        """
-        ...
+        self, mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, every: int = 1
+    ) -> FreeRun: ...
 
 
 @runtime_checkable
 class Timed(Protocol):
-    """Stepping with nothing recorded, for timings."""
+    """Stepping with nothing recorded, for timings.
 
-    def stepper(self, machine: Machine, settings: Any) -> Callable[[int], None]:
-        """A machine in the exact state of its start, see `run_of`; each call advances it by so many steps.
+    Each call of a stepper advances a machine from the exact state of its start (`run_of`) by so many steps; an input
+    that makes one pass must not be driven beyond its end. The reference loop is a fixed slider-crank of this engine,
+    which timings are ratios to.
+    """
 
-        An input that makes one pass must not be driven beyond its end: it cannot go on there.
-        """
-        ...
+    def stepper(self, machine: Machine, settings: Any) -> Callable[[int], None]: ...
 
-    def reference_loop(self) -> Callable[[int], None]:
-        """A fixed slider-crank of this engine, which timings are ratios to; each call advances it by so many steps."""
-        ...
+    def reference_loop(self) -> Callable[[int], None]: ...
 
 
 @runtime_checkable
 class Swept(Protocol):
-    """A grid of settings that a sweep varies."""
+    """A grid of settings that a sweep varies, for a machine; the presets first."""
 
-    def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]:
-        """Rules for settings of this machine, the presets first."""
-        ...
+    def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]: ...
 
 
 @runtime_checkable
@@ -166,39 +141,29 @@ class Varied(Protocol):
     """Settings varied on purpose, one thing at a time."""
 
     @property
-    def variations(self) -> Variations[Any]:
-        """The variations."""
-        ...
+    def variations(self) -> Variations[Any]: ...
 
 
 @runtime_checkable
 class HasIngredients(Protocol):
-    """A minimal model and the ingredients that it may carry, with the freedoms that a compiled model has."""
+    """A minimal model and the ingredients that it may carry, with the freedoms that a compiled model has.
 
-    def minimal(self, machine: Machine, steps_per_revolution: int) -> Any:
-        """Settings of the cheapest model that has the observed motion right."""
-        ...
+    The minimal model is the cheapest that has the observed motion right. Mobility is counted at the exact poses of
+    crank angles (T,) [rad]; InvalidInput where the machine cannot be given in the form that the settings ask for.
+    """
 
-    def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]:
-        """Optional and required ingredients of the minimal model of a machine."""
-        ...
+    def minimal(self, machine: Machine, steps_per_revolution: int) -> Any: ...
 
-    def mobility(self, machine: Machine, settings: Any, angle: Array) -> MobilityCount:
-        """Degrees of freedom and constraints of the compiled model, at the exact poses of crank angles (T,) [rad].
+    def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]: ...
 
-        Raises:
-            InvalidInput: the machine cannot be given in the form that the settings ask for; see `refusal`.
-        """
-        ...
+    def mobility(self, machine: Machine, settings: Any, angle: Array) -> MobilityCount: ...
 
 
 @runtime_checkable
 class Pasted(Protocol):
     """Settings as lines of a user's own model or program."""
 
-    def paste(self, machine: Machine, settings: Any) -> str:
-        """The lines."""
-        ...
+    def paste(self, machine: Machine, settings: Any) -> str: ...
 
 
 MEANINGS: Mapping[type, str] = {
@@ -232,11 +197,7 @@ def capability(engine: Engine[Any], kind: type[Wanted]) -> Wanted | Lacking:
 
 
 def required(engine: Engine[Any], kind: type[Wanted]) -> Wanted:
-    """The engine as one that has a capability.
-
-    Raises:
-        InvalidInput: it has not.
-    """
+    """The engine as one that has a capability; InvalidInput where it has not."""
     found = capability(engine, kind)
     if isinstance(found, Lacking):
         raise InvalidInput(found.reason)
@@ -244,11 +205,7 @@ def required(engine: Engine[Any], kind: type[Wanted]) -> Wanted:
 
 
 def variations_of(engine: Engine[Any]) -> Variations[Any]:
-    """Variations of an engine's settings.
-
-    Raises:
-        InvalidInput: they cannot be.
-    """
+    """Variations of an engine's settings; InvalidInput where it has none."""
     return required(engine, Varied).variations
 
 

@@ -114,7 +114,7 @@ class Tree:
         if isinstance(branch.joint, Revolute):
             on_parent, on_child = self.pin_points(branch)
             phi = second[2] - first[2] + parent[:, 2] + q
-            arm, out = _turned(on_parent, parent[:, 2]), _turned(on_child, phi)
+            arm, out = _turned(*on_parent, parent[:, 2]), _turned(*on_child, phi)
             spin = rate[:, 2] + v
             place = parent[:, :2] + arm - out
             drift = rate[:, :2] + _cross(rate[:, 2], arm) - _cross(spin, out)
@@ -122,7 +122,7 @@ class Tree:
         direction = self.slide_direction(branch)
         offset = _turned_back(second[:2] - first[:2], first[2])
         away = offset + q[:, None] * np.array([math.cos(direction), math.sin(direction)])
-        arm = _turned_rows(away, parent[:, 2])
+        arm = _turned(away[:, 0], away[:, 1], parent[:, 2])
         along = np.column_stack([np.cos(direction + parent[:, 2]), np.sin(direction + parent[:, 2])])
         place = parent[:, :2] + arm
         drift = rate[:, :2] + _cross(rate[:, 2], arm) + v[:, None] * along
@@ -177,14 +177,9 @@ def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
     return Tree(mechanism, tuple(branches), tuple(cuts), start)
 
 
-def _turned(local: tuple[float, float], angle: Array) -> Array:
+def _turned(x: Array | float, y: Array | float, angle: Array) -> Array:
     c, s = np.cos(angle), np.sin(angle)
-    return np.column_stack([c * local[0] - s * local[1], s * local[0] + c * local[1]])
-
-
-def _turned_rows(local: Array, angle: Array) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.column_stack([c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]])
+    return np.column_stack([c * x - s * y, s * x + c * y])
 
 
 def _turned_back(world: Array, angle: float) -> Array:

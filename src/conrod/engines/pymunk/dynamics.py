@@ -12,11 +12,12 @@ from conrod.engines.engine import PIECE, Machine
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.points import Staggered, body_states, observed_points, point_tracks, staggered
+from conrod.engines.pymunk.points import Staggered, body_states, point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
 from conrod.exact.joint_equations import joint_residual, pose_jets
+from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Prismatic
 from conrod.runs.outcome import judge
@@ -38,7 +39,7 @@ def run(
     machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
-    made = started(machine, settings, start_angle)
+    made, kinematics = started(machine, settings, start_angle), machine.kinematics
     driver, begun = made.mechanism.driver, start_angle / machine.speed
     whole = round(settings.steps_per_revolution * revolutions)
     known, before, clock = state(made), None, begun
@@ -55,11 +56,11 @@ def run(
         with np.errstate(all="ignore"):
             at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
             bodies = body_tracks(made.form, at, centres, rates, before)
-            points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(made.form, at, bodies)
+            points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(kinematics, made.form, at, bodies)
             left = gap_rate_left(made.form, settings, centres[-1:], rates[-1:])
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
         bodies, points = _only_new(bodies, points, len(times) - (last - first))
-        verdict = judge(machine.kinematics, bodies, machine.speed)
+        verdict = judge(kinematics, bodies, machine.speed)
         # Chipmunk has no clock. A user keeps one, step by step: `accumulate` adds in this order, with its rounding.
         ticks = np.full(last - first + (first > 0), settings.timestep)
         ticks[0] = clock
@@ -162,20 +163,19 @@ def _followed(before: BodyTracks) -> list[Array | None]:
     return [states.poses[-back] if len(states.poses) >= back else None for states, back in starts]
 
 
-def unseen_points(form: ModelForm, at: Staggered, bodies: BodyTracks) -> dict[str, PointTracks]:
+def unseen_points(kinematics: Kinematics, form: ModelForm, at: Staggered, bodies: BodyTracks) -> dict[str, PointTracks]:
     """Tracks of the points observed on links that the engine does not have."""
-    unseen = [point for point in form.whole.observed if point not in form.mechanism.observed]
+    unseen = [point.name for point in form.whole.observed if point not in form.mechanism.observed]
     if not unseen:
         return {}
-    positions, _ = observed_points(form.whole, bodies.position.poses, bodies.position.rates)
-    _, velocities = observed_points(form.whole, bodies.velocity.poses, bodies.velocity.rates)
+    places, rates = (kinematics.point_derivatives([s.poses, s.rates]) for s in (bodies.position, bodies.velocity))
     return {
-        point.name: PointTracks(
-            Track(at.position, positions[point.name]),
-            Track(at.velocity, velocities[point.name]),
-            Track(at.acceleration, np.diff(velocities[point.name], axis=0)[1:] / at.step),
+        name: PointTracks(
+            Track(at.position, places[name][0]),
+            Track(at.velocity, rates[name][1]),
+            Track(at.acceleration, np.diff(rates[name][1], axis=0)[1:] / at.step),
         )
-        for point in unseen
+        for name in unseen
     }
 
 

@@ -13,7 +13,7 @@ from conrod.engines.engine import Machine
 from conrod.engines.numerics import StraightAhead, approached, close_gap
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.law import shape_error
-from conrod.engines.pymunk.points import body_states, observed_points
+from conrod.engines.pymunk.points import body_states
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import state
@@ -53,8 +53,8 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
                 rows.append((_centres(made), _closing_rates(made, machine, turn)))
     centres, rates = (np.array(column) for column in zip(*rows, strict=True))
     poses, speeds = body_states(made.mechanism, centres, rates)
-    positions, velocities = observed_points(made.mechanism, poses, speeds)
-    points = {name: (positions[name], None if contacts else velocities[name]) for name in positions}
+    observed = machine.kinematics.point_derivatives([poses, speeds])
+    points = {name: (place, None if contacts else rate) for name, (place, rate) in observed.items()}
     error = shape_error(machine, settings) if contacts else None
     return KinematicResult(angle, poses, points, error)
 

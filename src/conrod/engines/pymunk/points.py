@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array, cache_blocks
 from conrod.mechanism.mechanism import Mechanism, Point
 from conrod.runs.trajectory import Instants, PointTracks, Track
@@ -124,14 +123,3 @@ def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Arr
         speeds[:, 3 * i] += spin * y
         speeds[:, 3 * i + 1] -= spin * x
     return poses, speeds
-
-
-def observed_points(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Position and velocity of the observed points, (T, 2) each."""
-    bodies = pose_jets(mechanism, [poses, rates])
-    positions, velocities = {}, {}
-    for observed in mechanism.observed:
-        x, y = bodies[observed.body].point(observed.point)
-        positions[observed.name] = np.column_stack([x.coefficients[0], y.coefficients[0]])
-        velocities[observed.name] = np.column_stack([x.coefficients[1], y.coefficients[1]])
-    return positions, velocities
