@@ -9,7 +9,7 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
-from conrod.engines.mujoco.pass_defect import largest_errors
+from conrod.engines.mujoco.law import largest_errors
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array

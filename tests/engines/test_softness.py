@@ -18,8 +18,8 @@ from conrod.engines.capabilities import Softness
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.mujoco import softness as mujoco_softness
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.pass_defect import Balance, integrated
 from conrod.engines.mujoco.settings import Spring
+from conrod.engines.mujoco.softness import Balance, integrated
 from conrod.engines.numerics import largest_derivatives, self_consistent
 from conrod.engines.pymunk.settings import STOCK_BIAS
 from conrod.scenes.catalogue import scene_named

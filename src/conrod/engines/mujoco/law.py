@@ -10,6 +10,14 @@ damped closure answers a steady defect in velocity with 2 tc of it, one in accel
 steps the closure is stiff, and RK4 loses order (Hairer and Wanner, Solving Ordinary Differential Equations II,
 section IV.15): its stages leave the curve by h^2 x''/8, and the closure pulls at that. How much stays is read off the
 scalar equation y'' = x'' - 2/tc (y' - x') - (y - x)/tc^2 with x = t^2/2, one RK4 step after the other.
+
+One pass: with defects e of position and f of velocity a step and unit of crank angle, a closure of time constant c
+moves by y' = z + e, z' = -2 z/c - y/c^2 + f. From a start that is closed, y, z and z' are the defects folded with
+
+    (1 + s/c) E and s E,    -(s/c^2) E and (1 - s/c) E,    (s/c - 1)/c^2 E and (s/c - 2)/c E,    E = exp(-s/c),
+
+and f itself in z'. Folding their sizes bounds the errors: what is short beside c leaves little, where the largest value
+of a derivative, lasting for ever, would leave much.
 """
 
 from __future__ import annotations
@@ -25,7 +33,6 @@ from conrod.engines.engine import Machine
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.pass_defect import left_of_defects
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.exact.dynamics.inverse import reactions
@@ -100,13 +107,10 @@ def order_reduction(constant: float) -> tuple[float, float, float]:
     return largest[0], largest[1], largest[2]
 
 
-def regularisation_error(machine: Machine, settings: MuJoCoSettings) -> float:
-    """Largest position error of an observed point, over its L, from the loops' giving way to their reactions."""
-    return regularisation_errors(machine, settings)[0]
-
-
 def regularisation_errors(machine: Machine, settings: MuJoCoSettings) -> tuple[float, float]:
-    """The same, and the largest rate by the crank angle [1/rad] at which that error changes.
+    """Largest position error of an observed point, over its L, from the loops' giving way to their reactions.
+
+    And the largest rate by the crank angle [1/rad] at which that error changes.
 
     What follows the reactions late, as a weighted mean of those before (the answer of a critically damped gap is never
     negative), changes no faster than they make it.
@@ -192,3 +196,60 @@ def shape_error(machine: Machine, settings: MuJoCoSettings) -> float:
     polygon = cam_polygon(follower.contact.profile, settings.cam_vertices)
     single = float(np.finfo(np.float32).eps) * float(np.abs(polygon.vertices).max())
     return (polygon.error + single) / float(follower.cosine.min())
+
+
+# -- one pass: what local errors leave of closures that start closed ---------------------------------------------------
+
+PASS_SAMPLES = 1440
+
+
+def left_of_defects(machine: Machine, local: float, constant: float) -> tuple[float, float, float]:
+    """Largest error of position, velocity and acceleration of observed points over their L, by the crank angle.
+
+    Args:
+        machine: one that makes a pass.
+        local: local error over the fifth derivative of the motion, for a unit of crank angle.
+        constant: time constant of the closures [rad].
+    """
+    start, stop = machine.kinematics.span
+    angles = np.linspace(*((start, stop) if machine.speed > 0.0 else (stop, start)), PASS_SAMPLES + 1)
+    fifth, sixth = (local * sizes for sizes in _sizes(machine.kinematics, angles))
+    return largest_errors(fifth, sixth, abs(stop - start) / PASS_SAMPLES, constant)
+
+
+def largest_errors(steady: Array, growing: Array, spacing: float, constant: float) -> tuple[float, float, float]:
+    """Bounds on y, z and z' of a closure that starts closed, under defects of no more than given sizes.
+
+    Args:
+        steady, growing: sizes of e and f (T,), at equal distances.
+        spacing: of the samples [rad].
+        constant: time constant of the closure [rad].
+    """
+    s = spacing * np.arange(len(steady)) / constant
+    decay = np.exp(-s)
+    kernels = (
+        ((1.0 + s) * decay, constant * s * decay),
+        (s / constant * decay, np.abs(1.0 - s) * decay),
+        (np.abs(s - 1.0) / constant**2 * decay, np.abs(s - 2.0) / constant * decay),
+    )
+    errors = [_folded(e, steady, spacing) + _folded(f, growing, spacing) for e, f in kernels]
+    errors[2] = errors[2] + growing
+    position, velocity, acceleration = (float(error.max()) for error in errors)
+    return position, velocity, acceleration
+
+
+def _sizes(kinematics: Kinematics, angles: Array) -> tuple[Array, Array]:
+    """Fifth and sixth derivative by the crank angle (T,) of whatever point has the larger one, over its L."""
+    points = kinematics.point_derivatives(kinematics.derivatives(angles, 6))
+    fifth, sixth = (
+        np.array([np.linalg.norm(values[k], axis=1) / kinematics.lengths[name] for name, values in points.items()])
+        for k in (5, 6)
+    )
+    return fifth.max(axis=0), sixth.max(axis=0)
+
+
+def _folded(kernel: Array, defect: Array, spacing: float) -> Array:
+    """Integral of kernel(s) defect(t - s) over s from 0 to t (T,); each interval with the larger of its ends."""
+    larger = np.maximum(defect[:-1], defect[1:])
+    highest = np.maximum(kernel[:-1], kernel[1:])
+    return np.concatenate([[0.0], spacing * np.convolve(highest, larger)[: len(larger)]])

@@ -15,10 +15,11 @@ from __future__ import annotations
 import hashlib
 import struct
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -31,76 +32,6 @@ from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.engines.tree import Tree, tree_of
 from conrod.exact.motion import Array
-
-
-@dataclass(frozen=True)
-class Coordinates:
-    """Of the bodies that the engine has; poses and rates are theirs, (T, 3 m).
-
-    Attributes:
-        places: of each branch of the tree, the first of its coordinates.
-        rate_places: the first of its rates.
-        free: whether its body is free in space.
-        sizes: numbers of all coordinates and of all rates.
-    """
-
-    tree: Tree
-    places: tuple[int, ...]
-    rate_places: tuple[int, ...]
-    free: tuple[bool, ...]
-    sizes: tuple[int, int]
-
-    def of_poses(self, poses: Array) -> Array:
-        """Coordinates (T, nq)."""
-        found = np.zeros((len(poses), self.sizes[0]))
-        for k, column in enumerate(self.tree.coordinates(poses).T):
-            place = self.places[k]
-            if self.free[k]:
-                pose = poses[:, self._columns(k)]
-                found[:, place : place + 2] = pose[:, :2]
-                found[:, place + 3], found[:, place + 6] = np.cos(0.5 * pose[:, 2]), np.sin(0.5 * pose[:, 2])
-            else:
-                found[:, place] = column
-        return found
-
-    def of_rates(self, poses: Array, rates: Array) -> Array:
-        """Rates (T, nv)."""
-        found = np.zeros((len(poses), self.sizes[1]))
-        for k, column in enumerate(self.tree.rates(poses, rates).T):
-            place = self.rate_places[k]
-            if self.free[k]:
-                found[:, [place, place + 1, place + 5]] = rates[:, self._columns(k)]
-            else:
-                found[:, place] = column
-        return found
-
-    def forward(self, coordinates: Array, rates: Array, after: Array | None = None) -> tuple[Array, Array]:
-        """Poses and their rates.
-
-        Args:
-            after: poses (3 m,) that these follow in a run reported in pieces; None at its beginning.
-        """
-        known = {self.tree.branches[k].child: self._free_body(k, coordinates, rates, after) for k in self._free_ones}
-        return self.tree.forward(coordinates[:, self.places], rates[:, self.rate_places], known)
-
-    def _free_body(self, k: int, coordinates: Array, rates: Array, after: Array | None) -> tuple[Array, Array]:
-        """Pose and rates (T, 3) in the plane; the first turn within half a turn of the one before, or of the start."""
-        place, rate = self.places[k], self.rate_places[k]
-        near = (self.tree.start if after is None else after)[self._columns(k)][2]
-        turn = 2.0 * np.arctan2(coordinates[:, place + 6], coordinates[:, place + 3])
-        # Whole turns are counted, so that the same comes of it wherever a run is cut.
-        turn = turn - 2.0 * np.pi * np.cumsum(np.rint(np.diff(turn, prepend=near) / (2.0 * np.pi)))
-        pose = np.column_stack([coordinates[:, place : place + 2], turn])
-        return pose, rates[:, [rate, rate + 1, rate + 5]]
-
-    @property
-    def _free_ones(self) -> list[int]:
-        return [k for k, free in enumerate(self.free) if free]
-
-    def _columns(self, k: int) -> slice:
-        i = 3 * self.tree.mechanism.body_index[self.tree.branches[k].child]
-        return slice(i, i + 3)
-
 
 # What else may stand beside vertices, and would have to be in the file too.
 OTHER_PARTS = {"face", "normal", "texcoord", "file", "builtin"}
@@ -161,12 +92,12 @@ def laws_acting(model: mujoco.MjModel, tree: Tree, begin: float = 0.0) -> Iterat
         mujoco.set_mjcb_act_bias(before)
 
 
-Edit = Callable[[mujoco.MjModel], None]
-
-
 @dataclass(frozen=True)
 class Build:
-    """A compiled model with the tree that its coordinates belong to; states are those of all links."""
+    """A compiled model with the tree that its coordinates belong to; states are those of all links.
+
+    A body that is free in space has its place and a quaternion for coordinates.
+    """
 
     form: ModelForm
     tree: Tree
@@ -182,18 +113,6 @@ class Build:
         """Index of the crank among the rates."""
         return int(self.model.joint("crank").dofadr[0])
 
-    @cached_property
-    def coordinates_of(self) -> Coordinates:
-        """Places of the state of the tree in the model."""
-        joints = [self.model.joint(joint_name(self.tree, branch)) for branch in self.tree.branches]
-        return Coordinates(
-            tree=self.tree,
-            places=tuple(int(joint.qposadr[0]) for joint in joints),
-            rate_places=tuple(int(joint.dofadr[0]) for joint in joints),
-            free=tuple(joint.type[0] == mujoco.mjtJoint.mjJNT_FREE for joint in joints),
-            sizes=(self.model.nq, self.model.nv),
-        )
-
     def start_state(self, machine: Machine, angle: float) -> tuple[Array, Array]:
         """Joint coordinates and rates of the exact motion at a crank angle."""
         poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
@@ -201,17 +120,61 @@ class Build:
 
     def coordinates(self, poses: Array) -> Array:
         """Model coordinates (T, nq) of poses (T, 3 n)."""
-        return self.coordinates_of.of_poses(self.form.kept(poses))
+        poses = self.form.kept(poses)
+        found = np.zeros((len(poses), self.model.nq))
+        for joint, column in zip(self._joints, self.tree.coordinates(poses).T, strict=True):
+            if joint.free is None:
+                found[:, joint.place] = column
+            else:
+                x, y, turn = poses[:, joint.free].T
+                columns = [joint.place, joint.place + 1, joint.place + 3, joint.place + 6]
+                found[:, columns] = np.column_stack([x, y, np.cos(0.5 * turn), np.sin(0.5 * turn)])
+        return found
 
     def rates(self, poses: Array, rates: Array) -> Array:
         """Model rates (T, nv) of rates of the poses (T, 3 n); a joint's rate is linear in them."""
-        return self.coordinates_of.of_rates(self.form.kept(poses), self.form.kept(rates))
+        poses, rates = self.form.kept(poses), self.form.kept(rates)
+        found = np.zeros((len(poses), self.model.nv))
+        for joint, column in zip(self._joints, self.tree.rates(poses, rates).T, strict=True):
+            if joint.free is None:
+                found[:, joint.rate] = column
+            else:
+                found[:, joint.plane_rates] = rates[:, joint.free]
+        return found
 
     def forward(self, coordinates: Array, rates: Array, after: Array | None = None) -> tuple[Array, Array]:
-        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv); for `after` see `completed`."""
-        before = None if after is None else self.form.kept(after)
-        poses, speeds = self.form.completed(self.coordinates_of.forward(coordinates, rates, before), after)
+        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv).
+
+        Args:
+            after: poses (3 n,) that these follow in a run reported in pieces; None at its beginning.
+        """
+        before = self.tree.start if after is None else self.form.kept(after)
+        known = dict[str, tuple[Array, Array]]()
+        for joint, branch in zip(self._joints, self.tree.branches, strict=True):
+            if joint.free is not None:
+                first = joint.place
+                turn = 2.0 * np.arctan2(coordinates[:, first + 6], coordinates[:, first + 3])
+                # The first turn is within half a turn of the one before. Whole turns are counted, so that the same
+                # comes of it wherever a run is cut.
+                steps = np.diff(turn, prepend=before[joint.free][2])
+                turn = turn - 2.0 * np.pi * np.cumsum(np.rint(steps / (2.0 * np.pi)))
+                pose = np.column_stack([coordinates[:, first : first + 2], turn])
+                known[branch.child] = pose, rates[:, joint.plane_rates]
+        places, rate_places = [joint.place for joint in self._joints], [joint.rate for joint in self._joints]
+        found = self.tree.forward(coordinates[:, places], rates[:, rate_places], known)
+        poses, speeds = self.form.completed(found, after)
         return poses, speeds
+
+    @cached_property
+    def _joints(self) -> list[_Joint]:
+        """Joints of the tree's branches."""
+        found = []
+        for branch in self.tree.branches:
+            joint = self.model.joint(joint_name(self.tree, branch))
+            first = 3 * self.tree.mechanism.body_index[branch.child]
+            free = slice(first, first + 3) if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else None
+            found.append(_Joint(int(joint.qposadr[0]), int(joint.dofadr[0]), free))
+        return found
 
     def sensor(self, data: Array, name: str) -> Array:
         """Columns x and y (or the one column) of a sensor in an array of sensor data (T, nsensordata)."""
@@ -219,13 +182,35 @@ class Build:
         return data[:, sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
 
 
+class _Joint(NamedTuple):
+    """The first of a joint's coordinates and of its rates; of a body that is free in space its columns of the poses."""
+
+    place: int
+    rate: int
+    free: slice | None
+
+    @property
+    def plane_rates(self) -> list[int]:
+        """Rates of a free body in the plane of motion."""
+        return [self.rate, self.rate + 1, self.rate + 5]
+
+
 def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> Build:
     """Translate and compile; hardened where the settings say so."""
     kinematics = machine.kinematics
     form = model_form(kinematics.mechanism, settings.rod)
     tree = tree_of(machine, form)
-    text = mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}", sensors=sensors)
-    model = compiled(text)
+    model = compiled(mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}", sensors=sensors))
     if settings.hardening is not None:
         harden(model, settings.hardening)
     return Build(form, tree, model)
+
+
+def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Jacobian (nefc, nv) of all constraints in the data, dense whatever the model uses."""
+    jacobian = np.empty((data.nefc, model.nv))
+    for k, direction in enumerate(np.eye(model.nv)):
+        column = np.empty(data.nefc)
+        mujoco.mj_mulJacVec(model, data, column, direction)
+        jacobian[:, k] = column
+    return jacobian

@@ -19,7 +19,7 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from conrod.engines.mujoco.model import Build, laws_acting
+from conrod.engines.mujoco.model import Build, constraint_jacobian, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.exact.motion import Array
 from conrod.runs.outcome import Verdict
@@ -66,11 +66,7 @@ def solver_state(model: mujoco.MjModel, data: mujoco.MjData) -> SolverState | No
     """
     if data.nefc == 0:
         return None
-    jacobian, yielding = np.empty((data.nefc, model.nv)), np.empty((data.nefc, model.nv))
-    for k, direction in enumerate(np.eye(model.nv)):
-        column = np.empty(data.nefc)
-        mujoco.mj_mulJacVec(model, data, column, direction)
-        jacobian[:, k] = column
+    jacobian, yielding = constraint_jacobian(model, data), np.empty((data.nefc, model.nv))
     mujoco.mj_solveM(model, data, yielding, jacobian)  # J M^-1
     # Numbers of a run that is about to diverge may be too large to be multiplied.
     with np.errstate(all="ignore"):
@@ -136,11 +132,6 @@ class Recorder:
         self._step = self._round_steps if settings.rounded_state else self._roll_out
         self._state = np.empty(mujoco.mj_stateSize(self._model, STATE))  # that the next step starts from
         mujoco.mj_getState(self._model, self._data, self._state, STATE)
-
-    @property
-    def state(self) -> Array:
-        """The state (nstate,) that the next sample will tell."""
-        return self._state
 
     @property
     def warnings(self) -> dict[str, int]:

@@ -177,7 +177,11 @@ class MuJoCoSettings:
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
-        """The best that MJCF can express.
+        """The best that MJCF can express, see `as_tuned`."""
+        return cls.stock(machine, steps_per_revolution).as_tuned(bool(machine.kinematics.mechanism.cam_contacts))
+
+    def as_tuned(self, contact: bool) -> MuJoCoSettings:
+        """The same with integrator, softness and contact of the preset `tuned`.
 
         Loops: RK4, stiffest impedance, time constant of eight steps: fewer close tighter (the gap follows its square),
         but the stiffer closure takes order from RK4, seen as an acceleration error that no step removes.
@@ -185,16 +189,13 @@ class MuJoCoSettings:
         Contact is not smooth, so it gains nothing from RK4: Euler, time constant of two steps (the least that MuJoCo
         admits) and an impedance of 0.9, because a stiffer contact (0.99) chatters.
         """
-        h = step_length(machine, steps_per_revolution)
-        stock = cls.stock(machine, steps_per_revolution)
-        contact = bool(machine.kinematics.mechanism.cam_contacts)
         return replace(
-            stock,
+            self,
             preset="tuned",
             integrator="Euler" if contact else "RK4",
-            solref=(8.0 * h, 1.0),
+            solref=(8.0 * self.timestep, 1.0),
             solimp=STIFF_SOLIMP,
-            contact_solref=(2.0 * h, 1.0),
+            contact_solref=(2.0 * self.timestep, 1.0),
             contact_solimp=CONTACT_SOLIMP,
         )
 

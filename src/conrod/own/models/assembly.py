@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mobility import jacobian_rank
-from conrod.engines.mujoco.mobility import equality_jacobian, mobility
+from conrod.engines.mujoco.mobility import equality_jacobian
 from conrod.engines.numerics import close_gap
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
@@ -234,19 +234,19 @@ def _check_freedom(assembly: Assembly, question: Question) -> None:
 
     A higher pair takes one freedom, when it touches: the closures alone may leave so many more.
     """
-    count, least = mobility(assembly.model, assembly.data), question.mobility
-    if least <= count.freedom <= least + question.contacts:
+    rank, coordinates, least = jacobian_rank(assembly.jacobian()), assembly.model.nv, question.mobility
+    if least <= coordinates - rank <= least + question.contacts:
         return
     by_contact = f", or {least + question.contacts} where it is closed by contact" if question.contacts else ""
     held = "its closures hold the crank"
-    if count.freedom > least:
+    if coordinates - rank > least:
         moving = np.flatnonzero(np.abs(assembly.left_free()).max(axis=0) > MOVES)
         joints = dict.fromkeys(int(assembly.model.dof_jntid[i]) for i in moving)
         names = listed(name_or_number(assembly.model, "joint", joint) for joint in joints)
         held = f"with the crank held, {names} can still move; is a closure missing?"
     raise InvalidInput(
-        f"its mobility is {count.freedom} ({count.coordinates} degrees of freedom of its joints, of which its "
-        f"closures take {count.rank}), that of the machine is {least}{by_contact}: {held}"
+        f"its mobility is {coordinates - rank} ({coordinates} degrees of freedom of its joints, of which its "
+        f"closures take {rank}), that of the machine is {least}{by_contact}: {held}"
     )
 
 

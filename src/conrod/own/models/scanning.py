@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.mobility import mobility
+from conrod.engines.mobility import jacobian_rank
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly, prepare
@@ -34,12 +34,12 @@ def scan(path: Path, question: Question) -> Scan:
 def _scanned(assembly: Assembly) -> Scan:
     """Samples at `SAMPLES` angles, and one a turn later, which shows whether all is back."""
     model, crank, start = assembly.original, assembly.crank, assembly.coordinate()
-    ranks, samples, gaps = [mobility(assembly.model, assembly.data).rank], [], []
+    ranks, samples, gaps = [jacobian_rank(assembly.jacobian())], [], []
     for turn in np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1):
         assembly.go(start + float(turn))
         samples.append(_sample(assembly))
         gaps.append(assembly.gap())
-        ranks.append(mobility(assembly.model, assembly.data).rank)
+        ranks.append(jacobian_rank(assembly.jacobian()))
     states, rates, positions, slopes, links, spins, anchors, axes = (
         np.array(column) for column in zip(*samples, strict=True)
     )
