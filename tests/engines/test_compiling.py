@@ -7,12 +7,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import pytest
 from catalogue import CAM, CAMS
 
 from conrod import MuJoCoSettings
 from conrod.engines.massless_rod import model_form
-from conrod.engines.mujoco import model as compiling
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import compiled
 from conrod.engines.tree import tree_of
@@ -56,11 +54,3 @@ def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> No
 def test_cams_of_one_name_are_not_taken_for_each_other() -> None:
     made = [compiled(text_of(CAMS[name], cam_vertices=400)) for name in ("cam-36-118", "cam-66-88", "cam-36-118")]
     assert made[0].mesh_vert.tobytes() == made[2].mesh_vert.tobytes() != made[1].mesh_vert.tobytes()
-
-
-@pytest.mark.parametrize("more", ['face="0 2 1 0 1 3 0 3 2 1 2 3"', 'normal="0 0 1 0 0 1 0 0 1 0 0 1"'])
-def test_a_mesh_of_more_than_vertices_is_left_as_it_is(more: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    corners = "0 0 0  1 0 0  0 1 0  0 0 1"
-    text = f'<mujoco><asset><mesh name="m" vertex="{corners}" {more}/></asset></mujoco>'
-    monkeypatch.delattr(compiling, "_file_of")
-    assert compiled(text).nmesh == 1

@@ -12,7 +12,6 @@ from free_chains import chain
 
 from conrod.engines.free_run import FreeRun
 from conrod.engines.mujoco.engine import ENGINE
-from conrod.engines.mujoco.free_run import free_run, free_settings
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import Mechanism
@@ -92,7 +91,6 @@ def test_loads_act_at_every_stage() -> None:
 
 def test_laws_are_taken_back_when_a_run_fails() -> None:
     mechanism, motion = loaded(1, len(LOADS)), exact(len(LOADS), 1)
-    settings = free_settings(mechanism, "hardened", STEP)
 
     class Broken(Exception):
         pass
@@ -103,7 +101,7 @@ def test_laws_are_taken_back_when_a_run_fails() -> None:
     law = replace(LOADS[5], law=TimePulse(1.0, 0.0, 1.0))
     object.__setattr__(law.law, "force", refuse)
     with pytest.raises((Broken, ValueError, RuntimeError, mujoco.FatalError)):
-        free_run(replace(mechanism, loads=(law,)), settings, 10, motion.poses[0], motion.rates[0])
+        ENGINE.free_run(replace(mechanism, loads=(law,)), "hardened", STEP, 10, motion.poses[0], motion.rates[0])
     assert mujoco.get_mjcb_act_bias() is None
 
 

@@ -7,7 +7,7 @@ import copy
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.mobility import equality_jacobian
+from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.runs import STATE
 

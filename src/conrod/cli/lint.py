@@ -18,8 +18,7 @@ from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Request, Val
 from conrod.own.files import as_outputs_must_not_be
 from conrod.own.models.request import places_of
 from conrod.report.terminal import console, print_lines
-from conrod.scenes import Scene
-from conrod.studies.frame.files import check_apart, file_to_write, naming, real_path, single, write_together
+from conrod.studies.frame.files import files_to_write, naming, real_path, single, write_together
 from conrod.studies.frame.paired_timing import PairedCost
 from conrod.studies.frame.resolve_arguments import select_scene
 
@@ -60,11 +59,19 @@ def lint(
     """
     path = Path(model)
     files = _outputs(path, document, fixed)
-    if scene is None and assignments:
+    speed, observed = None, list[str]()
+    if seconds is not None:
+        check_number("--seconds", seconds, 1e-9, 1e9, "s")
+    if scene is not None:
+        machine = select_scene(scene, assignments)[1]
+        observed = [point.name for point in machine.kinematics.mechanism.observed]
+        speed, seconds = machine.speed, seconds or REVOLUTIONS * 2.0 * math.pi / abs(machine.speed)
+    elif assignments:
         raise InvalidInput(f"--set {assignments[0]}: it is a parameter of what --scene names")
-    machine = None if scene is None else select_scene(scene, assignments)[1]
+    elif crank is not None:
+        raise InvalidInput(f"--crank {crank}: say with --scene how fast it turns")
     folder = str(real_path(files["--fix"]).parent) if "--fix" in files else None
-    request = _request(machine, crank, points, keyframe, seconds, ignored, folder)
+    request = Request(keyframe, seconds, crank, speed, places_of(points, observed), ignored, folder)
 
     from conrod.mjcf.lint.linting import lint as look
     from conrod.studies.execution.isolation import confined
@@ -83,31 +90,7 @@ def lint(
 
 def _outputs(model: Path, document: str | None, fixed: str | None) -> dict[str, Path]:
     """The files to write by their options, refused before any work where something would be lost by them."""
-    given = {"--json": document, "--fix": fixed}
-    files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
-    check_apart(as_outputs_must_not_be(model) | files)
-    return files
-
-
-def _request(
-    machine: Scene | None,
-    crank: str | None,
-    points: tuple[str, ...],
-    keyframe: str | None,
-    seconds: float | None,
-    ignored: tuple[str, ...],
-    folder: str | None,
-) -> Request:
-    if seconds is not None:
-        check_number("--seconds", seconds, 1e-9, 1e9, "s")
-    speed = None
-    if machine is not None:
-        speed = machine.speed
-        seconds = seconds or REVOLUTIONS * 2.0 * math.pi / abs(speed)
-    elif crank is not None:
-        raise InvalidInput(f"--crank {crank}: say with --scene how fast it turns")
-    observed = [] if machine is None else [point.name for point in machine.kinematics.mechanism.observed]
-    return Request(keyframe, seconds, crank, speed, places_of(points, observed), ignored, folder)
+    return files_to_write({"--json": document, "--fix": fixed}, as_outputs_must_not_be(model))
 
 
 # -- printing --------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.mobility import jacobian_rank
-from conrod.engines.mujoco.mobility import equality_jacobian
+from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.own.models.loading import name_or_number
 

@@ -7,17 +7,14 @@ import mujoco
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.forces import ForceTracks, no_forces
-from conrod.engines.free_run import FreeRun
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
-from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, mobility, softness, timing, variations
+from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, softness, timing, variations
 from conrod.engines.mujoco.forces import forces
-from conrod.engines.mujoco.free_run import free_run, free_settings
+from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.tree import tree_of
-from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Mechanism
 
 
 class MuJoCo(Engine[MuJoCoSettings]):
@@ -33,11 +30,12 @@ class MuJoCo(Engine[MuJoCoSettings]):
     stepper = staticmethod(timing.started)
     reference_loop = staticmethod(timing.reference_loop)
     grid = staticmethod(grid.rules)
+    free_run = staticmethod(free_run)
     paste = staticmethod(variations.paste)
     variations = variations.MuJoCoVariations()
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
-    mobility = staticmethod(mobility.model_mobility)
+    mobility = staticmethod(kinematic.model_mobility)
 
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         mechanism = machine.kinematics.mechanism
@@ -54,18 +52,6 @@ class MuJoCo(Engine[MuJoCoSettings]):
         if reason := self.refusal(machine, settings):
             return no_forces(machine.kinematics.mechanism, reason)
         return forces(machine, settings, revolutions, start_angle)
-
-    def free_run(
-        self,
-        mechanism: Mechanism,
-        preset: str,
-        timestep: float,
-        steps: int,
-        poses: Array,
-        rates: Array,
-        every: int = 1,
-    ) -> FreeRun:
-        return free_run(mechanism, free_settings(mechanism, preset, timestep), steps, poses, rates, every)
 
 
 ENGINE = MuJoCo()

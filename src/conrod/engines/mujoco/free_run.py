@@ -57,14 +57,14 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoS
 
 
 def free_run(
-    mechanism: Mechanism, settings: MuJoCoSettings, steps: int, poses: Array, rates: Array, every: int = 1
+    mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, every: int = 1
 ) -> FreeRun:
     """So many steps from exact poses and rates (3 n,), sampled at every so-many-th.
 
     Raises:
-        InvalidInput: MuJoCo cannot have the mechanism as a tree with closures; says why.
+        InvalidInput: there is no such preset, or MuJoCo cannot have the mechanism as a tree with closures; says why.
     """
-    tree = spanning_tree(mechanism, poses)
+    settings, tree = free_settings(mechanism, preset, timestep), spanning_tree(mechanism, poses)
     if reason := tree_refusal(tree):
         raise InvalidInput(f"{mechanism.name}: {reason}")
     model = compiled(mjcf(tree, settings, f"conrod-{mechanism.name}", sensors=False))

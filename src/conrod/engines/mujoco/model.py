@@ -33,9 +33,6 @@ from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.engines.tree import Tree, tree_of
 from conrod.exact.motion import Array
 
-# What else may stand beside vertices, and would have to be in the file too.
-OTHER_PARTS = {"face", "normal", "texcoord", "file", "builtin"}
-
 
 def compiled(text: str) -> mujoco.MjModel:
     """The model of an MJCF text.
@@ -46,21 +43,14 @@ def compiled(text: str) -> mujoco.MjModel:
     root = ET.fromstring(text)
     files = {}
     for mesh in root.iterfind("asset/mesh"):
-        if "vertex" in mesh.attrib and not OTHER_PARTS & set(mesh.attrib):
-            content = _file_of(mesh.attrib.pop("vertex"))
-            # Named after its content: whatever the cache compares, two meshes are never taken for one.
-            name = f"{hashlib.sha256(content).hexdigest()}.msh"
-            mesh.set("file", name)
-            files[name] = content
-    if not files:
-        return mujoco.MjModel.from_xml_string(text)
-    return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), files)
-
-
-def _file_of(vertices: str) -> bytes:
-    """The vertices as a file in MuJoCo's MSH format: four counts, then single precision."""
-    numbers = np.array(vertices.split(), dtype=np.float32)
-    return struct.pack("4i", len(numbers) // 3, 0, 0, 0) + numbers.tobytes()
+        # MuJoCo's MSH format: four counts, then single precision.
+        numbers = np.array(mesh.attrib.pop("vertex").split(), dtype=np.float32)
+        content = struct.pack("4i", len(numbers) // 3, 0, 0, 0) + numbers.tobytes()
+        # Named after its content: whatever the cache compares, two meshes are never taken for one.
+        name = f"{hashlib.sha256(content).hexdigest()}.msh"
+        mesh.set("file", name)
+        files[name] = content
+    return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode") if files else text, files)
 
 
 @contextmanager
@@ -214,3 +204,9 @@ def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         mujoco.mj_mulJacVec(model, data, column, direction)
         jacobian[:, k] = column
     return jacobian
+
+
+def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Jacobian (rows, nv) of the active equality constraints."""
+    rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+    return constraint_jacobian(model, data)[rows]

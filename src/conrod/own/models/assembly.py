@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mobility import jacobian_rank
-from conrod.engines.mujoco.mobility import equality_jacobian
+from conrod.engines.mujoco.model import equality_jacobian
 from conrod.engines.numerics import close_gap
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
