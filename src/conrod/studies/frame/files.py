@@ -30,20 +30,6 @@ def file_to_write(text: str, option: str) -> Path:
     return Path(text)
 
 
-def files_to_write(given: Mapping[str, str | None], others: Mapping[str, Path]) -> dict[str, Path]:
-    """The files that options name, by option, as far as they name any.
-
-    Args:
-        others: files that must not be written over, by what a user calls them.
-
-    Raises:
-        InvalidInput: one cannot be written, or would be lost by another.
-    """
-    files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
-    check_apart({**others, **files})
-    return files
-
-
 def folder_to_write(text: str, option: str) -> Path:
     """The folder that an option names.
 
