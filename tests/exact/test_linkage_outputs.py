@@ -19,9 +19,9 @@ from linkages import (
 )
 
 from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage import instant_quantities, turn_quantities
 from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
 from conrod.exact.linkage.outputs import Output, outputs
-from conrod.exact.linkage.quantities import instant_quantities, turn_quantities
 from conrod.exact.linkage.transmission import TransmissionAngle, least_transmission_angle, transmission_angles
 from conrod.mechanism.mechanism import Mechanism, Rolling
 from conrod.scenes import SCENES

@@ -9,7 +9,7 @@ import pytest
 
 from conrod import compare, run
 from conrod.engines import engine_named
-from conrod.exact.linkage.quantities import TurnQuantities, turn_quantities
+from conrod.exact.linkage import TurnQuantities, turn_quantities
 from conrod.exact.linkage.transmission import pushes
 from conrod.scenes.described_scene import scene_of
 

@@ -12,8 +12,8 @@ from rich.text import Text
 
 from conrod.engines import engine_names
 from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage import InstantQuantities, TurnQuantities
 from conrod.exact.linkage.centres import centre_count
-from conrod.exact.linkage.quantities import InstantQuantities, TurnQuantities
 from conrod.report import numbers
 from conrod.report.linkage.tables import (
     degrees,

@@ -12,7 +12,7 @@ from conrod.cli import options
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from conrod.exact.linkage.quantities import InstantQuantities
+    from conrod.exact.linkage import InstantQuantities
     from conrod.scenes import Scene
 
 # Crank angle of the figures where none is asked for: away from the dead centres of most machines.
@@ -36,7 +36,7 @@ def show(
 ) -> None:
     """List what is available, one line each; or describe one SCENE."""
     from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
-    from conrod.exact.linkage.quantities import turn_quantities
+    from conrod.exact.linkage import turn_quantities
     from conrod.studies.frame.files import single, write_together
     from conrod.studies.frame.resolve_arguments import select_scene
 
@@ -94,7 +94,7 @@ def _files(texts: dict[str, str]) -> dict[str, Path]:
 
 def _instant(scene: Scene, text: str | None, wanted: bool) -> InstantQuantities | None:
     """Quantities at the crank angle that is asked for, or at a usual one where figures are."""
-    from conrod.exact.linkage.quantities import instant_quantities
+    from conrod.exact.linkage import instant_quantities
     from conrod.mechanism.mechanism import LARGEST_SPAN
     from conrod.mechanism.units import check_number, parse_quantity
     from conrod.report.linkage.tables import degrees

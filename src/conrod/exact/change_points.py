@@ -40,19 +40,12 @@ SAME_POSE, SAME_SLOPE = 1e-12, 1e-9
 
 @dataclass(frozen=True)
 class ChangePoint:
-    """A change point and the smooth motion near it.
+    """A change point and the smooth motion near it."""
 
-    Attributes:
-        angle: crank angle [rad].
-        coefficients: Taylor coefficients of the poses by the crank angle there, (K + 1, 3 n).
-        window: how near to it [rad] the series holds to rounding.
-        freedoms: that the linkage gains there; 1 but where several loops have it at once.
-    """
-
-    angle: float
-    coefficients: Array
-    window: float
-    freedoms: int = 0
+    angle: float  # crank angle [rad]
+    coefficients: Array  # Taylor coefficients of the poses by the crank angle there, (K + 1, 3 n)
+    window: float  # how near to it [rad] the series holds to rounding
+    freedoms: int = 0  # that the linkage gains there; 1 but where several loops have it at once
 
     def near(self, angle: Array) -> NDArray[np.bool_]:
         """At which angles (T,) the series is to be used."""

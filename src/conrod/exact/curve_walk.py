@@ -31,19 +31,14 @@ CROSSING = 1e-4
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """A point of the curve, its unit tangent and its curvature, each (1, 3 n), and about how far along it lies.
-
-    Attributes:
-        nearness: to a crossing of branches, see `Frame`.
-        arcs: those of cams that their rollers are on, from here on.
-    """
+    """A point of the curve, its unit tangent and its curvature, each (1, 3 n), and about how far along it lies."""
 
     along: float
     point: Array
     tangent: Array
     curvature: Array
-    nearness: float
-    arcs: dict[str, int]
+    nearness: float  # to a crossing of branches, see `Frame`
+    arcs: dict[str, int]  # those of cams that their rollers are on, from here on
 
 
 class CurveWalk:

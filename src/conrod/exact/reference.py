@@ -82,15 +82,10 @@ class ExactReference(ABC):
 
 @dataclass(frozen=True)
 class GenericReference(ExactReference):
-    """A mechanism without a closed form, solved by Newton iteration on its joint equations.
+    """A mechanism without a closed form, solved by Newton iteration on its joint equations."""
 
-    Attributes:
-        described: the mechanism.
-        speed: crank speed [rad/s].
-    """
-
-    described: Mechanism
-    speed: float
+    described: Mechanism  # the mechanism
+    speed: float  # crank speed [rad/s]
 
     def mechanism(self) -> Mechanism:
         """The mechanism."""

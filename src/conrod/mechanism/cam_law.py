@@ -35,43 +35,28 @@ HALVINGS, DOUBLINGS = 50, 80
 
 
 class Pitch(NamedTuple):
-    """Points of a pitch curve.
+    """Points of a pitch curve."""
 
-    Attributes:
-        points: (T, 2) [m] in the cam's frame.
-        normals: outward unit normals (T, 2).
-        curvature: (T,) [1/m], positive where it is convex.
-        rate: way along the curve by the law's angle (T,) [m].
-    """
-
-    points: Array
-    normals: Array
-    curvature: Array
-    rate: Array
+    points: Array  # (T, 2) [m] in the cam's frame
+    normals: Array  # outward unit normals (T, 2)
+    curvature: Array  # (T,) [1/m], positive where it is convex
+    rate: Array  # way along the curve by the law's angle (T,) [m]
 
 
 @dataclass(frozen=True)
 class LawProfile:
     """The profile in the cam's frame: shaft at the origin.
 
-    Attributes:
-        base_radius: least distance of the profile from the shaft, without an offset [m].
-        roller_radius: of the roller whose centre follows the law [m].
-        segments: in the order in which they come under the roller; they close, in angle and in lift.
-        begin: direction [rad] in the cam's frame that points along the follower as the first segment begins.
-        sense: +1 where the cam turns counter-clockwise as the segments follow each other, else -1.
-        offset: of the follower's line from the shaft, to the left of the follower's direction [m].
-
     Raises:
         InvalidInput: the segments do not close, or there is no such pitch curve.
     """
 
-    base_radius: float
-    roller_radius: float
-    segments: tuple[Segment, ...]
-    begin: float = 0.0
-    sense: int = 1
-    offset: float = 0.0
+    base_radius: float  # least distance of the profile from the shaft, without an offset [m]
+    roller_radius: float  # of the roller whose centre follows the law [m]
+    segments: tuple[Segment, ...]  # in the order in which they come under the roller; they close, in angle and in lift
+    begin: float = 0.0  # direction [rad] in the cam's frame that points along the follower as the first segment begins
+    sense: int = 1  # +1 where the cam turns counter-clockwise as the segments follow each other, else -1
+    offset: float = 0.0  # of the follower's line from the shaft, to the left of the follower's direction [m]
 
     def __post_init__(self) -> None:
         turn, lift = math.fsum(s.over for s in self.segments), math.fsum(s.lift for s in self.segments)
@@ -218,11 +203,7 @@ Profile: TypeAlias = CamProfile | LawProfile
 
 
 def check_cut(profile: LawProfile) -> None:
-    """Refuse a profile that its roller cannot roll on.
-
-    Raises:
-        InvalidInput: names the least base radius.
-    """
+    """Refuse a profile that its roller cannot roll on; raises InvalidInput, which names the least base radius."""
     if can_roll(profile):
         return
     bend = profile.least_radius + profile.roller_radius

@@ -153,11 +153,7 @@ CONSERVATIVE = (Elastic, Steady)
 
 @dataclass(frozen=True)
 class Load:
-    """A law along a coordinate.
-
-    Raises:
-        InvalidInput: a number of the law is not finite, or out of range.
-    """
+    """A law along a coordinate; raises InvalidInput where a number of the law is not finite, or out of range."""
 
     name: str
     along: Coordinate

@@ -197,8 +197,6 @@ class Mechanism:
     """A planar mechanism with one driven crank.
 
     Attributes:
-        poses: approximate pose of each body at crank angle 0; picks the assembly branch.
-        gravity: acceleration of free fall [m/s^2], in the document's frame.
         forces: constant ones; loads: springs, dampers, friction, forces and torques that follow a law. A crank at a
             prescribed angle moves alike with and without them.
     """
@@ -207,9 +205,9 @@ class Mechanism:
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
     driver: Driver
-    poses: Mapping[str, Pose]
+    poses: Mapping[str, Pose]  # approximate pose of each body at crank angle 0; picks the assembly branch
     observed: tuple[ObservedPoint, ...]
-    gravity: tuple[float, float] = (0.0, 0.0)
+    gravity: tuple[float, float] = (0.0, 0.0)  # acceleration of free fall [m/s^2], in the document's frame
     forces: tuple[ConstantForce, ...] = field(default=())
     loads: tuple[Load, ...] = ()
 

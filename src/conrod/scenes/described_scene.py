@@ -36,17 +36,12 @@ SCENES_KEPT = 128  # of those that came from another process
 
 @dataclass(frozen=True)
 class DescribedScene(Scene):
-    """A mechanism from a file, whose exact motion comes from the generic solver.
-
-    Attributes:
-        document: the file's tables as canonical JSON.
-        given_anew: numbers of the file that have another value, SI, sorted by name.
-    """
+    """A mechanism from a file, whose exact motion comes from the generic solver."""
 
     closed_form: ClassVar[bool] = False
 
-    document: str = field(repr=False)
-    given_anew: tuple[tuple[str, float], ...] = ()
+    document: str = field(repr=False)  # the file's tables as canonical JSON
+    given_anew: tuple[tuple[str, float], ...] = ()  # numbers of the file that have another value, SI, sorted by name
     speed: float = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -211,11 +206,7 @@ def _check_reach(kinematics: Kinematics) -> None:
 
 
 def _check_travel(kinematics: Kinematics) -> None:
-    """Refuse an observed point that stands still.
-
-    Raises:
-        InvalidInput: names it.
-    """
+    """Refuse an observed point that stands still; raises InvalidInput, which names it."""
     for name, travel in kinematics.lengths.items():
         if travel < LEAST_TRAVEL * kinematics.size:
             raise InvalidInput(
@@ -230,11 +221,7 @@ def _met(scene_class: type[DescribedScene], document: str, given_anew: tuple[tup
 
 
 def read_scene(path: Path) -> DescribedScene:
-    """The scene that a file describes.
-
-    Raises:
-        InvalidInput: names the file, the field and what was expected.
-    """
+    """The scene that a file describes; raises InvalidInput, which names the file, the field and what was expected."""
     tables = read_tables(path)
     try:
         return scene_of(tables)
@@ -243,11 +230,7 @@ def read_scene(path: Path) -> DescribedScene:
 
 
 def scene_of(tables: Mapping[str, Any]) -> DescribedScene:
-    """The scene of tables that a TOML text gave.
-
-    Raises:
-        InvalidInput: names the field and what was expected.
-    """
+    """The scene of tables that a TOML text gave; raises InvalidInput, which names the field and what was expected."""
     # Read before it is written as JSON: what JSON does not know (dates, numbers that are none) is refused by its place.
     read_description(tables, {})
     return DescribedScene(CANONICAL.encode(tables))

@@ -86,11 +86,7 @@ class _Pieces:
         self.closed = False
 
     def following(self) -> Samples:
-        """The next piece.
-
-        Raises:
-            InvalidInput: the curve cannot be followed further.
-        """
+        """The next piece; raises InvalidInput where the curve cannot be followed further."""
         while True:
             ends = self._gather()
             piece, used = self._longest_of(ends)

@@ -36,24 +36,19 @@ class FreeMotion:
     """An exact motion at given times.
 
     Attributes:
-        times: (T,) [s].
         poses, rates, accelerations: of all bodies, (T, 3 n).
-        energy: kinetic and potential (T,) [J].
-        work: of the loads that are no potential (T,) [J].
-        along: arc length (T,), without unit.
         crossings: times [s] at which configurations were passed where branches cross, on the smooth continuation.
-        scale: largest energy that took part [J].
     """
 
-    times: Array
+    times: Array  # (T,) [s]
     poses: Array
     rates: Array
     accelerations: Array
-    energy: Array
-    work: Array
-    along: Array
+    energy: Array  # kinetic and potential (T,) [J]
+    work: Array  # of the loads that are no potential (T,) [J]
+    along: Array  # arc length (T,), without unit
     crossings: tuple[float, ...]
-    scale: float
+    scale: float  # largest energy that took part [J]
 
     @property
     def drift(self) -> float:

@@ -45,11 +45,10 @@ class JointForces:
             document's frame [N]; of a slide "normal" [N], on the second body along the line's normal, and "moment"
             [N m]; of a cam "contact", the push between cam and roller [N]; of what rolls "tangential", at the
             pitch point [N].
-        drive_torque: (T,) on the crank, in the sense of the crank angle [N m].
     """
 
     components: dict[str, dict[str, Array]]
-    drive_torque: Array
+    drive_torque: Array  # (T,) on the crank, in the sense of the crank angle [N m]
 
 
 class InverseDynamics:
@@ -113,11 +112,10 @@ class Reactions:
 
     Attributes:
         joints: by joint name (T, k): the force [N] along each of its equations (a slide's second one is a torque).
-        drive_torque: (T,) [N m], on the crank body, counter-clockwise.
     """
 
     joints: dict[str, Array]
-    drive_torque: Array
+    drive_torque: Array  # (T,) [N m], on the crank body, counter-clockwise
 
 
 def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:

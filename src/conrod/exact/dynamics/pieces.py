@@ -27,22 +27,16 @@ TAIL = 1e-12  # of the last coefficients, against the curvature that they give: 
 
 @dataclass(frozen=True)
 class Samples:
-    """Exact points of a piece at its nodes, with tangents and curvatures; each (DEGREE + 1, 3 n).
-
-    Attributes:
-        crossing: arc length where branches cross on the piece, if they do.
-        degree: of the series that was fitted where nodes near a crossing were left out.
-        noise: what rounding leaves of the curvatures where branches come close to each other.
-    """
+    """Exact points of a piece at its nodes, with tangents and curvatures; each (DEGREE + 1, 3 n)."""
 
     start: float
     stop: float
     points: Array
     tangents: Array
     curvatures: Array
-    crossing: float | None = None
-    noise: float = 0.0
-    degree: int = DEGREE
+    crossing: float | None = None  # arc length where branches cross on the piece, if they do
+    noise: float = 0.0  # what rounding leaves of the curvatures where branches come close to each other
+    degree: int = DEGREE  # of the series that was fitted where nodes near a crossing were left out
 
     def series(self, values: Array) -> Array:
         """Chebyshev coefficients over the piece of values (DEGREE + 1, ...) at its nodes."""

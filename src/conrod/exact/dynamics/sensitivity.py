@@ -31,7 +31,6 @@ class Sensitivity:
     """Of all quantities to one property of one body.
 
     Attributes:
-        change: of the property, that is to be seen [kg], [m] or [kg m^2].
         derivatives: by the name of the quantity, "drive torque" or "joint.component", (T,), by the property.
         effects: by the same names, the largest change that `change` makes, against the quantity's peak (where it has
             none, against the largest peak of a quantity of its unit).
@@ -39,7 +38,7 @@ class Sensitivity:
 
     body: str
     quality: str
-    change: float
+    change: float  # of the property, that is to be seen [kg], [m] or [kg m^2]
     derivatives: dict[str, Array]
     effects: dict[str, float]
 

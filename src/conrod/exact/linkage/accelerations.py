@@ -21,32 +21,12 @@ class PathParts:
     """Parts of a point's acceleration by its path.
 
     Attributes:
-        normal: towards the path's centre of curvature, V^2 / rho; (2,) [m/s^2].
-        tangential: along the path; (2,) [m/s^2].
         radius: of the path's curvature [m]; infinite where the path is straight, None where the point stands still.
     """
 
-    normal: Array
-    tangential: Array
+    normal: Array  # towards the path's centre of curvature, V^2 / rho; (2,) [m/s^2]
+    tangential: Array  # along the path; (2,) [m/s^2]
     radius: float | None
-
-
-@dataclass(frozen=True)
-class LinkParts:
-    """Parts of the acceleration of a point of a link relative to another point of it.
-
-    Attributes:
-        normal: -omega^2 r, from the point to the other one; (2,) [m/s^2].
-        tangential: alpha x r, at right angles to the line between them; (2,) [m/s^2].
-    """
-
-    normal: Array
-    tangential: Array
-
-    @property
-    def total(self) -> Array:
-        """Both together; (2,) [m/s^2]."""
-        return np.asarray(self.normal + self.tangential)
 
 
 @dataclass(frozen=True)
@@ -54,28 +34,14 @@ class CoincidentParts:
     """Motion of a point of one link against the point of another link that it coincides with.
 
     A = A_guide + 2 omega x V_rel + A_rel, with omega the guide's.
-
-    Attributes:
-        guide: the link in whose frame the point's path is a slot or an arc.
-        moving: the link of the point.
-        place: of both points; (2,) [m].
-        guide_acceleration: of the guide's point; (2,) [m/s^2].
-        relative_velocity: of the point in the guide; (2,) [m/s].
-        coriolis: 2 omega x V_rel; (2,) [m/s^2].
-        normal: part of A_rel across the path in the guide, zero for a straight slide; (2,) [m/s^2].
-        tangential: part of A_rel along it; (2,) [m/s^2].
-        acceleration: of the moving link's point, from that link's own motion; (2,) [m/s^2].
     """
 
-    guide: str
-    moving: str
-    place: Array
-    guide_acceleration: Array
-    relative_velocity: Array
-    coriolis: Array
-    normal: Array
-    tangential: Array
-    acceleration: Array
+    guide_acceleration: Array  # of the guide's point; (2,) [m/s^2]
+    relative_velocity: Array  # of the point in the guide; (2,) [m/s]
+    coriolis: Array  # 2 omega x V_rel; (2,) [m/s^2]
+    normal: Array  # part of A_rel across the path in the guide, zero for a straight slide; (2,) [m/s^2]
+    tangential: Array  # part of A_rel along it; (2,) [m/s^2]
+    acceleration: Array  # of the moving link's point, from that link's own motion; (2,) [m/s^2]
 
     @property
     def relative(self) -> Array:
@@ -103,21 +69,10 @@ def path_parts(state: LinkageState, link: str, point: Point) -> PathParts:
     return PathParts(normal, tangential, np.inf if straight else speed**2 / across)
 
 
-def link_parts(state: LinkageState, link: str, point: Point, origin: Point) -> LinkParts:
-    """Parts of the acceleration of a point of a link relative to an origin on the same link."""
-    here = state.links[link]
-    arm = here.place(point) - here.place(origin)
-    return LinkParts(-(here.angular_velocity**2) * arm, here.angular_acceleration * left_of(arm))
-
-
 def coincident_parts(state: LinkageState, guide: str, moving: str, point: Point) -> CoincidentParts:
-    """Parts of the acceleration of a point of a moving link, seen from the guide that it moves in.
+    """Parts of the acceleration of a point [m] of a moving link, seen from the guide in which its path is.
 
-    Args:
-        state: motion of the links.
-        guide: the link that carries the path; its angular velocity gives the Coriolis part.
-        moving: the link of the point.
-        point: in the moving link's frame [m].
+    The guide's angular velocity gives the Coriolis part.
     """
     _, velocity, acceleration = state.seen_from(guide, moving, point)
     frame, link = state.links[guide], state.links[moving]
@@ -130,9 +85,6 @@ def coincident_parts(state: LinkageState, guide: str, moving: str, point: Point)
     along = sliding / speed if speed > AT_REST * abs(state.speed) * state.size else _direction(change)
     tangential = (change @ along) * along
     return CoincidentParts(
-        guide,
-        moving,
-        place,
         frame.acceleration_at(frame.own(place)),
         sliding,
         2.0 * frame.angular_velocity * left_of(sliding),

@@ -33,20 +33,16 @@ class InstantCentre:
     """The place where two links have one velocity.
 
     Attributes:
-        links: the two links' names, the one with the smaller number first.
-        name: as the course writes it, O and the two links' numbers.
         kind: "fixed", a pin or a slide on the ground; "permanent", one between moving links, which moves with them but
             stays the same point of both; "contact", where one rolls on the other, a new point at every angle;
             "secondary", one that is found by Kennedy's theorem. All but the last are primary.
-        place: (x, y) [m]; None at infinity, and where the two links move as one.
-        direction: (x, y) of length 1 in which a centre at infinity lies; None for others.
     """
 
-    links: tuple[str, str]
-    name: str
+    links: tuple[str, str]  # the two links' names, the one with the smaller number first
+    name: str  # as the course writes it, O and the two links' numbers
     kind: CentreKind
-    place: tuple[float, float] | None
-    direction: tuple[float, float] | None
+    place: tuple[float, float] | None  # (x, y) [m]; None at infinity, and where the two links move as one
+    direction: tuple[float, float] | None  # (x, y) of length 1 in which a centre at infinity lies; None for others
 
     @property
     def primary(self) -> bool:
@@ -178,12 +174,11 @@ class KennedyLine:
     """Three centres of three links, which lie on one line (Aronhold and Kennedy).
 
     Attributes:
-        links: the three links' names.
         miss: the smallest width of the three points [1], against their extent or, where all are finite and closer than
             the mechanism's size, against that; with points at infinity, the sine of the angle that is left.
     """
 
-    links: tuple[str, str, str]
+    links: tuple[str, str, str]  # the three links' names
     miss: float
 
 

@@ -32,12 +32,11 @@ class Construction:
         centres: of each pair of links that it reaches, (x, y, 1) [m], or (x, y, 0) of length 1 at infinity; (3,).
         steps: the pairs in the order in which they were found, each with the two links whose lines crossed there; the
             pairs that a joint gives come first, with none.
-        missing: pairs that no two lines give; an auxiliary line or the velocities have to.
     """
 
     centres: Mapping[Pair, Array]
     steps: tuple[tuple[Pair, tuple[str, ...]], ...]
-    missing: tuple[Pair, ...]
+    missing: tuple[Pair, ...]  # pairs that no two lines give; an auxiliary line or the velocities have to
 
 
 def construct(state: LinkageState) -> Construction:

@@ -68,21 +68,16 @@ class Course:
     """Poses that a linkage passes.
 
     Attributes:
-        kinematics: the mechanism's solver.
-        periodic: whether they are those of a whole turn, and of every other one too.
         curve: the curve of the poses where the parameter is its arc length [1], 0 at crank angle 0; None where the
             parameter is the crank angle [rad], as for a turn or a driver's span.
-        parameter: that the samples are taken at, (T,), growing; both ends of a turn are there.
-        samples: stacked poses (T, 3 n) [m, m, rad].
-        tangents: their derivative by the parameter (T, 3 n).
     """
 
-    kinematics: Kinematics
-    periodic: bool
+    kinematics: Kinematics  # the mechanism's solver
+    periodic: bool  # whether they are those of a whole turn, and of every other one too
     curve: JointCurve | None
-    parameter: Array
-    samples: Array
-    tangents: Array
+    parameter: Array  # that the samples are taken at, (T,), growing; both ends of a turn are there
+    samples: Array  # stacked poses (T, 3 n) [m, m, rad]
+    tangents: Array  # their derivative by the parameter (T, 3 n)
 
     def poses(self, parameter: Array) -> Array:
         """Exact poses (T, 3 n) at parameters (T,) within those of the samples."""

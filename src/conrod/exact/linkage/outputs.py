@@ -21,19 +21,12 @@ RETURNED = 1e-9
 
 @dataclass(frozen=True)
 class DeadCentre:
-    """The place where a driven link turns back.
+    """The place where a driven link turns back."""
 
-    Attributes:
-        angle: crank angle [rad] at which the link comes to rest; in [0, 2 pi) where the crank turns fully.
-        until: crank angle [rad] at which it leaves again, `angle` unless it dwells; may pass 2 pi.
-        value: where the link is then, [m] along its slide or its turn phi [rad].
-        greatest: whether the link turns back from a greatest value, or from a least one.
-    """
-
-    angle: float
-    until: float
-    value: float
-    greatest: bool
+    angle: float  # crank angle [rad] at which the link comes to rest; in [0, 2 pi) where the crank turns fully
+    until: float  # crank angle [rad] at which it leaves again, `angle` unless it dwells; may pass 2 pi
+    value: float  # where the link is then, [m] along its slide or its turn phi [rad]
+    greatest: bool  # whether the link turns back from a greatest value, or from a least one
 
 
 @dataclass(frozen=True)
@@ -41,25 +34,19 @@ class Output:
     """Motion of a link that a slide or a pin guides in the ground.
 
     Attributes:
-        link: its name.
-        joint: name of the joint that guides it.
-        unit: "m" of a slide, "rad" of a pin.
-        dead_centres: in the order of the crank angle.
         gain: what every turn of the crank adds to the link's way or turn [m] or [rad]; 0 for a link that comes back.
-        stroke: greatest less least value [m] or [rad]; None for a link that does not come back.
         forward: crank angle [rad] between least and greatest value, at rest not counted; None without one stroke to and
             one fro in a turn.
-        backward: the same from greatest to least.
     """
 
-    link: str
-    joint: str
-    unit: str
-    dead_centres: tuple[DeadCentre, ...]
+    link: str  # its name
+    joint: str  # name of the joint that guides it
+    unit: str  # "m" of a slide, "rad" of a pin
+    dead_centres: tuple[DeadCentre, ...]  # in the order of the crank angle
     gain: float
-    stroke: float | None
+    stroke: float | None  # greatest less least value [m] or [rad]; None for a link that does not come back
     forward: float | None
-    backward: float | None
+    backward: float | None  # the same from greatest to least
 
     @property
     def time_ratio(self) -> float | None:

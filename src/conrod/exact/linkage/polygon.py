@@ -7,7 +7,6 @@ that the links move together, and is not made so.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,23 +14,22 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from conrod.exact.linkage.accelerations import coincident_parts, link_parts
+from conrod.exact.linkage.accelerations import coincident_parts, rolling_acceleration
+from conrod.exact.linkage.centres import joint_centre
 from conrod.exact.linkage.points import (
     POLE,
     Carrier,
     NamedPoint,
+    RollingContact,
     SlidingPair,
-    contact_vector,
     guided,
     linkage_points,
-    parted_points,
     pivot_of,
     place_name,
-    shared_point,
 )
 from conrod.exact.linkage.state import LinkageState, left_of, link_numbers
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Prismatic
+from conrod.mechanism.mechanism import GROUND
 
 Kind = Literal["absolute", "relative", "sliding", "normal", "tangential", "coriolis"]
 
@@ -41,19 +39,15 @@ class PolygonVector:
     """One vector of a polygon.
 
     Attributes:
-        name: as the course writes it: V_A, V_B/A, A^n_B/A, A^t_B/A, A^c_B/B4.
         start, stop: places in the polygon that it leads from and to, keys of `Polygon.places`.
-        value: (2,) [m/s] or [m/s^2].
-        kind: what it is.
-        link: the link whose turning gives it; None for others.
     """
 
-    name: str
+    name: str  # as the course writes it: V_A, V_B/A, A^n_B/A, A^t_B/A, A^c_B/B4
     start: str
     stop: str
-    value: Array
-    kind: Kind
-    link: str | None
+    value: Array  # (2,) [m/s] or [m/s^2]
+    kind: Kind  # what it is
+    link: str | None  # the link whose turning gives it; None for others
 
 
 @dataclass(frozen=True)
@@ -61,15 +55,13 @@ class Polygon:
     """A velocity or acceleration polygon.
 
     Attributes:
-        quantity: "velocity" or "acceleration".
         places: end of the absolute velocity or acceleration of each point, in small letters, (2,) [m/s] or [m/s^2];
             the pole O at (0, 0); and the corners between a normal and a tangential part.
-        vectors: in the order in which they are drawn.
     """
 
-    quantity: Literal["velocity", "acceleration"]
+    quantity: Literal["velocity", "acceleration"]  # "velocity" or "acceleration"
     places: Mapping[str, Array]
-    vectors: tuple[PolygonVector, ...]
+    vectors: tuple[PolygonVector, ...]  # in the order in which they are drawn
 
     @property
     def size(self) -> float:
@@ -97,68 +89,109 @@ Part: TypeAlias = tuple[str, Array, Kind]
 
 def velocity_polygon(state: LinkageState) -> Polygon:
     """The velocity polygon at a state."""
-    return _Velocities(state).polygon()
+    return _Drawing(state, "velocity").polygon()
 
 
 def acceleration_polygon(state: LinkageState) -> Polygon:
     """The acceleration polygon at a state, each vector in its normal and tangential part."""
-    return _Accelerations(state).polygon()
+    return _Drawing(state, "acceleration").polygon()
 
 
-class _Drawing(ABC):
+class _Drawing:
     """A polygon that is being drawn."""
 
-    quantity: Literal["velocity", "acceleration"]
-    symbol: str
-
-    def __init__(self, state: LinkageState) -> None:
-        self.state = state
-        self.points = linkage_points(state.mechanism)
-        self.places: dict[str, Array] = {POLE: np.zeros(2)}
-        self.vectors: list[PolygonVector] = []
+    def __init__(self, state: LinkageState, quantity: Literal["velocity", "acceleration"]) -> None:
+        self._state, self._quantity = state, quantity
+        self._symbol, self._second = ("V", False) if quantity == "velocity" else ("A", True)
+        self._points = linkage_points(state.mechanism)
+        self._places: dict[str, Array] = {POLE: np.zeros(2)}
+        self._vectors: list[PolygonVector] = []
 
     def polygon(self) -> Polygon:
-        pairs = self.points.pairs
-        points = [*self.points.points, *(self._guide_point(pair) for pair in pairs), *self.contact_points()]
+        pairs = self._points.pairs
+        points = [*self._points.points, *map(self._guide_point, pairs)]
+        points += [point for contact in self._points.contacts for point in self._touching(contact)]
         for point in points:
             # The first carrier gives the vectors from the pole, so the last one, where there are two, the place.
-            self.places[place_name(point.name)] = self.absolute(point.carriers[-1])
+            self._places[place_name(point.name)] = self._absolute(point.carriers[-1])
         for point in points:
             if not point.fixed:
                 self._from_pole(point)
-        for link in link_numbers(self.state.mechanism):
+        for link in link_numbers(self._state.mechanism):
             self._image(link, points)
         for pair in pairs:
-            parts, turning_link = self.sliding(pair)
-            name = f"{pair.moving.name}/{pair.guide_point}"
-            self._chain(name, (place_name(pair.guide_point), place_name(pair.moving.name)), parts, turning_link)
-        self.roll()
-        return Polygon(self.quantity, self.places, tuple(self.vectors))
+            self._slide(pair)
+        if self._second:  # of velocities there is one only where links roll
+            for contact in self._points.contacts:
+                self._roll(contact)
+        return Polygon(self._quantity, self._places, tuple(self._vectors))
+
+    # -- points --------------------------------------------------------------------------------------------------
 
     def _guide_point(self, pair: SlidingPair) -> NamedPoint:
         """The guide's point under the moving one, at this state."""
-        moving, links = pair.moving_carrier(self.state.mechanism), self.state.links
-        own = links[pair.guide].own(links[moving.link].place(moving.point))
-        return NamedPoint(pair.guide_point, (Carrier(pair.guide, own),))
+        links, moving = self._state.links, pair.carrier
+        return NamedPoint(
+            pair.guide_point, (Carrier(pair.guide, links[pair.guide].own(links[moving.link].place(moving.point))),)
+        )
+
+    def _touching(self, contact: RollingContact) -> list[NamedPoint]:
+        """The point of both links that roll, which has one velocity; of each, with its number, for accelerations."""
+        centre, mechanism = joint_centre(self._state, contact.joint), self._state.mechanism
+        assert centre is not None
+        pair = (contact.joint.a, contact.joint.b)
+        carriers = [Carrier(link, self._state.links[link].own(centre[:2])) for link in pair if link != GROUND]
+        if not self._second:
+            return [NamedPoint(contact.name, tuple(sorted(carriers, key=lambda c: not guided(mechanism, c.link))))]
+        numbers = link_numbers(mechanism)
+        return [NamedPoint(f"{contact.name}{numbers[c.link]}", (c,), fixed=GROUND in pair) for c in carriers]
+
+    # -- vectors -------------------------------------------------------------------------------------------------
 
     def _from_pole(self, point: NamedPoint) -> None:
         """Vectors from the pole to a point's place."""
         carrier, ends = point.carriers[0], (POLE, place_name(point.name))
-        pivot = pivot_of(self.state.mechanism, carrier.link)
+        pivot = pivot_of(self._state.mechanism, carrier.link)
         if pivot is None:
-            self._chain(point.name, ends, [(self.symbol, self.absolute(carrier), "absolute")])
+            self._chain(point.name, ends, [(self._symbol, self._absolute(carrier), "absolute")])
         else:
-            self._chain(point.name, ends, self.turning(Carrier(carrier.link, pivot), carrier, "absolute"), carrier.link)
+            parts = self._turning(Carrier(carrier.link, pivot), carrier, "absolute")
+            self._chain(point.name, ends, parts, carrier.link)
 
     def _image(self, link: str, points: list[NamedPoint]) -> None:
         """The sides of a floating link's image."""
-        if guided(self.state.mechanism, link):
+        if guided(self._state.mechanism, link):
             return
         carried = [(point.name, c) for point in points if point.joined for c in point.carriers if c.link == link]
         sides = [*pairwise(carried), *([(carried[0], carried[-1])] if len(carried) > 2 else [])]
         for (first, origin), (second, carrier) in sides:
             ends = (place_name(first), place_name(second))
-            self._chain(f"{second}/{first}", ends, self.turning(origin, carrier, "relative"), link)
+            self._chain(f"{second}/{first}", ends, self._turning(origin, carrier, "relative"), link)
+
+    def _slide(self, pair: SlidingPair) -> None:
+        """Vectors from a guide's point to the one that slides."""
+        motion = coincident_parts(self._state, pair.guide, *pair.carrier)
+        parts: list[Part] = [("V", motion.relative_velocity, "sliding")]
+        if self._second:
+            along: list[Part] = [("A^n", motion.normal, "normal"), ("A^t", motion.tangential, "tangential")]
+            if pair.straight:
+                along = [("A", motion.relative, "sliding")]
+            parts = [("A^c", motion.coriolis, "coriolis"), *along]
+        ends = (place_name(pair.guide_point), place_name(pair.moving))
+        self._chain(f"{pair.moving}/{pair.guide_point}", ends, parts, pair.guide if self._second else None)
+
+    def _roll(self, contact: RollingContact) -> None:
+        """The acceleration of the one link's point against the other's."""
+        joint, value = contact.joint, rolling_acceleration(self._state, contact.joint)
+        first, second = joint.a, joint.b
+        if second == GROUND:
+            first, second, value = second, first, -value
+        numbers = link_numbers(self._state.mechanism)
+        one, other = (f"{contact.name}{numbers[link]}" for link in (first, second))
+        if first == GROUND:
+            self._chain(other, (POLE, place_name(other)), [("A", value, "normal")])
+        else:
+            self._chain(f"{other}/{one}", (place_name(one), place_name(other)), [("A", value, "normal")])
 
     def _chain(self, name: str, ends: tuple[str, str], parts: list[Part], link: str | None = None) -> None:
         """Vectors one after the other, with a corner after each but the last."""
@@ -167,76 +200,20 @@ class _Drawing(ABC):
             vector = f"{symbol}_{name}"
             stop = ends[1] if k == len(parts) - 1 else f"{vector}'"
             if k < len(parts) - 1:
-                self.places[stop] = self.places[start] + value
-            self.vectors.append(PolygonVector(vector, start, stop, value, kind, link))
+                self._places[stop] = self._places[start] + value
+            self._vectors.append(PolygonVector(vector, start, stop, value, kind, link))
             start = stop
 
-    @abstractmethod
-    def absolute(self, carrier: Carrier) -> Array:
-        """Of a point of a link; (2,)."""
+    def _absolute(self, carrier: Carrier) -> Array:
+        """Velocity or acceleration of a point of a link; (2,)."""
+        link = self._state.links[carrier.link]
+        return link.acceleration_at(carrier.point) if self._second else link.velocity_at(carrier.point)
 
-    @abstractmethod
-    def turning(self, origin: Carrier, carrier: Carrier, kind: Kind) -> list[Part]:
+    def _turning(self, origin: Carrier, carrier: Carrier, kind: Kind) -> list[Part]:
         """Parts of the motion of a point of a link relative to an origin on the same link."""
-
-    @abstractmethod
-    def sliding(self, pair: SlidingPair) -> tuple[list[Part], str | None]:
-        """Parts of the motion from a guide's point to the one that slides, and the link whose turning gives them."""
-
-    @abstractmethod
-    def contact_points(self) -> list[NamedPoint]:
-        """Points of the links that roll on others."""
-
-    @abstractmethod
-    def roll(self) -> None:
-        """Vectors between points of links that roll on each other."""
-
-
-class _Velocities(_Drawing):
-    quantity, symbol = "velocity", "V"
-
-    def absolute(self, carrier: Carrier) -> Array:
-        return self.state.links[carrier.link].velocity_at(carrier.point)
-
-    def turning(self, origin: Carrier, carrier: Carrier, kind: Kind) -> list[Part]:
-        link = self.state.links[carrier.link]
+        link = self._state.links[carrier.link]
         arm = link.place(carrier.point) - link.place(origin.point)
-        return [("V", link.angular_velocity * left_of(arm), kind)]
-
-    def sliding(self, pair: SlidingPair) -> tuple[list[Part], str | None]:
-        moving = pair.moving_carrier(self.state.mechanism)
-        parts = coincident_parts(self.state, pair.guide, moving.link, moving.point)
-        return [("V", parts.relative_velocity, "sliding")], None
-
-    def contact_points(self) -> list[NamedPoint]:
-        return [shared_point(self.state, contact) for contact in self.points.contacts]
-
-    def roll(self) -> None:
-        """Nothing to draw: they have one velocity."""
-
-
-class _Accelerations(_Drawing):
-    quantity, symbol = "acceleration", "A"
-
-    def absolute(self, carrier: Carrier) -> Array:
-        return self.state.links[carrier.link].acceleration_at(carrier.point)
-
-    def turning(self, origin: Carrier, carrier: Carrier, kind: Kind) -> list[Part]:
-        parts = link_parts(self.state, carrier.link, carrier.point, origin.point)
-        return [("A^n", parts.normal, "normal"), ("A^t", parts.tangential, "tangential")]
-
-    def sliding(self, pair: SlidingPair) -> tuple[list[Part], str | None]:
-        moving = pair.moving_carrier(self.state.mechanism)
-        parts = coincident_parts(self.state, pair.guide, moving.link, moving.point)
-        along: list[Part] = [("A^n", parts.normal, "normal"), ("A^t", parts.tangential, "tangential")]
-        if any(joint.name == pair.joint and isinstance(joint, Prismatic) for joint in self.state.mechanism.joints):
-            along = [("A", parts.relative, "sliding")]
-        return [("A^c", parts.coriolis, "coriolis"), *along], pair.guide
-
-    def contact_points(self) -> list[NamedPoint]:
-        return [point for contact in self.points.contacts for point in parted_points(self.state, contact)]
-
-    def roll(self) -> None:
-        for contact in self.points.contacts:
-            name, ends, value = contact_vector(self.state, contact)
-            self.vectors.append(PolygonVector(name, *ends, value, "normal", None))
+        if not self._second:
+            return [("V", link.angular_velocity * left_of(arm), kind)]
+        normal, tangential = -(link.angular_velocity**2) * arm, link.angular_acceleration * left_of(arm)
+        return [("A^n", normal, "normal"), ("A^t", tangential, "tangential")]

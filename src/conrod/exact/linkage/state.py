@@ -19,21 +19,13 @@ Vector: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True)
 class LinkState:
-    """Motion of one link.
+    """Motion of one link."""
 
-    Attributes:
-        pose: place of its frame's origin and turn [m, m, rad].
-        velocity: of its frame's origin [m/s].
-        acceleration: of its frame's origin [m/s^2].
-        angular_velocity: [rad/s], counter-clockwise positive.
-        angular_acceleration: [rad/s^2].
-    """
-
-    pose: Pose
-    velocity: Vector
-    acceleration: Vector
-    angular_velocity: float
-    angular_acceleration: float
+    pose: Pose  # place of its frame's origin and turn [m, m, rad]
+    velocity: Vector  # of its frame's origin [m/s]
+    acceleration: Vector  # of its frame's origin [m/s^2]
+    angular_velocity: float  # [rad/s], counter-clockwise positive
+    angular_acceleration: float  # [rad/s^2]
 
     def place(self, point: Point) -> Array:
         """A point of the link in the document's frame; (2,) [m]."""
@@ -68,25 +60,15 @@ class LinkState:
 
 @dataclass(frozen=True)
 class LinkageState:
-    """Motion of all links at one crank angle, the ground included.
+    """Motion of all links at one crank angle, the ground included."""
 
-    Attributes:
-        mechanism: the mechanism.
-        size: its largest coordinate [m], which lengths are compared with.
-        angle: the crank's [rad].
-        speed: its rate [rad/s].
-        acceleration: its angular acceleration [rad/s^2].
-        links: motion of each link, by name, in the order of `link_numbers`.
-        derivatives: stacked poses with their first two derivatives by the crank angle, each (1, 3 n).
-    """
-
-    mechanism: Mechanism
-    size: float
-    angle: float
-    speed: float
-    acceleration: float
-    links: Mapping[str, LinkState]
-    derivatives: tuple[Array, ...]
+    mechanism: Mechanism  # the mechanism
+    size: float  # its largest coordinate [m], which lengths are compared with
+    angle: float  # the crank's [rad]
+    speed: float  # its rate [rad/s]
+    acceleration: float  # its angular acceleration [rad/s^2]
+    links: Mapping[str, LinkState]  # motion of each link, by name, in the order of `link_numbers`
+    derivatives: tuple[Array, ...]  # stacked poses with their first two derivatives by the crank angle, each (1, 3 n)
 
     def seen_from(self, link: str, other: str, point: Point) -> tuple[Array, Array, Array]:
         """A point of another link as an observer on a link sees it move.

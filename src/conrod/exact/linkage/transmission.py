@@ -34,19 +34,12 @@ def least_transmission_angle(kinematics: Kinematics) -> float | None:
 
 @dataclass(frozen=True)
 class Push:
-    """The push on a driven link, at T poses.
+    """The push on a driven link, at T poses."""
 
-    Attributes:
-        driven: the link that is pushed; the ground guides it.
-        through: the rod, the block or the cam that pushes it.
-        line: along which it is pushed, (T, 2) of any length.
-        path: direction in which the point that is pushed moves, (T, 2) of any length.
-    """
-
-    driven: str
-    through: str
-    line: Array
-    path: Array
+    driven: str  # the link that is pushed; the ground guides it
+    through: str  # the rod, the block or the cam that pushes it
+    line: Array  # along which it is pushed, (T, 2) of any length
+    path: Array  # direction in which the point that is pushed moves, (T, 2) of any length
 
     @property
     def share(self) -> Array:
@@ -86,14 +79,12 @@ class TransmissionAngle:
     """The transmission angle of a driven link.
 
     Attributes:
-        driven: the link.
-        through: the rod, block or cam that pushes it.
         least, greatest: of the angle in [0, pi] between the line of the push and the normal of the path, over all poses
             (`Push.angle`).
     """
 
-    driven: str
-    through: str
+    driven: str  # the link
+    through: str  # the rod, block or cam that pushes it
     least: Extreme
     greatest: Extreme
 

@@ -88,11 +88,7 @@ def _read_points(fields: Fields, body: str) -> dict[str, Point]:
 
 
 def read_bodies(fields: Fields) -> tuple[tuple[Body, ...], dict[str, Mapping[str, Point]]]:
-    """All bodies by name, and their points.
-
-    Raises:
-        InvalidInput: names what cannot be used.
-    """
+    """All bodies by name, and their points; raises InvalidInput, which names what cannot be used."""
     tables = fields.named("bodies")
     if not tables:
         raise InvalidInput("there are no bodies: give a table [bodies.NAME] for each moving link")

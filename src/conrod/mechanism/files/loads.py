@@ -40,11 +40,7 @@ LAWS = {
 def read_loads(
     fields: Fields, places: Places, bodies: tuple[str, ...]
 ) -> tuple[tuple[ConstantForce, ...], tuple[Load, ...]]:
-    """Constant forces, and all that follow a law.
-
-    Raises:
-        InvalidInput: names what cannot be used.
-    """
+    """Constant forces, and all that follow a law; raises InvalidInput, which names what cannot be used."""
     constant: list[ConstantForce] = []
     loads = [_spring(table, name, places) for name, table in fields.named("springs").items()]
     loads += [_damper(table, name, places) for name, table in fields.named("dampers").items()]

@@ -21,11 +21,7 @@ DECIMAL_COMMA = re.compile(r"=\s*[+-]?\d+,\d")
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """The tables of a file.
-
-    Raises:
-        InvalidInput: it cannot be read, or is no TOML; names the file and the line.
-    """
+    """The tables of a file; raises InvalidInput where it cannot be read, or is no TOML; names the file and the line."""
     try:
         return parse(_content(path))
     except InvalidInput as error:
@@ -35,11 +31,7 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def parse(content: bytes) -> dict[str, Any]:
-    """The tables of a TOML text.
-
-    Raises:
-        InvalidInput: it is none; says where.
-    """
+    """The tables of a TOML text; raises InvalidInput where it is none; says where."""
     try:
         text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
     except UnicodeDecodeError as error:

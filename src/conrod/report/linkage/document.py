@@ -6,8 +6,8 @@ import math
 from importlib.metadata import version
 from typing import Any
 
+from conrod.exact.linkage import InstantQuantities, PointQuantities, TurnQuantities
 from conrod.exact.linkage.centres import centre_count
-from conrod.exact.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
 from conrod.report.saved import json_text
 from conrod.runs.plain import plain
 from conrod.scenes import Scene

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from conrod.exact.linkage import InstantQuantities
 from conrod.exact.linkage.polygon import Kind, Polygon
-from conrod.exact.linkage.quantities import InstantQuantities
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from conrod.exact.linkage import InstantQuantities, PointQuantities, TurnQuantities
 from conrod.exact.linkage.centres import InstantCentre
 from conrod.exact.linkage.course import CrankRange
 from conrod.exact.linkage.outputs import Output
 from conrod.exact.linkage.polygon import Polygon
-from conrod.exact.linkage.quantities import InstantQuantities, PointQuantities, TurnQuantities
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.table import Table, table

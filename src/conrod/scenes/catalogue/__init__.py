@@ -29,17 +29,12 @@ _ENDING = ".toml"
 
 @dataclass(frozen=True)
 class Heading:
-    """A line about a machine, read from its file without building anything.
-
-    Attributes:
-        links: number of moving links.
-        one_pass: whether its input cannot turn fully and is driven once from one angle to another.
-    """
+    """A line about a machine, read from its file without building anything."""
 
     title: str
     source: str
-    links: int
-    one_pass: bool
+    links: int  # number of moving links
+    one_pass: bool  # whether its input cannot turn fully and is driven once from one angle to another
 
 
 @cache
