@@ -11,16 +11,27 @@ import math
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.exact.branch_walk import BranchWalk
 from conrod.exact.equations import Arcs, Equations
 from conrod.exact.jet import Jet
-from conrod.exact.joint_equations import pose_jets
-from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
+from conrod.exact.joint_equations import active_arcs, pose_jets
+from conrod.exact.motion import (
+    BREAK_WIDTH,
+    Array,
+    Derivatives,
+    Motion,
+    PointDerivatives,
+    Side,
+    diameter,
+    motion_in_time,
+)
 from conrod.mechanism.mechanism import Joint, Mechanism
 
+SAMPLES, HALVINGS = 720, 60  # of a turn, where joints of cams are looked for
+ASIDE = 0.3  # of a sample's spacing
+TURN = 2.0 * np.pi
 MOTION_ORDER = 3  # position to jerk
 GEOMETRIES_KEPT = 128
 CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
@@ -29,7 +40,13 @@ DIFFERENT_TURNS = 2  # that are looked at where one is not like the next
 
 
 class Kinematics:
-    """Solver for one mechanism.
+    """Solver for one mechanism, on the assembly branch of its start poses.
+
+    Attributes:
+        size: largest coordinate [m] in the mechanism's start poses.
+        poses, reach, near_change: as of `BranchWalk`.
+        branch: sign (T,) that distinguishes the assembly branches of poses (T, 3 n).
+        branch_at: the sign (T,) that exact poses at crank angles (T,) [rad] have; it changes at change points.
 
     Raises:
         InvalidInput: the mechanism cannot be assembled, has not mobility one, or cannot turn fully.
@@ -41,48 +58,24 @@ class Kinematics:
         self.mechanism = mechanism
         self._walk = _walk_of(_Geometry(mechanism))
         self._equations = self._walk.equations
-
-    @property
-    def size(self) -> float:
-        """Largest coordinate [m] in the mechanism's start poses."""
-        return self._equations.size
-
-    # -- poses -------------------------------------------------------------------------------------------------
-
-    def poses(self, angle: Array) -> Array:
-        """Stacked poses (T, 3 n) [m, m, rad] at crank angles (T,) [rad]; all on the branch of the start poses.
-
-        Raises:
-            InvalidInput: the linkage does not reach an angle.
-        """
-        return self._walk.poses(angle)
+        self.size = self._equations.size
+        self.poses, self.reach, self.near_change = self._walk.poses, self._walk.reach, self._walk.near_change
+        self.branch, self.branch_at = self._walk.branch_of, self._walk.sign
 
     def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
         """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
         coefficients = self._walk.series(angle, order, side)
         return [math.factorial(k) * c for k, c in enumerate(coefficients)]
 
-    def branch(self, poses: Array) -> Array:
-        """Sign of the determinant of the joint equations' Jacobian (T,); its sign distinguishes assembly branches."""
-        return self._walk.branch_of(poses)
-
     @property
     def assembled_branch(self) -> float:
         """The branch that the start poses picked, +1 or -1."""
         return self._walk.branch
 
-    def branch_at(self, angle: Array) -> Array:
-        """The branch (T,) that exact poses at crank angles (T,) [rad] have; it changes at the change points."""
-        return self._walk.sign(angle)
-
     @property
     def change_angles(self) -> Array:
         """Crank angles [rad] of change points of the turn or the span, where the motion goes on smoothly."""
         return self._walk.change_angles
-
-    def near_change(self, angle: Array, distance: float) -> NDArray[np.bool_]:
-        """Mask (T,) of crank angles [rad] that are less than a distance [rad] from a change point."""
-        return self._walk.near_change(angle, distance)
 
     def conditioning(self, poses: Array) -> Array:
         """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom.
@@ -95,10 +88,6 @@ class Kinematics:
         least = np.zeros(len(poses))
         least[exists] = np.linalg.svd(jacobian[exists], compute_uv=False)[:, -1]
         return least
-
-    def reach(self, goal: float) -> float:
-        """The crank angle [rad] where the way from angle 0 to a goal ends; the goal, if nothing ends it before."""
-        return self._walk.reach(goal)
 
     @property
     def start(self) -> Array:
@@ -148,6 +137,39 @@ class Kinematics:
     def travel(self) -> float:
         """The largest distance [m] that an observed point moves in a turn; the size of a linkage that cannot turn."""
         return max(self.lengths.values())
+
+    @cached_property
+    def break_angles(self) -> tuple[float, ...]:
+        """Angles [rad] in [0, 2 pi) where a roller passes a joint of its cam's arcs or laws that jerks it."""
+        found: list[float] = []
+        angles = np.linspace(*self.span, SAMPLES + 1)
+        if self.mechanism.driver.span is None:
+            angles -= ASIDE * angles[1]  # a joint at angle 0 is met once, and within
+        for k, contact in enumerate(self.mechanism.cam_contacts):
+            arcs = self._arcs(angles, k)
+            passed = [
+                left
+                for left in np.flatnonzero(arcs[:-1] != arcs[1:])
+                if contact.profile.jumps(int(arcs[left]), int(arcs[left + 1]))
+            ]
+            if passed:
+                found += [float(angle) for angle in self._bisect(angles[passed], angles[np.array(passed) + 1], k)]
+        if self.mechanism.driver.span is None:
+            found = [angle % TURN if angle % TURN < TURN - BREAK_WIDTH else 0.0 for angle in found]
+        return tuple(sorted(found))
+
+    def _arcs(self, angles: Array, contact: int) -> Array:
+        bodies = pose_jets(self.mechanism, [self.poses(angles)])
+        return active_arcs(self.mechanism.cam_contacts[contact], bodies).astype(float)
+
+    def _bisect(self, low: Array, high: Array, contact: int) -> Array:
+        """Angles (B,) [rad] at which the arc at the lower ends ceases to be in force."""
+        before = self._arcs(low, contact)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            same = self._arcs(middle, contact) == before
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        return np.asarray(0.5 * (low + high))
 
     # -- observed points ---------------------------------------------------------------------------------------
 

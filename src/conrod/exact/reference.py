@@ -10,14 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import BREAK_WIDTH, Array, Break, Motion, Side, breaks_between
+from conrod.exact.motion import Break, Motion, Side, breaks_between
 from conrod.mechanism.mechanism import Mechanism
-
-SAMPLES, HALVINGS = 720, 60
-ASIDE = 0.3  # of a sample's spacing
-TURN = 2.0 * np.pi
 
 
 class ExactReference(ABC):
@@ -103,33 +98,4 @@ class GenericReference(ExactReference):
         return self.kinematics.motion(theta, rate, turn, side)
 
     def break_angles(self) -> tuple[float, ...]:
-        """Angles [rad] in [0, 2 pi) where a roller passes a joint of its cam's arcs or laws that jerks it."""
-        found: list[float] = []
-        angles = np.linspace(*self.kinematics.span, SAMPLES + 1)
-        if self.described.driver.span is None:
-            angles -= ASIDE * angles[1]  # a joint at angle 0 is met once, and within
-        for k, contact in enumerate(self.described.cam_contacts):
-            arcs = self._arcs(angles, k)
-            passed = [
-                left
-                for left in np.flatnonzero(arcs[:-1] != arcs[1:])
-                if contact.profile.jumps(int(arcs[left]), int(arcs[left + 1]))
-            ]
-            if passed:
-                found += [float(angle) for angle in self._bisect(angles[passed], angles[np.array(passed) + 1], k)]
-        if self.described.driver.span is None:
-            found = [angle % TURN if angle % TURN < TURN - BREAK_WIDTH else 0.0 for angle in found]
-        return tuple(sorted(found))
-
-    def _arcs(self, angles: Array, contact: int) -> Array:
-        bodies = pose_jets(self.described, [self.kinematics.poses(angles)])
-        return active_arcs(self.described.cam_contacts[contact], bodies).astype(float)
-
-    def _bisect(self, low: Array, high: Array, contact: int) -> Array:
-        """Angles (B,) [rad] at which the arc at the lower ends ceases to be in force."""
-        before = self._arcs(low, contact)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            same = self._arcs(middle, contact) == before
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-        return np.asarray(0.5 * (low + high))
+        return self.kinematics.break_angles

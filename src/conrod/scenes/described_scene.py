@@ -17,7 +17,6 @@ from conrod.errors import InvalidInput
 from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side, diameter
-from conrod.exact.reference import GenericReference
 from conrod.mechanism.files import Description, read_description
 from conrod.mechanism.files.toml_file import read_tables
 from conrod.mechanism.mechanism import Mechanism, Pose
@@ -122,16 +121,8 @@ class DescribedScene(Scene):
     def mechanism(self) -> Mechanism:
         return self.described.mechanism
 
-    @cached_property
-    def _reference(self) -> GenericReference:
-        return GenericReference(self.mechanism(), self.speed)
-
     def break_angles(self) -> tuple[float, ...]:
-        return self._break_angles
-
-    @cached_property
-    def _break_angles(self) -> tuple[float, ...]:
-        return self._reference.break_angles()
+        return self.kinematics.break_angles
 
     def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
         exact = self.kinematics.point_derivatives(self.kinematics.derivatives(angle, side=side))

@@ -4,11 +4,6 @@ With M q'' = Q + J^T lambda the multipliers of the joints' equations are their r
 equation is the drive's torque. The torque is derived a second time, from energy alone, without the joints' equations or
 their multipliers.
 
-Forces that the joints carry in the exact motion: what a soft constraint gives way to.
-
-With M q'' = Q + J^T lambda, the multipliers of the joint equations are the joint reactions, by the direction of each
-equation, and that of the driver's equation is the drive torque.
-
 The ratio of masses that decides how fast an iteration from link to link converges.
 """
 
@@ -76,13 +71,12 @@ class InverseDynamics:
     def forces_of(self, multipliers: Array) -> JointForces:
         """Multipliers (T, 3 n) of all equations by joint and component."""
         mechanism = self._kinematics.mechanism
-        components, row = {}, 0
-        for joint in mechanism.joints:
-            count = self._kinematics.equations_of(joint)
-            values = (multipliers[:, row + k] for k in range(count))
-            components[joint.name] = dict(zip(component_names(joint), values, strict=True))
-            row += count
-        return JointForces(components, mechanism.driver.sense * multipliers[:, row])
+        by_joint = _by_joint(mechanism, multipliers)
+        components = {
+            joint.name: dict(zip(component_names(joint), by_joint[joint.name].T, strict=True))
+            for joint in mechanism.joints
+        }
+        return JointForces(components, mechanism.driver.sense * multipliers[:, -1])
 
     def motion(self, state: State) -> tuple[Array, Array, Array]:
         """Poses, rates and accelerations of all bodies, each (T, 3 n)."""
@@ -125,12 +119,14 @@ def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
     right = inertia_forces(mechanism, poses, rates, second * speed**2)
     right -= load_forces(mechanism, poses, rates, angle / speed)
     multipliers = kinematics.solve_transposed(poses, right)
-    joints, row = {}, 0
-    for joint in mechanism.joints:
-        rows = kinematics.equations_of(joint)
-        joints[joint.name] = multipliers[:, row : row + rows]
-        row += rows
-    return Reactions(joints, multipliers[:, row])
+    return Reactions(_by_joint(mechanism, multipliers), multipliers[:, -1])
+
+
+def _by_joint(mechanism: Mechanism, multipliers: Array) -> dict[str, Array]:
+    """Multipliers of each joint's equations (T, k), of those of all equations (T, 3 n); the last is the driver's."""
+    ends = np.cumsum([len(component_names(joint)) for joint in mechanism.joints])
+    parts = np.split(multipliers, ends, axis=1)
+    return {joint.name: part for joint, part in zip(mechanism.joints, parts, strict=False)}
 
 
 def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:

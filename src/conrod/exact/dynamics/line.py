@@ -29,7 +29,7 @@ LEAST_INERTIA = 1e-6
 
 @dataclass(frozen=True)
 class At:
-    """The reduced mechanism at one arc length; see `Reduced`. Values and rates of loads that are no potential, (L,)."""
+    """The reduced mechanism at one arc length, see `_reduced`; values and rates of loads without a potential, (L,)."""
 
     inertia: float
     slope: float
@@ -131,14 +131,14 @@ class Line:
 
     def _series(self, piece: Samples) -> _Row:
         with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
-            at = reduced(self.configurations, piece, self.mechanism.loads)
-        least = _least(piece.series(at.inertia)) / at.inertia.max()
+            columns = _reduced(self.configurations, piece, self.mechanism.loads)
+        inertia = np.ascontiguousarray(columns[:, 0])
+        least = _least(piece.series(inertia)) / inertia.max()
         if not least > LEAST_INERTIA:
             raise InvalidInput(
                 f"{self.mechanism.name}: where hardly anything that has mass moves, its inertia falls to "
                 f"{max(least, 0.0):.1g} of what it is nearby: give the crank an inertia"
             )
-        columns = np.column_stack([at.inertia, at.slope, at.potential, at.descent, at.value, at.rate])
         if not np.isfinite(columns).all():
             raise InvalidInput(f"{self.mechanism.name}: a force is not finite: the two points of a load meet")
         return _Row(piece, piece.series(columns))
@@ -155,27 +155,13 @@ def _least(series: Array) -> float:
     return float(min(vertex, values.min()))
 
 
-@dataclass(frozen=True)
-class Reduced:
-    """At the nodes of a piece, by the arc length; each (K,), loads (K, loads).
+def _reduced(configurations: Configurations, piece: Samples, loads: Sequence[Load]) -> Array:
+    """The reduced mechanism at the nodes of a piece, by the arc length; (K, 4 + 2 L).
 
-    Attributes:
-        inertia: I [kg m^2], for arc lengths are angles; slope: its derivative.
-        potential: of weight, constant forces and springs [J]; descent: minus its derivative. Loads on turns, which
-            whole turns of the crank make more of, have no part in it.
-        value, rate: of the coordinates of all other loads, and their derivatives by the arc length.
+    Columns: inertia I [kg m^2], for arc lengths are angles, and its derivative; potential of weight, constant forces
+    and springs [J] and minus its derivative; coordinates of the L other loads, and their derivatives. Loads on turns,
+    which whole turns of the crank make more of, are among these.
     """
-
-    inertia: Array
-    slope: Array
-    potential: Array
-    descent: Array
-    value: Array
-    rate: Array
-
-
-def reduced(configurations: Configurations, piece: Samples, loads: Sequence[Load]) -> Reduced:
-    """The reduced mechanism at the nodes of a piece."""
     mechanism, scale = configurations.mechanism, configurations.curve.scale
     bodies = pose_jets(mechanism, [piece.points * scale, piece.tangents * scale, 0.5 * piece.curvatures * scale])
     inertia, slope, potential, descent = (np.zeros(len(piece.points)) for _ in range(4))
@@ -200,9 +186,4 @@ def reduced(configurations: Configurations, piece: Samples, loads: Sequence[Load
         else:
             values.append(along[0])
             rates.append(along[1])
-    shape = (len(piece.points), 0)
-    return Reduced(
-        inertia, slope, potential, descent,
-        np.column_stack(values) if values else np.zeros(shape),
-        np.column_stack(rates) if rates else np.zeros(shape),
-    )  # fmt: skip
+    return np.column_stack([inertia, slope, potential, descent, *values, *rates])
