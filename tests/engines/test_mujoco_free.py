@@ -8,7 +8,7 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from free_chains import chain
+from free_machines import chain
 
 from conrod.engines.free_run import FreeRun
 from conrod.engines.mujoco.engine import ENGINE

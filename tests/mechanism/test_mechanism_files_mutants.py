@@ -1,25 +1,81 @@
-"""Mutated copies of the files that ship: one clear line, or a mechanism that both engines take without a crash."""
+"""Anything, and mutated copies of the files that ship: one clear line, or a mechanism that both engines take."""
 
 from __future__ import annotations
 
+import math
 import os
+import random
 import signal
 import warnings
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as some
 
 from conrod.errors import InvalidInput
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.execution.isolation import isolated
 from tests.support import mutants
-from tests.support.described import SHIPPED
+from tests.support.described import SHIPPED, tables
 
 LONGEST_TIME = 20  # [s] of CPU time; a machine under load must not decide what hangs
 FEW, MANY = 2, 100  # of each file
+
+
+# -- anything --------------------------------------------------------------------------------------------------------
+
+RANDOM = settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+WORDS = (*mutants.TEXTS, *mutants.WORDS, "crank.A", "rod", "-1 kg", "1_000")
+VALUES = some.one_of(
+    some.none(),
+    some.booleans(),
+    some.integers(),
+    some.floats(),
+    some.text(max_size=20),
+    some.sampled_from(WORDS),
+    some.sampled_from([10**500, 1e308, 5e-324, math.inf, -0.0, 1e-300]),
+)
+ANYTHING = some.recursive(
+    VALUES,
+    lambda inner: some.lists(inner, max_size=4) | some.dictionaries(some.text(max_size=8), inner, max_size=4),
+    max_leaves=8,
+)
+
+
+@RANDOM
+@given(some.dictionaries(some.sampled_from([*tables(), "extra"]) | some.text(max_size=9), ANYTHING, max_size=8))
+def test_any_tables_are_refused_in_one_line(whole: dict[str, Any]) -> None:
+    assert isinstance(mutants.read(whole), str)
+
+
+@settings(RANDOM, max_examples=100)
+@given(some.sampled_from(SHIPPED), some.randoms(use_true_random=False), ANYTHING)
+def test_a_shipped_file_with_anything_in_one_place(path: Path, chance: random.Random, value: Any) -> None:
+    whole = tables(path)
+    scene = mutants.read(mutants.put(whole, chance.choice(mutants.places(whole)), value))
+    if isinstance(scene, DescribedScene):
+        mutants.moved(scene)
+
+
+@settings(RANDOM, max_examples=20)
+@given(some.sampled_from(SHIPPED), some.randoms(use_true_random=False), some.floats(0.2, 5.0))
+def test_a_shipped_file_with_a_number_scaled(path: Path, chance: random.Random, factor: float) -> None:
+    scene = read_scene(path)
+    name = chance.choice(sorted(scene.parameters))
+    try:
+        other = scene.with_parameters(**{name: factor * scene.parameters[name]})
+    except InvalidInput:
+        return
+    assert other.parameters[name] == factor * scene.parameters[name]
+    assert other.with_parameters(**{name: scene.parameters[name]}).parameters_text == scene.parameters_text
+
+
+# -- mutants ---------------------------------------------------------------------------------------------------------
 
 
 @contextmanager

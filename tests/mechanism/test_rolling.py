@@ -27,40 +27,8 @@ from rolling_machines import (
 
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
-from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
-from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Prismatic, Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Rack, Rolling
 from conrod.runs.outcome import joint_gaps
-
-ANGLES = np.linspace(-7.0, 15.0, 37)
-# -- equations -------------------------------------------------------------------------------------------------------
-
-JOINTS: tuple[Joint, ...] = (
-    Rolling("mesh", "a", "b", (0.1, 0.2), (-0.1, 0.3), 0.3, 0.2, 0.05),
-    Rolling("mesh", "a", "b", (0.0, 0.0), (-0.1, 0.3), -0.3, 0.2),
-    Rack("rack", "a", "b", (0.1, 0.2), (0.3, 0.1), 0.2, 0.7, 0.01),
-    Rack("rack", "a", GROUND, (0.0, 0.0), (0.3, 0.1), 0.2, 0.7),
-    Prismatic("slide", "a", "b", (0.1, 0.2), (0.3, 0.1), 0.7, 0.1),
-)
-
-
-@pytest.mark.parametrize("joint", JOINTS)
-def test_jacobian_and_series_of_a_joint_are_the_derivatives_of_its_residual(joint: Joint) -> None:
-    two = Mechanism("two", (Body("a", 1.0, 1.0), Body("b", 1.0, 1.0)), (joint,), Driver(joint.name), {}, ())
-    start, way, bend = np.random.default_rng(3).normal(size=(3, 1, 6))
-    series = joint_residual(joint, pose_jets(two, [start, way, bend]))[0].coefficients
-
-    def gap(time: float) -> float:
-        return float(
-            np.ravel(joint_residual(joint, pose_jets(two, [start + time * way + time**2 * bend]))[0].coefficients[0])[0]
-        )
-
-    h = 1e-3
-    before, here, after = gap(-h), gap(0.0), gap(h)
-    np.testing.assert_allclose(np.ravel(series[1])[0], (after - before) / (2 * h), atol=1e-5)
-    np.testing.assert_allclose(np.ravel(series[2])[0], (after - 2 * here + before) / (2 * h**2), atol=1e-5)
-    by_a, by_b = joint_jacobian(joint, pose_jets(two, [start]))[0]
-    entries = [float(np.ravel(entry)[0]) for entry in (*by_a, *(by_b if joint.b != GROUND else (0.0, 0.0, 0.0)))]
-    np.testing.assert_allclose(np.array(entries) @ way[0], np.ravel(series[1])[0], rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", MACHINES)
