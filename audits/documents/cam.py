@@ -15,7 +15,7 @@ from audits.documents.arc_cam import QUANTITIES, ArcCam
 from audits.formulas.cam_checks import FORMULAS, arguments
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
-from conrod.own.printed.judging import Case, Explanation, Neighbour, Verdict, judge
+from conrod.own.printed.judging import Case, Explanation, Verdict, judge
 from conrod.own.printed.printed import Item
 
 DOCUMENT = "004"
@@ -42,7 +42,7 @@ def _lift(base: float) -> Callable[[Item], Case]:
 
 
 def _smallest_base(item: Item) -> Case:
-    lift = Neighbour(
+    lift = Explanation(
         "the largest lift, 73 mm, C + R1 - R (lines 237 and 295), and R = 36 mm of line 223", 80.0 + 29.0 - 73.0, 0.0
     )
     return Case(item, 36.0, "R = 36 mm throughout the results", neighbours=(lift,))
@@ -72,7 +72,7 @@ def _largest_speed(item: Item) -> Case:
 
 
 def _largest_speed_angle(item: Item) -> Case:
-    mirror = Neighbour("360 - 197,772 deg of the conclusion", 360.0 - 197.772, 0.0005)
+    mirror = Explanation("360 - 197,772 deg of the conclusion", 360.0 - 197.772, 0.0005)
     return Case(item, _exact_extreme(VELOCITY)[0], "exact geometry: the joint C", neighbours=(mirror,))
 
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from itertools import combinations
 
-from conrod.own.printed.judging import Case, Explanation, Neighbour
+from conrod.own.printed.judging import Case, Explanation
 from conrod.own.printed.printed import Item
 
 CaseOf = Callable[[Item], Case]
@@ -46,7 +46,7 @@ def slipped(exact: float, why: str, slip: str, value: float, within: float = 0.0
 
 def contradicted(exact: float | None, why: str, neighbour: str, value: float, within: float = 0.0) -> CaseOf:
     """A number that another printed one fixes."""
-    return lambda item: Case(item, exact, why, neighbours=(Neighbour(neighbour, value, within),))
+    return lambda item: Case(item, exact, why, neighbours=(Explanation(neighbour, value, within),))
 
 
 def read_only(why: str) -> CaseOf:

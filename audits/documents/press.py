@@ -16,7 +16,7 @@ from audits.formulas import press_steps
 from audits.formulas.press import FORMULAS
 from audits.formulas.published import verdict_on
 from conrod.exact.motion import Array
-from conrod.own.printed.judging import Case, Explanation, Neighbour, Verdict, judge
+from conrod.own.printed.judging import Case, Explanation, Verdict, judge
 from conrod.own.printed.printed import Item, Number
 from conrod.scenes import ShearPress
 
@@ -142,7 +142,7 @@ def _line(degrees: float) -> int:
     return line + round((degrees - start) / ROW)
 
 
-def _neighbours(name: str, row: dict[str, str]) -> Iterator[Neighbour]:
+def _neighbours(name: str, row: dict[str, str]) -> Iterator[Explanation]:
     """The value that the other two of a magnitude and its components, in the same row, make of this one."""
     for whole, *parts in TRIPLES:
         if name in parts:
@@ -152,7 +152,7 @@ def _neighbours(name: str, row: dict[str, str]) -> Iterator[Neighbour]:
                 side = float(np.copysign(np.sqrt(whole_value**2 - other_value**2), float(row[name])))
                 half = 0.5 * Number(row[whole]).last
                 within = half * (whole_value + abs(other_value)) / abs(side)
-                yield Neighbour(f"{whole} = {row[whole]} beside {other} = {row[other]}", side, within)
+                yield Explanation(f"{whole} = {row[whole]} beside {other} = {row[other]}", side, within)
         elif name == whole:
             value = math.hypot(*(float(row[part]) for part in parts))
-            yield Neighbour(f"{parts[0]} = {row[parts[0]]} with {parts[1]} = {row[parts[1]]}", value, 0.1)
+            yield Explanation(f"{parts[0]} = {row[parts[0]]} with {parts[1]} = {row[parts[1]]}", value, 0.1)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Case, Explanation, Kind, Neighbour, judge
+from conrod.own.printed.judging import Case, Explanation, Kind, judge
 from conrod.own.printed.printed import Item, Number
 from conrod.own.printed.table import audit_table
 from conrod.scenes import ShearPress
@@ -163,7 +163,7 @@ def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print()
     assert judge(Case(item, 2.3541, "sum")).kind is Kind.AGREES
     assert judge(Case(item, 2.3591, "sum")).kind is Kind.AFTER_ROUNDING
     assert judge(Case(item, 2.40, "sum", causes=(Explanation("pi = 3.14", 2.3502),))).kind is Kind.EXPLAINED
-    assert judge(Case(item, 2.85, "sum", neighbours=(Neighbour("beside", 2.85, 0.01),))).kind is Kind.MISPRINT
+    assert judge(Case(item, 2.85, "sum", neighbours=(Explanation("beside", 2.85, 0.01),))).kind is Kind.MISPRINT
     assert judge(Case(item, 2.40, "sum", wrong_steps=(Explanation("5 for 6", 2.3549),))).kind is Kind.WRONG_STEP
     assert judge(Case(item, 2.40, "sum", reading=0.1)).kind is Kind.AFTER_ROUNDING
     assert judge(Case(item, 2.40, "sum")).kind is Kind.NOT_REPRODUCIBLE
@@ -177,7 +177,7 @@ def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
 
 
 def test_a_neighbour_that_contradicts_the_exact_value_too_proves_no_misprint() -> None:
-    verdict = judge(Case(number_of("2.35"), 2.85, "sum", neighbours=(Neighbour("beside", 3.85, 0.01),)))
+    verdict = judge(Case(number_of("2.35"), 2.85, "sum", neighbours=(Explanation("beside", 3.85, 0.01),)))
     assert verdict.kind is Kind.NOT_REPRODUCIBLE
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from conrod.own.tables.causes import Cause
 from conrod.own.tables.estimation import Estimation
-from conrod.own.tables.judging import ERRORS
+from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.charts.table_errors import error_figure

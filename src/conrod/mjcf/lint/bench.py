@@ -19,8 +19,7 @@ from conrod.mjcf.equalities import Rows, openings, rows_at
 from conrod.mjcf.lint.document import Document
 from conrod.mjcf.lint.findings import Change, Edit, Finding, Note, SetOption
 from conrod.mjcf.runs import BROKEN, STATE, broken, data_at, looping_stepper, state_of
-from conrod.own.models.loading import name_or_number
-from conrod.own.models.points import FoundPoint
+from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.

@@ -31,8 +31,17 @@ from conrod.mjcf.lint.findings import (
     SetOption,
 )
 from conrod.mjcf.runs import data_at, state_of
-from conrod.own.models.loading import keyframe_to_start_from, listed, name_or_number, names_of, start_words
-from conrod.own.models.points import Crank, crank_of, find_crank, find_point
+from conrod.own.models.loading import (
+    Crank,
+    crank_of,
+    find_crank,
+    find_point,
+    keyframe_to_start_from,
+    listed,
+    name_or_number,
+    names_of,
+    start_words,
+)
 from conrod.studies.frame.paired_timing import Clock
 
 STEP, SOLVER = stepping.unstable_step, stepping.unsolved

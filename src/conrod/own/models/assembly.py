@@ -11,10 +11,20 @@ import numpy as np
 from conrod.engines.mobility import jacobian_rank
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.engines.numerics import close_gap
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.models.loading import check_finite, element_id, listed, load_model, name_or_number, names_of_keyframes
-from conrod.own.models.points import Crank, FoundPoint, find_crank, find_point
+from conrod.own.models.loading import (
+    Crank,
+    FoundPoint,
+    check_finite,
+    element_id,
+    find_crank,
+    find_point,
+    keyframe_to_start_from,
+    listed,
+    load_model,
+    name_or_number,
+)
 from conrod.own.models.request import Question
 
 NEWTON_STEPS = 40
@@ -213,12 +223,11 @@ def prepare(path: Path, question: Question) -> Assembly:
 
 def _assemble(assembly: Assembly, keyframe: str | None) -> None:
     """Close the loops from the pose that is asked for, or from the first of the model's own that can be closed."""
-    model, keys = assembly.model, names_of_keyframes(assembly.model)
+    model = assembly.model
     poses = [model.qpos0, *model.key_qpos]
     if keyframe is not None:
-        if keyframe not in filter(None, keys):
-            raise unknown_choice("keyframe", keyframe, filter(None, keys))
-        poses = [model.key_qpos[keys.index(keyframe)]]
+        index = keyframe_to_start_from(model, keyframe)
+        poses = poses[:1] if index is None else [model.key_qpos[index]]
     for k, pose in enumerate(poses):
         assembly.data.qpos[:] = pose
         try:

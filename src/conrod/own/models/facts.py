@@ -12,8 +12,7 @@ from conrod.engines.cam_polygon import convex_hull
 from conrod.engines.mobility import jacobian_rank
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly
-from conrod.own.models.loading import listed, name_or_number
-from conrod.own.models.points import Crank, joint_kind
+from conrod.own.models.loading import Crank, joint_kind, listed, name_or_number
 from conrod.own.models.request import OwnSettings, Touching, Wiring
 
 TURN = 2.0 * np.pi * (1.0 - 1e-9)

@@ -82,29 +82,17 @@ class Audited:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Another way to a value: in words, and the value that it gives in the printed unit.
+    """Another way to a value: a computation, or a neighbouring printed quantity that fixes it.
 
-    `within` is what reading from a drawing may add to it.
+    Attributes:
+        text: in words.
+        value: in the printed unit.
+        within: what reading from a drawing, or rounding of the neighbour, may add to it.
     """
 
     text: str
     value: float
     within: float = 0.0
-
-
-@dataclass(frozen=True)
-class Neighbour:
-    """A printed quantity that fixes another one.
-
-    Attributes:
-        text: the relation, in words.
-        value: what it makes of the other, in the printed unit.
-        within: how far rounding of the neighbour itself may move that.
-    """
-
-    text: str
-    value: float
-    within: float
 
 
 @dataclass(frozen=True)
@@ -128,7 +116,7 @@ class Case:
     why: str
     causes: tuple[Explanation, ...] = ()
     roundings: tuple[Explanation, ...] = ()
-    neighbours: tuple[Neighbour, ...] = ()
+    neighbours: tuple[Explanation, ...] = ()
     wrong_steps: tuple[Explanation, ...] = ()
     reading: float = 0.0
     instead: str | None = None

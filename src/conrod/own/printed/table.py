@@ -17,7 +17,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.files import check_readable
-from conrod.own.printed.judging import Audited, Case, Explanation, Neighbour, Verdict, judge
+from conrod.own.printed.judging import Audited, Case, Explanation, Verdict, judge
 from conrod.own.printed.rows import Row, grouped, read_rows, values
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import scene_named
@@ -107,7 +107,7 @@ def _cases(group: Sequence[Row], beside: Mapping[int, Sequence[Row]]) -> Iterato
 # -- neighbours --------------------------------------------------------------------------------------------------------
 
 
-def _of_components(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
+def _of_components(row: Row, rows: Sequence[Row]) -> Iterator[Explanation]:
     """The size from both components, or a component from the size and the other."""
     beside = {
         other.axis: other
@@ -122,14 +122,14 @@ def _of_components(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
     halves = [0.5 * other.item.number.last * row.factor / other.factor for other in others]
     text = " beside ".join(f"{other.item.quantity} = {other.item.number.text}" for other in others)
     if row.axis == "size":
-        yield Neighbour(text, math.hypot(first, second), sum(halves))
+        yield Explanation(text, math.hypot(first, second), sum(halves))
     elif second > abs(first):
         # The size comes last; the sign is the print's own.
         value = math.copysign(math.sqrt(second**2 - first**2), row.item.number.value)
-        yield Neighbour(text, value, (second * halves[1] + abs(first) * halves[0]) / abs(value))
+        yield Explanation(text, value, (second * halves[1] + abs(first) * halves[0]) / abs(value))
 
 
-def _of_rows(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
+def _of_rows(row: Row, rows: Sequence[Row]) -> Iterator[Explanation]:
     """The value interpolated from the nearest rows of the same quantity, one print at each angle.
 
     Lagrange's polynomial through the printed values; how far it may be off is what rounding of the prints does to it,
@@ -148,7 +148,7 @@ def _of_rows(row: Row, rows: Sequence[Row]) -> Iterator[Neighbour]:
         # A contradiction as large as what the polynomial itself may be off proves nothing.
         if abs(value - row.item.number.value) > DECISIVE * (rounding + curve):
             angles = ", ".join(f"{degrees:g}" for degrees in near)
-            yield Neighbour(f"interpolation between the rows at {angles} deg", value, rounding + curve)
+            yield Explanation(f"interpolation between the rows at {angles} deg", value, rounding + curve)
 
 
 def _lagrange(places: Array, at: float) -> Array:

@@ -13,8 +13,7 @@ from scipy.optimize import least_squares
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.fitting import Fit, fitted
-from conrod.own.tables.judging import ERRORS, Exact, largest, table_errors
-from conrod.own.tables.samples import Alignment, Observed
+from conrod.own.tables.samples import ERRORS, Alignment, Exact, Observed, largest, table_errors
 from conrod.scenes import Scene
 
 GRAVITY, GRAVITY_WIDTH = 9.81, 0.02  # [m/s^2], relative

@@ -12,9 +12,18 @@ from conrod.errors import InvalidInput
 from conrod.own.tables.causes import Cause, likely_causes
 from conrod.own.tables.columns import Column
 from conrod.own.tables.estimation import Estimation, estimate
-from conrod.own.tables.judging import ERRORS, Crank, Errors, crank_of, largest, table_errors
 from conrod.own.tables.reading import Reading
-from conrod.own.tables.samples import QUANTITIES, Alignment, Observed
+from conrod.own.tables.samples import (
+    ERRORS,
+    QUANTITIES,
+    Alignment,
+    Crank,
+    Errors,
+    Observed,
+    crank_of,
+    largest,
+    table_errors,
+)
 from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
