@@ -18,7 +18,6 @@ from conrod.studies.ablate.findings import AblationStudy
 PLANTED: tuple[Ingredient[Any], ...] = (
     Ingredient(
         "more-iterations",
-        "more iterations",
         "fifty more",
         lambda s: replace(s, preset="custom", iterations=s.iterations + 50),
         lambda s: replace(s, preset="custom", iterations=s.iterations - 50),

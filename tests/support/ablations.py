@@ -130,7 +130,7 @@ def field_ingredient(
 ) -> Ingredient[MuJoCoSettings]:
     """An ingredient that is a value of some fields; without it they have another one."""
     ways = [partial(_with_fields, fields) for fields in (values, without)]
-    return Ingredient(name, name, f"what {name} is", ways[0], ways[1], minimal, group, (Quantity.WEAR,))
+    return Ingredient(name, f"what {name} is", ways[0], ways[1], (Quantity.WEAR,), minimal, group)
 
 
 def _with_fields(fields: dict[str, Any], settings: MuJoCoSettings) -> MuJoCoSettings:

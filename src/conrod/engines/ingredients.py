@@ -30,23 +30,26 @@ class Ingredient(Generic[AnyFields]):
 
     Attributes:
         name: short, for the command line and for results: "sensors-8".
-        title: for people: "eight sensors".
         meaning: what is added to the model, or taken from it, in a sentence.
+        added, removed: settings with it, and without it.
+        needed_by: quantities that need it although the motion does not.
         minimal: whether the minimal model has it; it is then only taken away.
         group: ingredients of one group are amounts or ways of the same thing, of which a model has one; the last of a
             group is the one that the fully dressed model has. Empty for an ingredient on its own.
-        needed_by: quantities that need it although the motion does not.
-        added, removed: settings with it, and without it.
     """
 
     name: str
-    title: str
     meaning: str
     added: Change[AnyFields]
     removed: Change[AnyFields]
+    needed_by: tuple[Quantity, ...] = ()
     minimal: bool = False
     group: str = ""
-    needed_by: tuple[Quantity, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Its name in words."""
+        return self.name.replace("-", " ")
 
 
 def edited(*names: str) -> Change[Any]:
@@ -64,37 +67,25 @@ def valued(**values: Any) -> Change[Any]:
     return lambda settings: with_fields(settings, **values)
 
 
-@dataclass(frozen=True)
-class Ingredients(Generic[AnyFields]):
-    """Maker of the ingredients of one minimal model; each method takes name, title, meaning and what else needs it."""
+def edit(name: str, meaning: str, *needed_by: Quantity, group: str = "") -> Ingredient[Any]:
+    """An optional ingredient that is an edit of the model, of the same name."""
+    return Ingredient(name, meaning, edited(name), unedited(name), needed_by, group=group)
 
-    model: AnyFields
 
-    def edit(self, name: str, title: str, meaning: str, *needed_by: Quantity, group: str = "") -> Ingredient[AnyFields]:
-        """An optional one that is an edit of the model, of the same name."""
-        return Ingredient(name, title, meaning, edited(name), unedited(name), group=group, needed_by=needed_by)
+def without_edit(absence: str, name: str, meaning: str, *needed_by: Quantity, minimal: bool = False) -> Ingredient[Any]:
+    """An ingredient that the engine, or the minimal model, has by itself, and whose absence is an edit."""
+    return Ingredient(name, meaning, unedited(absence), edited(absence), needed_by, minimal)
 
-    def default(self, name: str, title: str, meaning: str, absence: str) -> Ingredient[AnyFields]:
-        """An optional one that the engine has by itself, whose absence is an edit."""
-        return Ingredient(name, title, meaning, unedited(absence), edited(absence))
 
-    def fields(self, name: str, title: str, meaning: str, *needed_by: Quantity, **values: Any) -> Ingredient[AnyFields]:
-        """An optional one that is values of the settings' fields."""
-        return Ingredient(name, title, meaning, valued(**values), self._kept(values), needed_by=needed_by)
+def fields(model: Any, name: str, meaning: str, *needed_by: Quantity, **values: Any) -> Ingredient[Any]:
+    """An optional ingredient that is values of the settings' fields, instead of those of the minimal model."""
+    return Ingredient(name, meaning, valued(**values), _kept(model, values), needed_by)
 
-    def needed_edit(
-        self, name: str, title: str, meaning: str, *needed_by: Quantity, absence: str
-    ) -> Ingredient[AnyFields]:
-        """A part of the minimal model whose absence is an edit."""
-        return Ingredient(name, title, meaning, unedited(absence), edited(absence), minimal=True, needed_by=needed_by)
 
-    def needed_fields(
-        self, name: str, title: str, meaning: str, *needed_by: Quantity, **without: Any
-    ) -> Ingredient[AnyFields]:
-        """A part of the minimal model without which the settings' fields have other values."""
-        return Ingredient(
-            name, title, meaning, self._kept(without), valued(**without), minimal=True, needed_by=needed_by
-        )
+def needed_fields(model: Any, name: str, meaning: str, *needed_by: Quantity, **without: Any) -> Ingredient[Any]:
+    """A part of the minimal model without which the settings' fields have other values."""
+    return Ingredient(name, meaning, _kept(model, without), valued(**without), needed_by, minimal=True)
 
-    def _kept(self, values: dict[str, Any]) -> Change[Any]:
-        return valued(**{name: getattr(self.model, name) for name in values})
+
+def _kept(model: Any, values: dict[str, Any]) -> Change[Any]:
+    return valued(**{name: getattr(model, name) for name in values})

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TypeAlias
 
 from conrod.engines.engine import Machine, with_fields
-from conrod.engines.ingredients import Ingredient, Ingredients, Quantity, edited, unedited, valued
+from conrod.engines.ingredients import (
+    Ingredient,
+    Quantity,
+    edit,
+    edited,
+    fields,
+    needed_fields,
+    unedited,
+    valued,
+    without_edit,
+)
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, form_refusal
 from conrod.engines.pymunk import settings as names
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
@@ -41,53 +52,56 @@ def minimal(machine: Machine, steps_per_revolution: int) -> PymunkSettings:
 
 
 def ingredients(machine: Machine, minimal: PymunkSettings) -> Found:
-    """Ingredients of the minimal model; only those that apply to the machine.
-
-    In the order of a report: shapes, physics, joints, the solver, contact; what closes the loop, what makes it exact.
-    """
-    mechanism, make = machine.kinematics.mechanism, Ingredients(minimal)
-    contact = bool(mechanism.cam_contacts)
+    """Ingredients of the minimal model, optional ones first; only those that apply to the machine."""
+    mechanism = machine.kinematics.mechanism
     return (
-        *_shapes(make),
-        *(_weight(make) if mechanism.gravity != (0.0, 0.0) else ()),
-        make.edit("damping", "damping of the space", "a tenth of every velocity lost in a second", TORQUE, REACTIONS),
-        make.edit("redundant-joints", "redundant joints", "every joint a second time"),
-        *_amounts(_iterations(machine, minimal), contact),
-        *(_rod(machine, minimal) if minimal.rod == DISTANCE_JOINT else ()),
-        *_amounts(_substeps(make), contact),
-        make.edit("sleeping", "sleeping", "bodies at rest for half a second are put to sleep"),
-        _fine_cam(make) if contact else _stock_contact(make),
-        *(_contact(make) if contact else _closure(make)),
-        make.needed_fields(
-            "iterations",
-            "iterations of the solver",
-            f"{minimal.iterations} of them; without them a single one",
-            REACTIONS,
-            iterations=1,
-        ),
+        *_optional(machine, minimal, mechanism.gravity != (0.0, 0.0)),
+        *_required(minimal, bool(mechanism.cam_contacts)),
     )
 
 
-# -- optional ---------------------------------------------------------------------------------------------------------
+def _optional(machine: Machine, minimal: PymunkSettings, heavy: bool) -> Iterator[Ingredient[PymunkSettings]]:
+    """Shapes, physics, joints, the solver, contact."""
+    contact = bool(machine.kinematics.mechanism.cam_contacts)
+    # The last is what the dressed model has: the way that pymunk's manual shows.
+    shapes = {
+        names.SHAPES_UNFILTERED: "those of links that no joint holds together may collide",
+        names.SHAPES_SENSOR: "overlaps are found, and nothing follows",
+        names.SHAPES_MASKED: "a mask of no category: they collide with nothing",
+        names.SHAPES_POLYGONS: "of 200 vertices, all in one group; the other kinds have four vertices",
+        names.SHAPES_GROUPED: "in one group, whose shapes do not collide",
+    }
+    for name, meaning in shapes.items():
+        yield edit(name, f"a polygon on every link; {meaning}", IMPACT, group="shapes")
+    if heavy:
+        yield fields(minimal, "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True)
+    yield edit("damping", "a tenth of every velocity lost in a second", TORQUE, REACTIONS)
+    yield edit("redundant-joints", "every joint a second time")
+    # Of amounts the dressed model has the most, or of a cam, whose turn takes more steps, the least.
+    order = -1 if contact else 1
+    yield from list(_iterations(machine, minimal))[::order]
+    if minimal.rod == DISTANCE_JOINT:
+        yield from _rod(machine, minimal)
+    for name, count in list(names.SUBSTEPS.items())[::order]:
+        yield edit(name, f"the space is stepped {count} times for each step", group="sub-steps")
+    yield edit("sleeping", "bodies at rest for half a second are put to sleep")
+    if contact:
+        vertices = FINER * minimal.cam_vertices
+        meaning = f"a cam of {vertices} vertices instead of {minimal.cam_vertices}"
+        yield fields(minimal, "fine-cam", meaning, IMPACT, WEAR, cam_vertices=vertices)
+    else:
+        meaning = f"slop and bias of contacts, pymunk's {STOCK_SLOP:g} m and 0.9^60, in a machine without contact"
+        stock = {"collision_slop": STOCK_SLOP, "collision_bias": STOCK_BIAS}
+        yield fields(minimal, "stock-contact", meaning, IMPACT, **stock)
 
 
-def _shapes(make: Ingredients[PymunkSettings]) -> Found:
-    """The last is what the dressed model has: the way that pymunk's manual shows."""
-    kinds = (
-        (names.SHAPES_UNFILTERED, "shapes without a filter", "those of links that no joint holds together may collide"),
-        (names.SHAPES_SENSOR, "shapes as sensors", "overlaps are found, and nothing follows"),
-        (names.SHAPES_MASKED, "shapes that a mask filters", "a mask of no category: they collide with nothing"),
-        (names.SHAPES_POLYGONS, "shapes of 200 vertices", "all in one group; the other kinds have four vertices"),
-        (names.SHAPES_GROUPED, "shapes that a group filters", "in one group, whose shapes do not collide"),
-    )
-    return tuple(
-        make.edit(name, title, f"a polygon on every link; {meaning}", IMPACT, group="shapes")
-        for name, title, meaning in kinds
-    )
+def _iterations(machine: Machine, minimal: PymunkSettings) -> Iterator[Ingredient[PymunkSettings]]:
+    def without(settings: PymunkSettings) -> PymunkSettings:
+        return with_fields(settings, iterations=enough(machine, minimal, settings))
 
-
-def _weight(make: Ingredients[PymunkSettings]) -> Found:
-    return (make.fields("gravity", "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True),)
+    for count in (count for count in AMOUNTS if count > minimal.iterations):
+        meaning, more = f"of the solver, instead of {minimal.iterations}", valued(iterations=count)
+        yield Ingredient(f"iterations-{count}", meaning, more, without, (REACTIONS,), group="iterations")
 
 
 def enough(machine: Machine, minimal: PymunkSettings, settings: PymunkSettings) -> int:
@@ -95,30 +109,6 @@ def enough(machine: Machine, minimal: PymunkSettings, settings: PymunkSettings) 
     if settings.rod == minimal.rod:
         return minimal.iterations
     return PymunkSettings.tuned(machine, minimal.steps_per_revolution).iterations
-
-
-def _amounts(found: Found, contact: bool) -> Found:
-    """The last one is what the dressed model has: the most, or of a cam, whose turn takes more steps, the least."""
-    return found[::-1] if contact else found
-
-
-def _iterations(machine: Machine, minimal: PymunkSettings) -> Found:
-    def without(settings: PymunkSettings) -> PymunkSettings:
-        return with_fields(settings, iterations=enough(machine, minimal, settings))
-
-    return tuple(
-        Ingredient(
-            f"iterations-{count}",
-            f"{count} iterations",
-            f"of the solver, instead of {minimal.iterations}",
-            valued(iterations=count),
-            without,
-            group="iterations",
-            needed_by=(REACTIONS,),
-        )
-        for count in AMOUNTS
-        if count > minimal.iterations
-    )
 
 
 def _rod(machine: Machine, minimal: PymunkSettings) -> Found:
@@ -135,98 +125,39 @@ def _rod(machine: Machine, minimal: PymunkSettings) -> Found:
         return with_fields(settings, rod=minimal.rod, iterations=iterations)
 
     collide, part, bare = edited(names.SHAPES_COLLIDING), unedited(names.SHAPES_COLLIDING), unedited(*names.SHAPES)
+    colliding = (
+        "the rod as a body, with a polygon on every link, and those of links that a joint holds together collide: as "
+        "pymunk has it by default"
+    )
+    body = "with its mass and two pivots instead of one distance joint, and the iterations that this takes"
     needed_by = (TORQUE, REACTIONS, WEAR)
     return (
         Ingredient(
             "rod-body-colliding",
-            "the rod as a body, shapes colliding",
-            "with a polygon on every link, and those of links that a joint holds together collide: as pymunk has it "
-            "unless it is told otherwise",
+            colliding,
             lambda settings: collide(bare(added(settings))),
             lambda settings: removed(part(settings)),
+            (*needed_by, IMPACT),
             group="rod",
-            needed_by=(*needed_by, IMPACT),
         ),
-        Ingredient(
-            "rod-body",
-            "the rod as a body",
-            "with its mass and two pivots instead of one distance joint, and the iterations that this takes",
-            added,
-            removed,
-            group="rod",
-            needed_by=needed_by,
-        ),
+        Ingredient("rod-body", body, added, removed, needed_by, group="rod"),
     )
 
 
-def _substeps(make: Ingredients[PymunkSettings]) -> Found:
-    return tuple(
-        make.edit(name, f"{count} sub-steps", f"the space is stepped {count} times for each step", group="sub-steps")
-        for name, count in names.SUBSTEPS.items()
-    )
-
-
-def _stock_contact(make: Ingredients[PymunkSettings]) -> Ingredient[PymunkSettings]:
-    return make.fields(
-        "stock-contact",
-        "slop and bias of contacts",
-        f"pymunk's defaults, {STOCK_SLOP:g} m and 0.9^60, in a machine without contact",
-        IMPACT,
-        collision_slop=STOCK_SLOP,
-        collision_bias=STOCK_BIAS,
-    )
-
-
-def _fine_cam(make: Ingredients[PymunkSettings]) -> Ingredient[PymunkSettings]:
-    before, vertices = make.model.cam_vertices, FINER * make.model.cam_vertices
-    title, meaning = f"a cam of {FINER} times the vertices", f"{vertices} vertices instead of {before}"
-    return make.fields("fine-cam", title, meaning, IMPACT, WEAR, cam_vertices=vertices)
-
-
-# -- required: each taken away alone ----------------------------------------------------------------------------------
-
-
-def _closure(make: Ingredients[PymunkSettings]) -> Found:
-    return (
-        make.needed_edit(
-            "closure",
-            "the joint that closes the loop",
-            "a distance joint in place of the rod, or its last pivot; without it the links swing freely",
-            TORQUE,
-            REACTIONS,
-            absence=names.OPEN_LOOP,
-        ),
-        make.needed_fields(
-            "full-correction",
-            "error_bias = 0",
-            "joints mended whole at every step; without it pymunk's default, 0.9^60 left after a second",
-            error_bias=STOCK_BIAS,
-        ),
-    )
-
-
-def _contact(make: Ingredients[PymunkSettings]) -> Found:
-    return (
-        make.needed_edit(
-            "contact",
-            "the contact",
-            "the shapes of cam and roller; without them the roller falls through",
-            TORQUE,
-            REACTIONS,
-            absence=names.OPEN_LOOP,
-        ),
-        make.needed_fields(
-            "small-slop",
-            "a small slop",
-            f"half the way that the follower falls in a step; without it pymunk's default, {STOCK_SLOP:g} m",
-            IMPACT,
-            collision_slop=STOCK_SLOP,
-        ),
-        make.needed_fields(
-            "full-contact-correction",
-            "collision_bias = 0",
-            "an overlap mended whole at every step; without it pymunk's default, 0.9^60 left after a second",
-            IMPACT,
-            collision_bias=STOCK_BIAS,
-        ),
-    )
+def _required(minimal: PymunkSettings, contact: bool) -> Iterator[Ingredient[PymunkSettings]]:
+    """What the minimal model consists of: what closes the loop, what makes it exact, the solver."""
+    default = "without it pymunk's default, 0.9^60 left after a second"
+    if contact:
+        shapes = "the shapes of cam and roller; without them the roller falls through"
+        yield without_edit(names.OPEN_LOOP, "contact", shapes, TORQUE, REACTIONS, minimal=True)
+        slop = f"half the way that the follower falls in a step; without it pymunk's default, {STOCK_SLOP:g} m"
+        yield needed_fields(minimal, "small-slop", slop, IMPACT, collision_slop=STOCK_SLOP)
+        mended = f"collision_bias = 0, an overlap mended whole at every step; {default}"
+        yield needed_fields(minimal, "full-contact-correction", mended, IMPACT, collision_bias=STOCK_BIAS)
+    else:
+        joint = "a distance joint in place of the rod, or its last pivot; without it the links swing freely"
+        yield without_edit(names.OPEN_LOOP, "closure", joint, TORQUE, REACTIONS, minimal=True)
+        mended = f"error_bias = 0, joints mended whole at every step; {default}"
+        yield needed_fields(minimal, "full-correction", mended, error_bias=STOCK_BIAS)
+    several = f"{minimal.iterations} of the solver; without them a single one"
+    yield needed_fields(minimal, "iterations", several, REACTIONS, iterations=1)
