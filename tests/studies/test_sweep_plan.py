@@ -24,7 +24,7 @@ EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
 def test_no_two_rules_of_a_grid_have_one_name_or_the_same_settings(scene: str, engine: str, grid: Grid) -> None:
     rules = engine_named(engine).grid(SCENES[scene], grid)
     assert len({rule.name for rule in rules}) == len(rules)
-    assert len({tuple(rule.knobs().items()) for rule in rules}) == len(rules)
+    assert len({tuple(rule.knobs.items()) for rule in rules}) == len(rules)
     keys = [
         tuple(RunCase(scene, SCENES[scene], rule.settings(SCENES[scene], n)).key for n in (200, 300)) for rule in rules
     ]

@@ -11,7 +11,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.engines.free_run import FreeRun
 from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount
-from conrod.engines.rule import Grid, PresetRule, Rule
+from conrod.engines.rule import Grid, Rule
 from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -213,7 +213,7 @@ def rules_of(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[Rule, .
     """The settings that a sweep varies: the engine's grid, or its presets where it has none."""
     swept = capability(engine, Swept)
     if isinstance(swept, Lacking):
-        return tuple(PresetRule(name, preset) for name, preset in engine.presets.items())
+        return tuple(Rule(name, True, {"preset": name}, preset) for name, preset in engine.presets.items())
     return swept.grid(machine, grid)
 
 

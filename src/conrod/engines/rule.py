@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
-from conrod.engines.engine import Machine, Preset
+from conrod.engines.engine import Machine
 from conrod.errors import unknown_choice
 from conrod.runs.trajectory import Settings
 
@@ -24,49 +23,21 @@ STEPS: Mapping[Grid, tuple[int, ...]] = {
 CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,), "fine": (30000, 50000)}
 
 
-class Rule(ABC):
-    """One point of a grid, the step apart. Its subclasses are frozen dataclasses whose fields are the knobs."""
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """All that a reader needs to tell it from other rules of its engine."""
-
-    @property
-    @abstractmethod
-    def softness_follows_step(self) -> bool:
-        """True where refining the step also stiffens what closes the joints."""
-
-    @abstractmethod
-    def knobs(self) -> dict[str, str]:
-        """Every knob and where it stands, in words and values free of dimension where the rule is."""
-
-    @abstractmethod
-    def settings(self, machine: Machine, steps_per_revolution: int) -> Settings:
-        """The settings for a machine and a step; their preset is named where they are those of one."""
-
-
 @dataclass(frozen=True)
-class PresetRule(Rule):
-    """A preset as a rule: what is swept of an engine that has no grid of its own."""
+class Rule:
+    """One point of a grid, the step apart.
 
-    preset: str
-    made_by: Preset[Any] = field(repr=False)
+    Attributes:
+        name: all that a reader needs to tell it from other rules of its engine.
+        softness_follows_step: whether refining the step also stiffens what closes the joints.
+        knobs: every knob and where it stands, in words and values free of dimension where the rule is.
+        settings: of a machine and a number of steps per revolution; their preset is named where they are those of one.
+    """
 
-    @property
-    def name(self) -> str:
-        return self.preset
-
-    @property
-    def softness_follows_step(self) -> bool:
-        return True
-
-    def knobs(self) -> dict[str, str]:
-        return {"preset": self.preset}
-
-    def settings(self, machine: Machine, steps_per_revolution: int) -> Settings:
-        settings: Settings = self.made_by(machine, steps_per_revolution)
-        return settings
+    name: str
+    softness_follows_step: bool
+    knobs: Mapping[str, str] = field(compare=False)
+    settings: Callable[[Machine, int], Settings] = field(compare=False, repr=False)
 
 
 def step_counts(grid: Grid, *, contact: bool) -> tuple[int, ...]:
@@ -86,15 +57,10 @@ def grid_named(name: str) -> Grid:
     raise unknown_choice("grid", name, GRIDS)
 
 
-def texts_of(rule: Any) -> dict[str, str]:
-    """The knobs of a rule that is a dataclass, and where each stands."""
-    values = {one.name: getattr(rule, one.name) for one in fields(rule)}
+def texts_of(knobs: Any) -> dict[str, str]:
+    """Where each of the knobs stands that are the fields of a dataclass."""
+    values = {one.name: getattr(knobs, one.name) for one in fields(knobs)}
     return {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
-
-
-def distinct(rules: Iterable[Rule]) -> tuple[Rule, ...]:
-    """Rules without repetition, in their first order."""
-    return tuple(dict.fromkeys(rules))
 
 
 # Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field

@@ -92,7 +92,7 @@ def _rule(plan: RulePlan, measurements: Measurements) -> SweptRule:
         engine=engine,
         name=plan.rule.name,
         path=plan.family.path,
-        knobs=plan.rule.knobs(),
+        knobs=plan.rule.knobs,
         formal_order=variations_of(plan.engine).formal_order(plan.cases[0].settings) if is_varied(engine) else None,
         orders=orders_along(plan.family, measurements),
     )
