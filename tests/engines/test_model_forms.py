@@ -22,8 +22,7 @@ from conrod.engines.pymunk import space as pymunk_space
 from conrod.engines.pymunk.space import build as build_space
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import ConstantForce, ObservedPoint
-from conrod.runs.closure_prediction import predicted_errors
-from conrod.runs.comparison import signed_error
+from conrod.runs.comparison import predicted_errors, signed_error
 from conrod.runs.convergence import observed_order
 
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -125,7 +124,7 @@ def test_the_error_told_from_the_gaps_is_the_measured_one(engine: str, scene: An
         remainder = found.worst("position") * max(found.worst("position"), found.worst(quantity))
         for name, tracks in trajectory.points.items():
             error = signed_error(getattr(tracks, quantity), scene, name, quantity)
-            off = np.linalg.norm(error - getattr(told[name], quantity), axis=1).max()
+            off = np.linalg.norm(error - told[name][quantity], axis=1).max()
             assert off / (scene.lengths[name] * abs(scene.speed) ** k) <= 3.0 * remainder + 1e-13
 
 

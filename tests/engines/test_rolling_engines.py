@@ -30,8 +30,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.closure_prediction import predicted_errors
-from conrod.runs.comparison import compare
+from conrod.runs.comparison import compare, predicted_errors
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome, Trajectory
 
@@ -195,5 +194,5 @@ def test_slipping_gear_is_told_by_its_joint_and_predicted_from_it() -> None:
     tracks = run.points["mark"]
     off = 1e-4 * np.column_stack([-np.sin(poses[:, 5]), np.cos(poses[:, 5])]) * PIN
     moved = replace(tracks, position=replace(tracks.position, values=tracks.position.values + off))
-    predicted = predicted_errors(machine.kinematics, {"mark": moved}, slipped)["mark"].position
+    predicted = predicted_errors(machine.kinematics, {"mark": moved}, slipped)["mark"]["position"]
     np.testing.assert_allclose(predicted, off, atol=1e-9)

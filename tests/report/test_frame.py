@@ -23,10 +23,10 @@ from conrod.report.figure import Figure
 from conrod.report.folder import ReportFolder
 from conrod.report.free_motion import KIND
 from conrod.report.kind import kind_named
-from conrod.report.markdown import table_text, unwrapped
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import plain, restore, shortened
 from conrod.report.table import Toned, table
+from conrod.report.template import table_text, unwrapped
 from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.files import write_together
@@ -237,8 +237,8 @@ def test_paragraphs_of_templates_become_one_line_each() -> None:
 
 def test_a_figure_is_the_same_whenever_it_is_drawn() -> None:
     one = study("saw-40rpm")
-    from conrod.report.charts.free_motion import motion_figure
+    from conrod.report.charts.panels import free_motion_figure
 
-    figure = Figure("x", "alt", lambda: motion_figure(one))
+    figure = Figure("x", "alt", lambda: free_motion_figure(one))
     assert figure.svg() == figure.svg()
     assert replace(figure, name="y").file == "figures/y.svg"

@@ -18,7 +18,7 @@ import pytest
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
-from conrod.report.charts.errors import error_figure
+from conrod.report.charts.panels import error_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Part

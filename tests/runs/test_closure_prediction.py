@@ -9,8 +9,7 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
-from conrod.runs.closure_prediction import predicted_errors
-from conrod.runs.comparison import compare, signed_error
+from conrod.runs.comparison import compare, predicted_errors, signed_error
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -39,7 +38,7 @@ def largest_difference(scene: Scene, trajectory: Any, ruler: Scene) -> dict[str,
         sizes[quantity] = 0.0
         for name, tracks in trajectory.points.items():
             measured = signed_error(getattr(tracks, quantity), ruler, name, quantity)
-            off = np.linalg.norm(measured - getattr(told[name], quantity), axis=1).max()
+            off = np.linalg.norm(measured - told[name][quantity], axis=1).max()
             sizes[quantity] = max(sizes[quantity], float(off) / (scene.lengths[name] * abs(scene.speed) ** k))
     return sizes
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from conrod.exact.dynamics.sensitivity import INERTIA, MASS
 from conrod.report import numbers
+from conrod.report.charts.panels import torque_figure
 from conrod.report.charts.styles import engine_title
-from conrod.report.charts.torque import torque_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.results import (

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from conrod.report import numbers
-from conrod.report.charts.free_motion import motion_figure
+from conrod.report.charts.panels import free_motion_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.results import index_page, name_of, results_table, summary_of, summary_words, versions_words
@@ -95,7 +95,7 @@ def _figures(study: MotionStudy) -> tuple[Figure, ...]:
     if all(r.curves is None for r in study.results):
         return ()
     alt = f"Crank angle, error and drift of energy of {study.name} over time"
-    return (Figure(f"{study.name}-free-motion", alt, partial(motion_figure, study)),)
+    return (Figure(f"{study.name}-free-motion", alt, partial(free_motion_figure, study)),)
 
 
 def _page(part: Part[MotionStudy]) -> Page:

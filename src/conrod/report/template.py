@@ -1,4 +1,4 @@
-"""Pages from templates: the prose of all reports lies in `templates/*.md.jinja`.
+"""Pages in Markdown from templates: the prose of all reports lies in `templates/*.md.jinja`.
 
 In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and nothing for None. The functions of
 `conrod.report.numbers` are filters (`{{ size | measured }}`). A paragraph may take several lines of a template.
@@ -6,15 +6,74 @@ In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and noth
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from conrod.report import numbers
 from conrod.report.figure import Figure
-from conrod.report.markdown import bullets, figure_text, table_text, unwrapped
-from conrod.report.table import Table
+from conrod.report.table import Cell, Table, Toned
+
+NO_CONTINUATION = ("|", "#", "- ", "* ", "!", "```", "<", "$$")
+
+
+def table_text(table: Table) -> str:
+    """A table; a cell's bars are escaped, one that is out of tolerance is bold. Nothing where there are no rows."""
+    if not table:
+        return ""
+    rule = ["---:" if heading in table.right else "---" for heading in table.headings]
+    lines = [_row(table.headings), _row(rule), *(_row(row) for row in table.rows)]
+    return "\n".join([f"{table.title[:1].upper()}{table.title[1:]}:\n", *lines] if table.title else lines)
+
+
+def figure_text(figure: Figure) -> str:
+    """A figure as a page shows it."""
+    return f"![{figure.alt}]({quote(figure.file)})"
+
+
+def bullets(points: Iterable[str]) -> str:
+    """A list of points, each on one line."""
+    return "\n".join(f"- {' '.join(point.split())}" for point in points)
+
+
+def listed(words: Sequence[str]) -> str:
+    """Words as a list in a sentence: `a, b and c`."""
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
+
+
+def unwrapped(text: str) -> str:
+    """The text with every paragraph on one line, one empty line between blocks, and one line end at the end."""
+    lines: list[str] = []
+    fenced = False
+    for line in (line.rstrip() for line in text.strip().splitlines()):
+        before = lines[-1] if lines else ""
+        if line.startswith("```"):
+            fenced = not fenced
+        if fenced or line.startswith("```"):
+            lines.append(line)
+        elif not line:
+            if before:
+                lines.append(line)
+        elif before and not line.startswith(NO_CONTINUATION) and not before.startswith(("|", "#", "```", "!")):
+            lines[-1] = f"{before} {line.lstrip()}"
+        else:
+            lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: Iterable[Cell]) -> str:
+    return "| " + " | ".join(_cell(cell) for cell in cells) + " |"
+
+
+def _cell(cell: Cell) -> str:
+    if isinstance(cell, Toned):
+        text = _cell(cell.text)
+        return f"**{text}**" if cell.tone == "bad" else text
+    return cell.replace("|", "\\|").replace("\n", " ")
+
 
 FILTERS = {
     "measured": numbers.measured,

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion
 from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import joint_gaps
-from conrod.runs.trajectory import BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 
 QUANTITIES = ("position", "velocity", "acceleration", "total")
 
@@ -131,28 +133,25 @@ class _Exact:
     def __init__(self, reference: ExactReference) -> None:
         self.lengths = reference.lengths
         self._reference = reference
-        self._at: dict[int, tuple[Instants, Motion]] = {}  # by identity of the instants, which are kept for it
-        self._steady: dict[int, tuple[Instants, Motion]] = {}
-        self._nominal: dict[int, tuple[Instants, Motion]] = {}
+        self._known: dict[tuple[int, str], tuple[Instants, Motion]] = {}  # by identity of instants, kept for it
 
     def at(self, instants: Instants) -> Motion:
         """The motion at the angle, rate and acceleration that the crank had."""
-        if id(instants) not in self._at:
-            motion = self._reference.motion(instants.angle, instants.rate, instants.acceleration)
-            self._at[id(instants)] = instants, motion
-        return self._at[id(instants)][1]
+        return self._once("at", instants, instants.angle, instants.rate, instants.acceleration)
 
     def steady(self, instants: Instants) -> Motion:
         """The motion where the crank was, had it turned steadily there."""
-        if id(instants) not in self._steady:
-            self._steady[id(instants)] = instants, self._reference.motion(instants.angle, instants.rate)
-        return self._steady[id(instants)][1]
+        return self._once("steady", instants, instants.angle, instants.rate)
 
     def nominal(self, instants: Instants, speed: float) -> Motion:
         """The motion where the crank was to be."""
-        if id(instants) not in self._nominal:
-            self._nominal[id(instants)] = instants, self._reference.motion(speed * instants.times, speed)
-        return self._nominal[id(instants)][1]
+        return self._once("nominal", instants, speed * instants.times, speed)
+
+    def _once(self, which: str, instants: Instants, *at: Any) -> Motion:
+        key = id(instants), which
+        if key not in self._known:
+            self._known[key] = instants, self._reference.motion(*at)
+        return self._known[key][1]
 
 
 def _point_errors(name: str, tracks: PointTracks, exact: _Exact, speed: float) -> PointErrors:
@@ -203,3 +202,33 @@ def closure_series(bodies: BodyTracks, mechanism: Mechanism, length: float, spee
         name: np.abs(list(joint_gaps(mechanism, some).values())).max(axis=0) / (length * abs(speed) ** k)
         for k, (name, some) in enumerate(derivatives.items())
     }
+
+
+# -- errors predicted from the joints alone --------------------------------------------------------------------------
+
+
+def predicted_errors(
+    kinematics: Kinematics, points: Mapping[str, PointTracks], bodies: BodyTracks
+) -> dict[str, dict[str, Array]]:
+    """Signed errors (T, 2) of a state whose joints do not close, by point and quantity [m, m/s, m/s^2].
+
+    A state that violates the joint equations by a residual r is off, at the crank angle actually reached, by J^-1 r to
+    first order; the same holds for rates and accelerations with the equations differentiated. No reference motion
+    enters. If these errors are the ones measured against the exact motion, the difference is the engine's and not the
+    reference's (docs/design.md, guard 6).
+    """
+    states = {"position": bodies.position, "velocity": bodies.velocity, "acceleration": bodies.acceleration}
+    mended = {q: _mended_points(kinematics, one, order) for order, (q, one) in enumerate(states.items())}
+    return {name: {q: getattr(tracks, q).values - mended[q][name] for q in states} for name, tracks in points.items()}
+
+
+def _mended_points(kinematics: Kinematics, states: BodyStates, order: int) -> dict[str, Array]:
+    """The derivative of an order of every observed point, after one Newton step on the joints at the measured state."""
+    measured = [states.poses, states.rates, states.accelerations][: order + 1]
+    at = states.instants
+    crank, mended = (at.angle, at.rate, at.acceleration), list[Array]()
+    for k, values in enumerate(measured):
+        residual = kinematics.residual([*mended, values], crank[k])
+        # One Newton step: poses are mended by the Jacobian of the measured ones, rates by that of the mended.
+        mended.append(values - kinematics.solve(mended[0] if k else values, residual))
+    return {name: values[-1] for name, values in kinematics.point_derivatives(mended).items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 from typing import Any, Protocol, Self, TypeVar
@@ -195,33 +195,35 @@ def concatenate_pieces(pieces: Sequence[Piece]) -> Piece:
     """One piece of all their samples; outcome, warnings and solver are those of the last one."""
     if len(pieces) == 1:
         return pieces[0]
-    first, last, join = pieces[0], pieces[-1], _Join()
+    first, last, join = pieces[0], pieces[-1], FieldByField(np.concatenate)
     bodies = [piece.trajectory.bodies for piece in pieces]
-    points = {name: join([piece.trajectory.points[name] for piece in pieces]) for name in last.trajectory.points}
+    points = {name: join(*(piece.trajectory.points[name] for piece in pieces)) for name in last.trajectory.points}
     torques = [piece.drive_torque for piece in pieces]
     return replace(
         last,
-        trajectory=replace(last.trajectory, points=points, bodies=join([b for b in bodies if b is not None])),
+        trajectory=replace(last.trajectory, points=points, bodies=join(*(b for b in bodies if b is not None))),
         first_step=first.first_step,
         clock=np.concatenate([piece.clock for piece in pieces]),
         drive_torque=None if last.drive_torque is None else np.concatenate([t for t in torques if t is not None]),
     )
 
 
-class _Join:
-    """Joins arrays, and what is made of them, field by field; what several tracks share they share afterwards."""
+class FieldByField:
+    """Makes tracks and states of others, array by array; what several of them share they share afterwards.
 
-    def __init__(self) -> None:
+    Args:
+        change: makes one array of those of all parts.
+    """
+
+    def __init__(self, change: Callable[[Sequence[Array]], Array]) -> None:
+        self._change = change
         self._known: dict[tuple[int, ...], Any] = {}
 
-    def __call__(self, parts: Sequence[Part]) -> Part:
+    def __call__(self, *parts: Part) -> Part:
         key = tuple(id(part) for part in parts)
         if key not in self._known:
-            self._known[key] = type(parts[0])(
-                *(self._field([getattr(part, field.name) for part in parts]) for field in fields(parts[0]))
-            )
+            each: list[Any] = [[getattr(part, field.name) for part in parts] for field in fields(parts[0])]
+            made: Any = type(parts[0])
+            self._known[key] = made(*(self._change(v) if isinstance(v[0], np.ndarray) else self(*v) for v in each))
         found: Part = self._known[key]
         return found
-
-    def _field(self, values: Sequence[Any]) -> Any:
-        return np.concatenate(values) if isinstance(values[0], np.ndarray) else self(values)

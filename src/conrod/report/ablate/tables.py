@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from conrod.engines.mobility import MobilityCount
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.markdown import listed
 from conrod.report.table import Cell, Table, Tone, Toned, table
+from conrod.report.template import listed
 from conrod.studies.ablate.findings import (
     AblationStudy,
     EngineAblation,

@@ -1,18 +1,29 @@
-"""Panels of runs above each other: curves that take turns with their markers, errors over whole decades."""
+"""Panels of runs above each other: errors over the crank angle, the drive torque, and free motion over time."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import legend_above, whole_decades
+from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, tolerance_heads, whole_decades
+from conrod.report.charts.layout import NORMS
+from conrod.report.charts.styles import EXACT, completed, curve_style, label
+from conrod.scenes import Scene
+from conrod.studies.forces.results import ForceResult, TorqueCurve
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.result import Result
+from conrod.studies.free_motion.results import MotionStudy
+from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MARKERS = 12  # of a curve
+EXACT_SAMPLES = 721
 MARGINS = {"left": 0.095, "right": 0.97, "top": 0.93, "bottom": 0.06, "hspace": 0.13}
 
 # Places and values (N,) on the grid that is drawn, and arguments of `Axes.plot`.
@@ -52,3 +63,98 @@ def finish_panels(figure: Figure, panels: Sequence[Axes], handles: Sequence[Any]
 def angle_ticks(degrees: float, step: float = 90.0) -> Locator:
     """Return steps of a turn; of less than half a turn whatever divides it well."""
     return MultipleLocator(step) if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10])
+
+
+def _labelled(run: Result) -> dict[str, Any]:
+    return curve_style(run) | {"label": label(run)}
+
+
+def error_figure(study: SceneStudy) -> Figure:
+    """Largest error over the observed points in each span of the crank angle, a panel for each quantity."""
+    runs = completed(study.results)
+    figure = Figure(figsize=(10.5, 9.0))
+    panels = figure.subplots(3, 1, sharex=True)
+    for axes, name in zip(panels, QUANTITIES, strict=True):
+        error_panel(axes, f"{name} error / {NORMS[name]}", [_error_curve(run, name) for run in runs], tail=4)
+        if runs:
+            begin, end = _ends(study.scene, max(run.revolutions for run in runs))
+            axes.set_xlim(begin, end)
+            tolerance_heads(axes, end, [(getattr(run.tolerance, name), curve_style(run)) for run in runs])
+            panels[-1].xaxis.set_major_locator(angle_ticks(abs(end - begin)))
+    panels[-1].set_xlabel("crank angle [deg]")
+    head = Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6, label="tolerance")
+    return finish_panels(figure, panels, [head], left=0.085)
+
+
+def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
+    """Crank angles [deg] at which a run begins and ends; the end is on the right, also where the angle falls."""
+    if scene.kinematics.mechanism.driver.span is None:
+        return 0.0, float(np.copysign(np.degrees(2.0 * np.pi * revolutions), scene.speed))
+    low, high = (float(angle) for angle in np.degrees(scene.kinematics.span))
+    return (low, high) if scene.speed > 0.0 else (high, low)
+
+
+def _error_curve(run: ValidationResult, name: str) -> Curve:
+    """Crank angle [deg] and the largest error there over all observed points, on the grid that is drawn."""
+    assert run.curves is not None
+    curves = [curves[name] for curves in run.curves.values()]
+    error = np.max([curve.error for curve in curves], axis=0)
+    angle = on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions)
+    return angle, on_log_grid(error), _labelled(run)
+
+
+def torque_figure(results: Sequence[ForceResult]) -> Figure:
+    """Torque of the last turn above, its error over the peak below, a line for each run that reports it."""
+    runs = [(run, run.curve) for run in results if run.curve is not None]
+    figure = Figure(figsize=(10.5, 7.4))
+    above, below = figure.subplots(2, 1)
+    _torques(above, runs)
+    whole = max(abs(float(np.degrees(np.ptp(curve.error_angle)))) for _, curve in runs)
+    errors = [
+        (on_grid(np.degrees(curve.error_angle), whole), on_log_grid(curve.error), _labelled(run)) for run, curve in runs
+    ]
+    error_panel(below, "error of the torque / exact peak", errors, tail=4)
+    below.set_xlabel("crank angle [deg]; above the last turn, below the whole run")
+    if whole >= 180.0:
+        below.xaxis.set_major_locator(MultipleLocator(90.0))
+    return finish_panels(figure, [above, below], left=0.09, bottom=0.075, hspace=0.15)
+
+
+def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
+    _, first = runs[0]
+    span = float(np.degrees(np.ptp(first.angle)))
+    # A run that went wrong is not to hide the others.
+    size = float(np.abs(first.exact).max()) or 1.0
+    low, high = float(first.exact.min()), float(first.exact.max())
+    room = 0.15 * max(high - low, 1e-3 * size)
+    axes.plot(on_grid(np.degrees(first.angle), span), on_grid(first.exact, size), label="exact", **EXACT)
+    torques = [(on_grid(np.degrees(c.angle), span), on_grid(c.reported, size), _labelled(run)) for run, c in runs]
+    draw_curves(axes, torques, tail=4)
+    axes.set_ylim(low - room, high + room)
+    axes.xaxis.set_major_locator(angle_ticks(span, 45.0))
+    axes.set_ylabel("drive torque [N m]")
+
+
+def free_motion_figure(study: MotionStudy) -> Figure:
+    """Of all runs that completed."""
+    figure = Figure(figsize=(10.5, 9.0))
+    above, middle, below = figure.subplots(3, 1, sharex=True)
+    keep = np.unique(np.linspace(0, len(study.exact.times) - 1, EXACT_SAMPLES).astype(int))
+    exact = np.degrees(study.exact.angle[keep])
+    seconds, span = float(study.exact.times[-1]), float(np.ptp(exact)) or 1.0
+    above.plot(on_grid(study.exact.times[keep], seconds), on_grid(exact, span), label="exact", **EXACT)
+    runs = [(r.curves, curve_style(r), r) for r in study.results if r.curves is not None]
+    angles = [(on_grid(c.times, seconds), on_grid(np.degrees(c.angle), span), _labelled(r)) for c, _, r in runs]
+    draw_curves(above, angles)
+    errors = [(on_grid(curves.middles, seconds), on_log_grid(curves.error), style) for curves, style, _ in runs]
+    error_panel(middle, "position error / L", errors)
+    energies = [(on_grid(curves.middles, seconds), on_log_grid(curves.energy), style) for curves, style, _ in runs]
+    error_panel(below, "energy error / largest energy", energies)
+    tolerance_heads(middle, seconds, [(run.tolerance.get("position"), style) for _, style, run in runs])
+    # A run that goes off must not make the exact curve flat: what is out of the panel is out of it.
+    room = 0.12 * span
+    above.set_ylim(float(exact.min()) - room, float(exact.max()) + room)
+    above.set_ylabel("crank angle [deg]")
+    below.set_xlabel("time [s]")
+    below.set_xlim(0.0, seconds)
+    return finish_panels(figure, [above, middle, below])

@@ -8,8 +8,8 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, preset_title
-from conrod.report.markdown import listed
 from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.template import listed
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.determinism import RUNS, Determinism
 from conrod.studies.limits.extremes import Mark

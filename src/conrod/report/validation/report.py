@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from conrod.engines.follower import follower_lift
 from conrod.report import numbers
-from conrod.report.charts.errors import error_figure
 from conrod.report.charts.motion import motion_figure
 from conrod.report.charts.overview import overview_figure
+from conrod.report.charts.panels import error_figure
 from conrod.report.charts.refinement import refinement_figure
 from conrod.report.charts.styles import FIGURE_NAMES, completed, engine_title
 from conrod.report.drawing.drawing import mechanism_svg
@@ -22,9 +23,8 @@ from conrod.report.results import summary_of, summary_words, versions_words
 from conrod.report.scene_words import described, parameters_table
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import rendered
-from conrod.report.validation import tables, words
-from conrod.report.validation.settings import settings_tables
-from conrod.scenes import CamFollower
+from conrod.report.validation import tables
+from conrod.scenes import CamFollower, Scene
 from conrod.studies.validation.results import Curve, SceneStudy, ValidationResult
 
 ALT = {
@@ -110,7 +110,7 @@ def _page(part: Part[SceneStudy]) -> Page:
     has_contact = bool(scene.mechanism().cam_contacts)
     figures = _figures(study, part.options.get("figures", FIGURE_NAMES))
     printed = next((r.printed for r in study.results if r.printed is not None), None)
-    whole, last = words.stretch_words(scene, runs[0].revolutions) if runs else ("", "")
+    whole, last = _stretch(scene, runs[0].revolutions) if runs else ("", "")
     points = [(p, tables.peaks_table(study, p), tables.errors_table(study, p)) for p in scene.lengths] if runs else []
     text = rendered(
         "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures, whole=whole,
@@ -120,11 +120,33 @@ def _page(part: Part[SceneStudy]) -> Page:
         refined=any(run.refinement for run in runs), points=points, orders=tables.orders_table(study),
         closure=tables.closure_table(study), prediction=tables.prediction_table(study), printed=printed,
         printed_table=tables.printed_table(study), contact=tables.contact_table(study),
-        lift=words.lift_words(scene) if has_contact else "", breaks=words.break_words(scene),
+        lift=_lift(scene) if has_contact else "", breaks=_breaks(scene),
         cam=scene if isinstance(scene, CamFollower) else None, tolerances=tables.tolerances_table(study),
-        settings=settings_tables(study, has_contact),
+        settings=tables.settings_tables(study, has_contact),
     )  # fmt: skip
     return Page(text, tuple(figures.values()))
+
+
+def _stretch(scene: Scene, revolutions: float) -> tuple[str, str]:
+    """The stretch that was run, and the part of it that the curves show."""
+    if scene.kinematics.mechanism.driver.span is None:
+        turns = numbers.quantity(revolutions)
+        return f"{turns} revolutions", f"the last of {turns} revolutions"
+    degrees = numbers.quantity(360.0 * revolutions)
+    return f"the pass of {degrees} deg", f"the pass of {degrees} deg that the input makes, which cannot turn fully"
+
+
+def _breaks(scene: Scene) -> str:
+    """Crank angles [deg] where the acceleration or the jerk jumps."""
+    return ", ".join(numbers.quantity(float(np.degrees(a))) for a in scene.break_angles())
+
+
+def _lift(scene: Scene) -> str:
+    """The full lift of a cam; empty where there is none."""
+    if isinstance(scene, CamFollower):
+        return f"Full lift: {numbers.quantity(1e3 * scene.full_lift)} mm."
+    lift = follower_lift(scene.kinematics)
+    return f"Full lift: {numbers.quantity(1e3 * lift.full)} mm." if lift else ""
 
 
 # -- the index -------------------------------------------------------------------------------------------------------

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.results import name_of, refinement_table, results_table, verdict_cell
 from conrod.report.table import Table, table
-from conrod.report.validation.words import order_words
+from conrod.runs.convergence import PAIRS_AGREE, observed_order
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.validation.results import SceneStudy, ValidationResult
@@ -44,15 +45,19 @@ def _largest(run: ValidationResult, quantity: str, measure: str = "max") -> str:
     return numbers.measured(run.largest(quantity, measure))
 
 
+def _table(
+    study: SceneStudy, needs: str, head: Sequence[str], cells: Callable[[ValidationResult], Iterable[str]]
+) -> Table:
+    """A row for each run that has something: engine, preset, and what is found of it."""
+    rows = [(*name_of(r), *cells(r)) for r in dynamic(study) if getattr(r, needs) is not None]
+    return table(["engine", "preset", *head], rows)
+
+
 def errors_table(study: SceneStudy, point: str) -> Table:
     """Max, rms and final value of each error of a point."""
     names = (*QUANTITIES, "total")
-    rows = [
-        (*name_of(r), *(_sizes(r.errors[point].get(q)) for q in names))
-        for r in dynamic(study)
-        if r.errors is not None and point in r.errors
-    ]
-    return table(["engine", "preset", *(f"{q}: max, rms, final" for q in names)], rows)
+    head = [f"{q}: max, rms, final" for q in names]
+    return _table(study, "errors", head, lambda r: [_sizes((r.errors or {})[point].get(q)) for q in names])
 
 
 def _sizes(size: Mapping[str, float] | None) -> str:
@@ -83,35 +88,40 @@ def orders_table(study: SceneStudy) -> Table:
         "quantity",
         lambda _: QUANTITIES,
         lambda _, point, quantity: getattr(point, quantity),
-        order_words,
+        _order,
     )
+
+
+def _order(run: ValidationResult, quantity: str) -> str:
+    """The claimed order, or what the errors do instead."""
+    claimed = None if run.order is None else run.order.get(quantity)
+    if claimed is not None:
+        return numbers.order(claimed)
+    stable = [(p.steps_per_revolution, e) for p in run.refinement if (e := getattr(p, quantity)) is not None]
+    if len(stable) < 2:
+        return numbers.MISSING
+    pairs = [p for p in observed_order([n for n, _ in stable], [e for _, e in stable]).pairs if p is not None]
+    if pairs and max(pairs[-2:]) <= PAIRS_AGREE:
+        return f"none: plateau at {numbers.measured(stable[-1][1])}"
+    return "none claimed: pairs " + ", ".join(f"{round(p, 1) + 0.0:.1f}" for p in pairs)
 
 
 def closure_table(study: SceneStudy) -> Table:
     """Closure, phase and drive of every run."""
-    head = ["engine", "preset", "gap, max / L", "gap rate, max / (ω L)", "gap acceleration, max / (ω² L)"]
-    head += ["phase [rad], max", "final", "speed ripple", "angular acceleration / ω²"]
-    rows = [
-        (
-            *name_of(r),
-            *_values(r.closure, QUANTITIES),
-            *_values(r.phase, ("max", "final")),
-            *_values(r.drive, ("speed", "acceleration")),
-        )
-        for r in dynamic(study)
-        if r.closure is not None
-    ]
-    return table(head, rows)
+    head = ["gap, max / L", "gap rate, max / (ω L)", "gap acceleration, max / (ω² L)", "phase [rad], max", "final"]
+    head += ["speed ripple", "angular acceleration / ω²"]
+
+    def cells(r: ValidationResult) -> list[str]:
+        phase, drive = _values(r.phase, ("max", "final")), _values(r.drive, ("speed", "acceleration"))
+        return [*_values(r.closure, QUANTITIES), *phase, *drive]
+
+    return _table(study, "closure", head, cells)
 
 
 def prediction_table(study: SceneStudy) -> Table:
     """Errors predicted from the joints alone, beside the measured ones."""
-    rows = [
-        (*name_of(r), *(", ".join(_predicted(r, q)) for q in QUANTITIES))
-        for r in dynamic(study)
-        if r.prediction is not None
-    ]
-    return table(["engine", "preset", *(f"{q}: measured, predicted, difference" for q in QUANTITIES)], rows)
+    head = [f"{q}: measured, predicted, difference" for q in QUANTITIES]
+    return _table(study, "prediction", head, lambda r: [", ".join(_predicted(r, q)) for q in QUANTITIES])
 
 
 def _predicted(run: ValidationResult, quantity: str) -> list[str]:
@@ -155,24 +165,81 @@ def tolerances_table(study: SceneStudy) -> Table:
 
 def printed_table(study: SceneStudy) -> Table:
     """The document's printed table against the runs; no row where there is none."""
-    rows = [
-        (*name_of(r), f"{r.printed.engine_agrees} of {r.printed.exact_agrees}", numbers.measured(r.printed.worst))
-        for r in study.results
-        if r.printed is not None
-    ]
-    return table(["engine", "preset", "cells met", "largest distance from a print [last printed units]"], rows)
+
+    def cells(r: ValidationResult) -> list[str]:
+        assert r.printed is not None
+        return [f"{r.printed.engine_agrees} of {r.printed.exact_agrees}", numbers.measured(r.printed.worst)]
+
+    return _table(study, "printed", ["cells met", "largest distance from a print [last printed units]"], cells)
 
 
 def contact_table(study: SceneStudy) -> Table:
     """Lift and rms errors of a cam's follower."""
-    head = ["engine", "preset", "lift error / lift", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]
+    head = ["lift error / lift", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]
+    rms = ("velocity", "acceleration")
+    return _table(
+        study, "errors", head, lambda r: [numbers.measured(r.lift_error), *(_largest(r, q, "rms") for q in rms)]
+    )
+
+
+# -- settings --------------------------------------------------------------------------------------------------------
+
+MEANINGS = {
+    "timestep": "time step [s]",
+    "integrator": "integrator",
+    "solver": "constraint solver",
+    "iterations": "solver iterations, at most",
+    "tolerance": "solver tolerance; the drive's armature forces 0",
+    "solref": "loop closures: time constant [s], damping ratio",
+    "solimp": "loop closures: impedance",
+    "hardening": "factor on the compiled inverse weights, which scale the regularisation",
+    "gravity": "gravity as in the real machine",
+    "armature": "flywheel of the drive [kg m²]",
+    "autoreset": "the engine may reset the state by itself",
+    "contact_solref": "contact: time constant [s], damping ratio",
+    "contact_solimp": "contact: impedance",
+    "cam_vertices": "vertices of the cam's polygon, about",
+    "error_bias": "share of a joint's error left after 1 s",
+    "collision_bias": "share of a contact's error left after 1 s",
+    "collision_slop": "overlap that contacts may keep [m]",
+    "rod": "links with nothing but two pins: a body, or a distance joint",
+    "refsafe": "a time constant below two steps is raised to them",
+    "rounded_state": "the state is rounded to single precision after each step",
+}
+OF_CONTACT = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
+OF_LOOPS = {"solref", "solimp", "hardening", "rod"}
+NAMED_ELSEWHERE = {"preset", "steps_per_revolution"}
+
+
+def settings_tables(study: SceneStudy, has_contact: bool) -> list[tuple[str, Table]]:
+    """A heading and a table for each engine, with a column for each preset."""
+    left_out = NAMED_ELSEWHERE | (OF_LOOPS if has_contact else OF_CONTACT)
+    found = []
+    for engine in dict.fromkeys(r.engine for r in dynamic(study)):
+        runs = [r for r in dynamic(study) if r.engine == engine and r.settings is not None]
+        if runs:
+            found.append((f"{engine_title(engine)} {runs[0].engine_version}", _settings_table(runs, left_out)))
+    return found
+
+
+def _settings_table(runs: Sequence[ValidationResult], left_out: set[str]) -> Table:
     rows = [
-        (
-            *name_of(r),
-            numbers.measured(r.lift_error),
-            *(_largest(r, q, "rms") for q in ("velocity", "acceleration")),
-        )
-        for r in dynamic(study)
-        if r.errors is not None
+        (f"`{name}`", MEANINGS.get(name, ""), *(_shown((run.settings or {}).get(name)) for run in runs))
+        for name in runs[0].settings or {}
+        if name not in left_out
     ]
-    return table(head, rows)
+    return table(["setting", "meaning", *(run.preset or "" for run in runs)], rows)
+
+
+def _shown(value: Any) -> str:
+    match value:
+        case None:
+            return "-"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return numbers.quantity(value)
+        case list() | tuple():
+            return ", ".join(_shown(float(part)) for part in value)
+        case _:
+            return str(value)

@@ -11,10 +11,9 @@ from conrod.engines import engine_named
 from conrod.engines.engine import CUSTOM, run_of
 from conrod.engines.running import run
 from conrod.exact.motion import Array
-from conrod.runs.closure_prediction import predicted_errors
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import Comparison, compare, signed_error
-from conrod.runs.trajectory import BodyStates, BodyTracks, Outcome, PointTracks, Settings, Track, Trajectory
+from conrod.runs.comparison import Comparison, compare, predicted_errors, signed_error
+from conrod.runs.trajectory import FieldByField, Outcome, Settings, Track, Trajectory
 from conrod.scenes import Scene
 from conrod.studies.frame.case import RESULT_VERSION, Case
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
@@ -134,7 +133,7 @@ def prediction_sizes(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str
     for name, tracks in trajectory.points.items():
         for k, quantity in enumerate(QUANTITIES):
             norm = scene.lengths[name] * abs(scene.speed) ** k
-            expected = getattr(predicted[name], quantity)
+            expected = predicted[name][quantity]
             off = expected - signed_error(getattr(tracks, quantity), scene, name, quantity)
             for key, values in (("predicted", expected), ("difference", off)):
                 largest = float(np.linalg.norm(values, axis=1).max()) / norm
@@ -175,30 +174,8 @@ def _at(times: Array, track: Track, scene: Scene, name: str, quantity: str, k: i
 
 def thinned(trajectory: Trajectory, stride: int) -> Trajectory:
     """Every so-many-th sample, the last one among them."""
-    bodies = trajectory.bodies
-    if stride == 1 or bodies is None:
+    if stride == 1 or trajectory.bodies is None:
         return trajectory
-    cut: dict[int, BodyStates] = {}
-    for states in (bodies.position, bodies.velocity, bodies.acceleration):
-        # Where an engine gives the three at one instant they are one object, and stay one.
-        cut.setdefault(id(states), _thinned_states(states, stride))
-    points = {
-        name: PointTracks(*(_thinned_track(getattr(tracks, q), stride) for q in QUANTITIES))
-        for name, tracks in trajectory.points.items()
-    }
-    kept = BodyTracks(*(cut[id(s)] for s in (bodies.position, bodies.velocity, bodies.acceleration)))
-    return replace(trajectory, points=points, bodies=kept)
-
-
-def _every(length: int, stride: int) -> slice:
-    return slice((length - 1) % stride, None, stride)
-
-
-def _thinned_track(track: Track, stride: int) -> Track:
-    keep = _every(len(track.values), stride)
-    return Track(track.instants[keep], track.values[keep])
-
-
-def _thinned_states(states: BodyStates, stride: int) -> BodyStates:
-    keep = _every(len(states.poses), stride)
-    return BodyStates(states.instants[keep], states.poses[keep], states.rates[keep], states.accelerations[keep])
+    cut = FieldByField(lambda parts: parts[0][(len(parts[0]) - 1) % stride :: stride])
+    points = {name: cut(tracks) for name, tracks in trajectory.points.items()}
+    return replace(trajectory, points=points, bodies=cut(trajectory.bodies))
