@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.map_figure import map_figure
+from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
@@ -168,7 +169,7 @@ def test_undetected_failures_are_outlined(undetected: bool) -> None:
     runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", undetected, None))
     found = LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
     figure = drawn(found)
-    lines = [len(collection.get_segments()) for collection in figure.axes[0].collections]  # type: ignore[attr-defined]
-    # The boundary, then the outline's white casing and its red core: both cells of a column, four sides.
-    assert lines == ([1, 4, 4] if undetected else [1, 0, 0])
+    colours = [line.get_color() for line in figure.axes[0].lines if len(line.get_xdata())]  # type: ignore[arg-type]
+    # The boundary, then the outline's white casing and its red core.
+    assert colours[:3] == (["#111111", "white", UNDETECTED_COLOUR] if undetected else ["#111111", "#555555", "white"])
     assert any("undetected" in text for text in legend_of(figure)) is undetected
