@@ -13,7 +13,7 @@ import pytest
 from limit_studies import follower, limit_study, of_axis
 from limit_walks import SCENE, detected
 
-from conrod.report.limits.files import merged, report_batches
+from conrod.report.limits.report import merged, report_batches
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import restore
 from conrod.report.writer import environment, rendered_again

@@ -20,8 +20,7 @@ from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import LimitCase
-from conrod.studies.limits.extremes import Extremes, SolverRecord
-from conrod.studies.limits.grade import LEFT, is_undetected, solver_note
+from conrod.studies.limits.records import LEFT, Extremes, SolverRecord, is_undetected, solver_note
 
 BY_NAME = {f"{e.outcome.slug}: {e.title} in {e.engine}": e for e in EXAMPLES}
 KILLERS = {name for name, e in BY_NAME.items() if e.outcome is Outcome.CRASHED}

@@ -12,8 +12,8 @@ from watched import coarse_cam, extremes, watched
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.exact.motion import Array
 from conrod.scenes import CamFollower
-from conrod.studies.limits.extremes import Flight
 from conrod.studies.limits.flights import KEPT, LEAST_DEPTH, TIMES, Flights
+from conrod.studies.limits.records import Flight
 
 STEP = 1e-3  # [rad]
 HELD = 500

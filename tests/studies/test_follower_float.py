@@ -18,7 +18,6 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Results, pursue
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import exact_flight
-from conrod.studies.limits.extremes import Extremes, Flight
 from conrod.studies.limits.follower_float import (
     LEAST_STEPS,
     SPANS,
@@ -30,6 +29,7 @@ from conrod.studies.limits.follower_float import (
     most_float_runs,
     thinned,
 )
+from conrod.studies.limits.records import Extremes, Flight
 
 CAM = CamFollower()
 REBOUND = 0.05  # speed at which the follower of a law leaves the joint, in A x the step's angle

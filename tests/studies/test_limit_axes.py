@@ -19,7 +19,7 @@ from conrod.studies.frame.scene_summary import dead_centres
 from conrod.studies.limits.axes import AXES, STEP, Axis, Scale, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import length_power, permutation, rescaled
-from conrod.studies.limits.grade import Level, level_of
+from conrod.studies.limits.records import Level, level_of
 
 PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
 CASES = [

@@ -16,8 +16,8 @@ from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.grade import level_of
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
+from conrod.studies.limits.records import level_of
 
 MASSES, NEARNESS, STABILISATION = PAIRS
 QUARTER = 0.25

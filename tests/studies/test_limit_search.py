@@ -17,7 +17,7 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import pursue
 from conrod.studies.limits.axes import AXES, Axis, Scale, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.extremes import Extremes, Mark
+from conrod.studies.limits.records import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk
 from conrod.studies.limits.walk import CRITERIA, SCANNED, length_search, most_runs, walk_search
 

@@ -20,8 +20,8 @@ from conrod.runs.trajectory import Piece, SolverState
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.limits.extremes import SolverRecord
 from conrod.studies.limits.recorders import looked
+from conrod.studies.limits.records import SolverRecord
 from conrod.studies.limits.stream_run import piece_length, stream_run
 
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500

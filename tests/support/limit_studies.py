@@ -19,9 +19,9 @@ from limit_walks import (
 from conrod.scenes import SCENES
 from conrod.studies.limits.determinism import RUNS, Determinism
 from conrod.studies.limits.exact_flight import ExactFlight
-from conrod.studies.limits.extremes import Flight, Mark
 from conrod.studies.limits.follower_float import ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
 from conrod.studies.limits.maps import LimitMap, MapRun
+from conrod.studies.limits.records import Flight, Mark
 from conrod.studies.limits.results import IterationNeed, LimitStudy, LongRun
 
 

@@ -14,7 +14,7 @@ from conrod.runs.trajectory import Piece
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits import stream_run as watching
 from conrod.studies.limits.case import LimitCase
-from conrod.studies.limits.extremes import Extremes
+from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run
 
 

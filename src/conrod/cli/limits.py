@@ -63,8 +63,7 @@ def limits(
     from conrod.cli.outputs import outputs, reproduction
     from conrod.cli.runner import Runner
     from conrod.mechanism.units import check_count
-    from conrod.report.limits.files import report_batches
-    from conrod.report.limits.report import KIND
+    from conrod.report.limits.report import KIND, report_batches
     from conrod.studies.frame.files import naming, write_together
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
     from conrod.studies.limits.plan import check_asked, check_memory, check_runs, plan_limits, pursue_plans

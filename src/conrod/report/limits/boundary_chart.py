@@ -22,7 +22,7 @@ from conrod.report.limits.marks import (
     outcome_handles,
 )
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.grade import Level
+from conrod.studies.limits.records import Level
 from conrod.studies.limits.results import Probe, Walk, stretches
 
 WIDTH, LANE = 9.5, 0.42  # [inch]

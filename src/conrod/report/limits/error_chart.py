@@ -19,7 +19,7 @@ from conrod.report.charts.layout import Layout, legend_rows, log_axis, preset_ha
 from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
 from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, outcome_handles
 from conrod.studies.limits.axes import AXES, Scale
-from conrod.studies.limits.extremes import Mark
+from conrod.studies.limits.records import Mark
 from conrod.studies.limits.results import LongRun, Probe, Walk
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]

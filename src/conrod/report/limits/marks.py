@@ -22,7 +22,7 @@ from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.report.numbers import ROUNDING
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import Scale
-from conrod.studies.limits.grade import ROUGH_ERROR, SAFE_ERROR, Level
+from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR, Level
 from conrod.studies.limits.results import Walk
 
 MOST_TICKS = 13

@@ -12,9 +12,8 @@ from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import listed
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.determinism import RUNS, Determinism
-from conrod.studies.limits.extremes import Mark
-from conrod.studies.limits.grade import LEVELS, ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.maps import LimitMap, standing
+from conrod.studies.limits.records import LEVELS, ROUGH_ERROR, SAFE_ERROR, Mark
 from conrod.studies.limits.results import IterationNeed, LimitStudy, LongRun, Probe, Walk, stretches
 
 WHO = ("engine", "preset")

@@ -19,7 +19,7 @@ from conrod.report.table import Table, table
 from conrod.report.template import rendered
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
-from conrod.studies.limits.grade import SAFE_ERROR
+from conrod.studies.limits.records import SAFE_ERROR
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ class Measurement:
             measured one.
         signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
             the last turn, the first at its start.
-        extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.extremes`.
+        extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.records`.
         beside: what a study's own task found besides; plain values that this study alone reads.
     """
 

@@ -13,7 +13,7 @@ from conrod.studies.execution.isolation import Ended, isolated_once
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.study import Study
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.extremes import Extremes
+from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run
 
 # Runs that a case of this kind is made of, in their order.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.exact.motion import Array
-from conrod.studies.limits.extremes import Flight
+from conrod.studies.limits.records import Flight
 
 HELD = 0.1  # of a revolution from the start on, in which the follower is looked at for how deep it sinks
 TIMES = 10.0  # so many times that depth is off the cam

@@ -27,8 +27,8 @@ from conrod.studies.frame.study import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import ExactFlight, Fall, exact_flight, float_speed
-from conrod.studies.limits.extremes import Extremes, Flight, Gaps
 from conrod.studies.limits.flights import LEAST_DEPTH, TIMES
+from conrod.studies.limits.records import Extremes, Flight, Gaps
 from conrod.studies.limits.stream_run import stream_run
 
 LEAST_STEPS = 20000  # a revolution

@@ -15,7 +15,7 @@ from conrod.studies.frame.study import Study
 from conrod.studies.limits.adaptive import STRIDE, Codes, Node, codes, known_nodes, nearest_runs, refine
 from conrod.studies.limits.axes import AXES, Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.grade import Level, is_undetected, level_of
+from conrod.studies.limits.records import Level, is_undetected, level_of
 
 STEPS = AXES["steps"]
 # From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.
@@ -78,7 +78,7 @@ class MapRun(NamedTuple):
 
     Attributes:
         i, j: its column and its row.
-        level, outcome, undetected: see `conrod.studies.limits.grade`.
+        level, outcome, undetected: see `conrod.studies.limits.records`.
         error: largest position error, normalised; None unless the run completed.
     """
 

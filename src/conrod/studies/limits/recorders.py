@@ -16,7 +16,7 @@ from conrod.exact.dynamics.inverse import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import SolverState, Trajectory
-from conrod.studies.limits.extremes import Mark, SolverRecord
+from conrod.studies.limits.records import Mark, SolverRecord
 
 
 class Fingerprint:

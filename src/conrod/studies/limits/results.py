@@ -8,10 +8,9 @@ from itertools import groupby
 from typing import Any
 
 from conrod.studies.limits.determinism import Determinism
-from conrod.studies.limits.extremes import Mark
 from conrod.studies.limits.follower_float import FollowerFloat
-from conrod.studies.limits.grade import GOOD
 from conrod.studies.limits.maps import LimitMap
+from conrod.studies.limits.records import GOOD, Mark
 
 
 @dataclass(frozen=True)
@@ -20,7 +19,7 @@ class Probe:
 
     Attributes:
         text: the value as people read it.
-        level, outcome, undetected: see `conrod.studies.limits.grade`.
+        level, outcome, undetected: see `conrod.studies.limits.records`.
         reason: details of an outcome other than completed.
         errors: largest of position, velocity and acceleration, normalised; None unless the run completed.
         torque: largest error of the drive torque over its exact peak; None where there is none.

@@ -20,9 +20,9 @@ from conrod.runs.trajectory import BodyTracks, Outcome, Piece, concatenate_piece
 from conrod.studies.frame.measurement import QUANTITIES as MEASURED
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
-from conrod.studies.limits.extremes import Extremes, SolverRecord
 from conrod.studies.limits.flights import HELD, Flights, longest
 from conrod.studies.limits.recorders import ExactTorque, Fingerprint, History, RunningSize, looked, recorded
+from conrod.studies.limits.records import Extremes, SolverRecord
 
 if TYPE_CHECKING:
     from conrod.studies.limits.case import LimitCase

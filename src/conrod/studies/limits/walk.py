@@ -12,8 +12,7 @@ from conrod.studies.frame.study import Results, Study
 from conrod.studies.limits.axes import AXES, Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.conditioning import reference_error
-from conrod.studies.limits.extremes import Extremes, Mark
-from conrod.studies.limits.grade import LEVELS, Level, is_undetected, level_of, solver_note
+from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of, solver_note
 from conrod.studies.limits.results import Boundary, IterationNeed, LongRun, Probe, Walk
 
 # Three runs in each of four decades: what fails and holds again between two of them is missed.

@@ -1,0 +1,189 @@
+"""Records of a run at an engine's limits beside its errors, and its grade: to rely on, rough, wrong, or none at all.
+
+And whether anything shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from conrod.runs.plain import restore
+from conrod.runs.trajectory import Outcome
+from conrod.studies.frame.measurement import Measurement
+
+
+@dataclass(frozen=True)
+class SolverRecord:
+    """End of the engine's solver over the steps that were sampled.
+
+    Attributes:
+        looked_at: number of those steps.
+        allowed: iterations that it may take.
+        least, most: iterations that it took; None where the engine does not report it.
+        residual: largest part of what it was to solve that it left: of the joints' gap acceleration (MuJoCo), over
+            omega^2 L, or of their gap rate (pymunk), over omega L.
+    """
+
+    looked_at: int
+    allowed: int
+    least: int | None
+    most: int | None
+    residual: float | None
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A long run at the end of one of its revolutions; errors are the largest since the mark before.
+
+    Attributes:
+        revolution: how many have passed.
+        position: largest position error, normalised.
+        closure: largest gap of a joint, normalised.
+        phase: crank angle by the engine's account minus speed x (steps x step length) [rad].
+        clock: speed x (the clock that sums its steps, minus the one that counts them) [rad].
+    """
+
+    revolution: int
+    position: float
+    closure: float
+    phase: float
+    clock: float
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A stretch in which a follower is off its cam.
+
+    Attributes:
+        start, landing: crank angles [rad].
+        gap: the largest [m].
+    """
+
+    start: float
+    landing: float
+    gap: float
+
+
+# Crank angle [rad], gap there, least and largest gap around it [m].
+Gaps = tuple[tuple[float, float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Record of a run, which a ledger keeps beside its errors.
+
+    Attributes:
+        samples: how many were recorded and compared.
+        finite: whether all poses and rates of the bodies and the motion of the observed points were.
+        warnings: what the engine itself warned of, and how often.
+        solver: None where the engine has none to look at.
+        torque: largest error of the drive torque over its exact peak, from the second sample on: at the first one an
+            iterative solver has nothing to start from; None where the engine does not report it.
+        penetration: how deep a follower sinks into its cam while it is held [m]; None without a cam.
+        flights: of a follower off its cam, the longest first.
+        history: marks of a long run, at 1, 2, 5, 10 .. revolutions.
+        fingerprint: of the same numbers, to the last bit.
+        again: the same of further runs, see `conrod.studies.limits.determinism`.
+        gaps: crank angle [rad], gap of a follower there, least and largest one around it [m], see
+            `conrod.studies.limits.follower_float`.
+    """
+
+    samples: int
+    finite: bool
+    warnings: Mapping[str, int]
+    solver: SolverRecord | None
+    torque: float | None
+    penetration: float | None
+    flights: tuple[Flight, ...]
+    history: tuple[Mark, ...]
+    fingerprint: str
+    again: tuple[str, ...] = ()
+    gaps: Gaps = ()
+
+    @classmethod
+    def of(cls, measurement: Measurement) -> Extremes | None:
+        """Return what was recorded of a measured run; None where it ended before anything could be."""
+        return None if measurement.extremes is None else restore(cls, measurement.extremes)
+
+
+# -- grades ----------------------------------------------------------------------------------------------------------
+
+SAFE_ERROR, ROUGH_ERROR = 0.01, 0.1  # of the travel, largest position error
+
+# Ends that nobody overlooks: there is no trajectory, or none was begun.
+LOUD = {o.slug for o in (Outcome.CRASHED, Outcome.TIMED_OUT, Outcome.OUT_OF_MEMORY, Outcome.UNSUPPORTED)}
+# Ends after which the state is nowhere near the machine any more, or no state at all.
+UNBOUNDED = LOUD | {o.slug for o in (Outcome.DIVERGED, Outcome.EXPLODED, Outcome.RESET)}
+
+
+class Level(Enum):
+    """From good to bad; the texts are for people."""
+
+    SAFE = ("safe", f"position within {100 * SAFE_ERROR:g} % of the travel")
+    ROUGH = ("rough", f"position within {100 * ROUGH_ERROR:g} % of the travel")
+    WRONG = ("wrong", "in one piece, but further off than that")
+    BROKEN = ("broken", "no longer the machine: it came apart, flipped, let go of its cam, ..")
+    UNBOUNDED = ("unbounded", "blown up, reset, crashed or never ended")
+
+    def __init__(self, slug: str, meaning: str) -> None:
+        self.slug = slug
+        self.meaning = meaning
+
+    @classmethod
+    def of_error(cls, error: float) -> Level:
+        """Return the level of a run in one piece, by its largest position error over the travel."""
+        return cls.SAFE if error <= SAFE_ERROR else cls.ROUGH if error <= ROUGH_ERROR else cls.WRONG
+
+
+LEVELS = [level.slug for level in Level]
+GOOD = (Level.SAFE.slug, Level.ROUGH.slug)
+
+
+def level_of(measurement: Measurement) -> Level:
+    """Return the level of a measured run."""
+    if measurement.outcome in UNBOUNDED:
+        return Level.UNBOUNDED
+    error = measurement.largest("position")
+    return Level.BROKEN if error is None else Level.of_error(error)
+
+
+def is_undetected(measurement: Measurement) -> bool:
+    """Return whether a run is worse than rough, and neither a number that is not finite nor a warning shows it."""
+    recorded = Extremes.of(measurement)
+    if level_of(measurement).slug in GOOD or measurement.outcome in LOUD or recorded is None:
+        return False
+    return recorded.finite and not recorded.warnings
+
+
+# A residual (normalised) above this is no rounding. MuJoCo's converged runs leave 1e-15 to 1e-13, and up to 2.2e-9
+# where a slider is a million times as heavy as usual; pymunk's 1e-16 to 6e-12. With 64 iterations pymunk leaves 7e-9,
+# and the press's acceleration error is a hundred times what it is with 128 (1.1e-3, 1.1e-5; at 1000 steps a turn).
+LEFT = 4e-9
+
+
+def solver_note(solver: SolverRecord | None) -> str:
+    """Return a few words on a solver that stopped too early or did not converge, or none where all is well.
+
+    They give the residual by its power of ten, so that runs with the same note can be reported together.
+    """
+    if solver is None or solver.residual is None or solver.residual <= LEFT:
+        # With nothing left to do, to stop at once is right.
+        return ""
+    return f"{_iterations(solver)}, residual above {_power(math.floor(math.log10(solver.residual)))}"
+
+
+def _power(exponent: int) -> str:
+    return f"{10.0**exponent:g}" if -5 < exponent < 6 else f"1e{exponent}"
+
+
+def _iterations(solver: SolverRecord) -> str:
+    if solver.least is None or solver.most is None:
+        return "left its task unfinished"
+    if solver.most == 0:
+        return "stopped after 0 iterations"
+    if solver.least == 0:
+        return "stopped after 0 iterations at some steps"
+    return "took all its iterations" if solver.most >= solver.allowed else "stopped before all its iterations"
