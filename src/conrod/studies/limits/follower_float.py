@@ -131,19 +131,15 @@ class FollowerFloat:
 
     Attributes:
         refusal: why it was not studied; empty where it was.
-        theory: the float speed [rad/s], where the force is just mass x largest downward acceleration;
-            None where it was not studied.
-        steps_per_revolution: of the two runs of each probe.
-        cam_vertices: of the cam's polygon in them.
+        theory: the float speed [rad/s]; None where it was not studied.
+        steps_per_revolution, cam_vertices: of the two runs of each probe.
         penetration: static, with the coarser steps, at the speed nearest below the onset [m].
         held, flown: the fastest speed without a flight that does not shrink with h, and the slowest with one; None
             where there is no such speed.
         visible: from which speed on the exact flight's gap is above ten times that penetration.
         from_length: the onset predicted from the length of one flight well above it: speed of that run, over the one at
             which the exact flight is as long.
-        probes: by speed.
-        flights: beside exact ones.
-        curve: of one of them; None where the run gave none.
+        curve: of one of the flights; None where the run gave none.
         exact_lengths: speed and length of the exact flight [rad], around the onset.
     """
 

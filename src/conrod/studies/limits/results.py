@@ -110,7 +110,7 @@ def stretches(walk: Walk) -> list[tuple[Probe, ...]]:
 
 @dataclass(frozen=True)
 class LongRun:
-    """One run over many revolutions, with marks on the way; see `Mark`."""
+    """One run over many revolutions, with marks on the way."""
 
     scene: str
     engine: str
