@@ -16,7 +16,7 @@ import pytest
 from ablations import ablation_study
 from command_line import conrod
 from handmade import handmade_sweep
-from limit_studies import limit_study
+from limit_walks import limit_study
 
 from conrod.errors import InvalidInput
 from conrod.report.figure import Figure

@@ -10,7 +10,7 @@ from limit_walks import (
     listed,
     pose_walks,
     probe,
-    regularisation_walks,
+    saved,
     steps_walks,
     walked,
 )
@@ -106,7 +106,7 @@ def panels(walks: Sequence[Walk], *of: Panel, reference: bool = False) -> list[A
 
 
 def test_the_drive_torque_has_a_panel_where_it_is_known() -> None:
-    axes = panels(regularisation_walks(), TORQUE, POSITION)
+    axes = panels([walk for walk in saved().walks if walk.axis == "regularisation"], TORQUE, POSITION)
     assert [a.get_ylabel() for a in axes] == ["drive torque error, max / peak", "position error, max / L"]
     # Negative control: steps have no torque, and no empty panel either.
     assert len(panels(steps_walks(), TORQUE, POSITION)) == 1

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from limit_studies import limit_study, same_again
+from dataclasses import replace
+
 from limit_walks import (
     SCENE,
     Part,
     detected,
+    limit_study,
     mass_walks,
     probe,
-    regularisation_walks,
+    saved,
     steps_walks,
     walked,
 )
@@ -23,6 +25,7 @@ from conrod.report.limits.tables import (
     undetected_words,
 )
 from conrod.report.table import Toned
+from conrod.studies.limits.determinism import RUNS
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
@@ -92,15 +95,18 @@ def test_what_only_the_safe_end_lacks_is_not_called_nowhere() -> None:
     assert boundaries_table([other]).rows[0][3:6] == ("none of it", "none of it", "all of it")
 
 
-def test_the_solver_that_stopped_early_is_in_the_table() -> None:
-    rows = boundaries_table(regularisation_walks()).rows
-    assert any(
-        "stopped after 0 iterations, residual above 0.1: 1e-10 .. 1e-15 (7 of 15 runs)" in str(row[-1]) for row in rows
-    )
+def test_a_solver_that_stopped_early_is_in_the_table_with_its_worst_residual() -> None:
+    walk = walked("regularisation", "mujoco", "tuned", 1.0, ((1e-15, "safe", "completed", False, 1e-3),))
+    note = "stopped after 0 iterations, residual above "
+    early = tuple(replace(p, solver=f"{note}{1e-16 / p.value:.1g}" if p.value < 1e-9 else "") for p in walk.probes)
+    (row,) = boundaries_table([replace(walk, probes=early)]).rows
+    assert row[-1] == f"{note}0.1: 1e-10 .. 1e-15 (5 of 13 runs)"
     assert "its solver" not in boundaries_table(steps_walks()).headings
 
 
 def test_determinism_shows_what_was_different() -> None:
-    one, other = determinism_table([same_again("mujoco", "stock"), same_again("pymunk", "stock", across=False)]).rows
-    assert one.count("identical") == 3
-    assert Toned("different", "bad") in other
+    one = saved().determinism[0]
+    other = replace(one, fingerprints={**one.fingerprints, RUNS[-1]: "f" * 64})
+    same, different = determinism_table([one, other]).rows
+    assert same.count("identical") == 3
+    assert Toned("different", "bad") in different

@@ -1,15 +1,20 @@
-"""Walks made by hand, with known ends, to see what is told and drawn of them."""
+"""Walks made by hand, with known ends, among those of the committed report, to see what is told and drawn of them."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
-from conrod.studies.limits.axes import Scale, spaced
-from conrod.studies.limits.results import Probe, Walk
+from conrod.report.saved import restore
+from conrod.studies.limits.axes import AXES, Scale, spaced
+from conrod.studies.limits.results import LimitStudy, Probe, Walk
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
 SCENE = "saw-500rpm"
+REPORT = Path(__file__).parents[2] / "reports" / "limits"
 # Up to which value, what a run shows there: (value, level, outcome, undetected, largest position error).
 Part = tuple[float, str, str, bool, float | None]
 
@@ -81,11 +86,6 @@ def listed(axis: str, engine: str, preset: str, probes: Sequence[Probe]) -> Walk
     return Walk(axis, SCENE, engine, preset, "", tuple(probes), ())
 
 
-def refused(axis: str, engine: str, preset: str, why: str) -> Walk:
-    """An axis that was not walked."""
-    return Walk(axis, SCENE, engine, preset, why, (), ())
-
-
 def _a_little_further(scale: Scale, value: float, first: float, last: float) -> float:
     if scale is Scale.COUNT:
         return value + (1.0 if last > first else -1.0)
@@ -116,24 +116,6 @@ def steps_walks() -> tuple[Walk, ...]:
     )
 
 
-def nearness_walks() -> tuple[Walk, ...]:
-    """Nearness to a change point, with a reference that is in doubt there itself."""
-    ends = (("mujoco", "stock", 0.9, 0.999), ("mujoco", "tuned", 1 - 1e-4, 1 - 1e-6), ("pymunk", "stock", 0.95, 0.99))
-    walks = []
-    for engine, preset, safe, wrong in ends:
-        parts: tuple[Part, ...] = (
-            (safe, "safe", "completed", False, 1e-6),
-            (wrong, "wrong", "completed", True, 0.3),
-            (1.0 - 1e-9, "broken", "flipped", True, None),
-        )
-        walk = walked("nearness", engine, preset, 0.1, parts, Scale.NEARNESS, "1 - {0:.3g}")
-        probes = tuple(
-            replace(p, text=f"1 - {1.0 - p.value:.3g}", reference_error=1e-16 / (1.0 - p.value)) for p in walk.probes
-        )
-        walks.append(replace(walk, probes=probes))
-    return tuple(walks)
-
-
 def mass_walks() -> tuple[Walk, ...]:
     """The mass ratio, which is walked both ways from one."""
     walks = []
@@ -146,29 +128,6 @@ def mass_walks() -> tuple[Walk, ...]:
         light: tuple[Part, ...] = ((down, "safe", "completed", False, 1e-4), (1e-6, "wrong", "completed", True, 0.5))
         walks += [walked("mass-ratio", engine, preset, 1.0, parts) for parts in (heavy, light)]
     return tuple(walks)
-
-
-def iterated_walks(up: float) -> tuple[Walk, ...]:
-    """The mass ratio both ways, exploding beyond a value."""
-    heavy: tuple[Part, ...] = ((up, "safe", "completed", False, 1e-4), (1e6, "unbounded", "exploded", False, None))
-    light: tuple[Part, ...] = ((1e-6, "safe", "completed", False, 1e-4),)
-    return tuple(walked("mass-ratio", "pymunk", "tuned", 1.0, parts) for parts in (heavy, light))
-
-
-def regularisation_walks() -> tuple[Walk, ...]:
-    """Regularisation, with a drive torque that is best in between, and a solver that stops early."""
-    parts: tuple[Part, ...] = (
-        (1e-12, "safe", "completed", False, 1e-3),
-        (1e-15, "broken", "opened", True, None),
-    )
-    walk = walked("regularisation", "mujoco", "hardened", 1.0, parts)
-    probes = tuple(
-        replace(p, torque=None if p.errors is None else max(1e-3 * p.value, 1e-16 / p.value)) for p in walk.probes
-    )
-    note = "stopped after 0 iterations, residual above "
-    early = tuple(replace(p, solver=f"{note}{1e-16 / p.value:.1g}" if p.value < 1e-9 else "") for p in probes)
-    refusals = tuple(refused("regularisation", "pymunk", p, "pymunk does not regularise") for p in ("stock", "tuned"))
-    return (replace(walk, probes=early), *refusals)
 
 
 def pose_walks() -> tuple[Walk, ...]:
@@ -193,3 +152,31 @@ def detected(walks: Sequence[Walk]) -> list[Walk]:
         )
         for walk in walks
     ]
+
+
+@cache
+def saved(scene: str = SCENE) -> LimitStudy:
+    """The study in the committed report."""
+    return restore(LimitStudy, json.loads((REPORT / "data" / f"{scene}.json").read_text()))
+
+
+@cache
+def limit_study() -> LimitStudy:
+    """A study with known walks, few of others, and two of every other part."""
+    study = saved()
+    kept = [walk for walk in study.walks if walk.axis in ("nearness", "regularisation", "float")]
+    walks = sorted((*steps_walks(), *mass_walks(), *kept, *pose_walks()), key=lambda walk: list(AXES).index(walk.axis))
+    return replace(
+        study,
+        walks=tuple(walks),
+        long_runs=study.long_runs[:2],
+        maps=study.maps[:1],
+        needs=study.needs[-2:],
+        determinism=study.determinism[:2],
+    )
+
+
+def of_axis(study: LimitStudy, axis: str) -> LimitStudy:
+    """What asking for one axis alone would have given."""
+    walks = tuple(walk for walk in study.walks if walk.axis == axis)
+    return replace(study, walks=walks, long_runs=(), maps=(), needs=(), determinism=(), floats=())
