@@ -145,35 +145,6 @@ class Batch:
     obsolete: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class _Move:
-    """A file put in place, or removed where `new` is None; `old` is a copy of what was there, if there was."""
-
-    target: Path
-    new: Path | None
-    old: Path
-
-    def make(self) -> None:
-        with naming(self.target):
-            if self.new is None:
-                self.target.unlink(missing_ok=True)
-            else:
-                os.replace(self.new, self.target)
-
-    def undo(self) -> None:
-        # One file that cannot be restored must not keep the others from it.
-        with suppress(OSError):
-            if self.old.exists():
-                os.replace(self.old, self.target)
-            else:
-                self.target.unlink(missing_ok=True)
-
-
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file whole or not at all; a link to a file stays a link."""
-    write_together([single(path, content)])
-
-
 def single(path: Path, content: str | bytes) -> Batch:
     """A batch of one file."""
     real = real_path(path)
@@ -186,61 +157,66 @@ def write_together(batches: Sequence[Batch]) -> None:
     Raises:
         OSError: names the file that could not be written.
     """
-    with ExitStack() as stack:
-        moves = [move for batch in batches for move in _staged(batch, stack)]
-        for move in moves:
-            stack.enter_context(_folder_made(move.target.parent))
-        _put_in_place(moves)
+    with ExitStack() as folders, ExitStack() as staging, ExitStack() as undo:
+        moves = [move for batch in batches for move in _staged(batch, folders, staging)]
+        for target, new, old in moves:
+            _make_folder(target.parent, folders)
+            # Before the file is put in place: an interrupt may come between the two.
+            undo.callback(_put_back, target, old)
+            with naming(target):
+                if new is None:
+                    target.unlink(missing_ok=True)
+                else:
+                    os.replace(new, target)
+        undo.pop_all()
+        folders.pop_all()
 
 
-def _staged(batch: Batch, stack: ExitStack) -> list[_Move]:
-    """Write a batch into a hidden folder inside its own, which is sure to be on the same device."""
+def _staged(batch: Batch, folders: ExitStack, staging: ExitStack) -> Iterator[tuple[Path, Path | None, Path]]:
+    """Write a batch into a hidden folder inside its own, which is sure to be on the same device.
+
+    Yields:
+        each target, the file to be put there, or None for none, and where a copy is of what is there, if anything is.
+    """
     folder = real_path(batch.folder)
-    stack.enter_context(_folder_made(folder))
+    _make_folder(folder, folders)
     with naming(folder):
-        waiting = Path(stack.enter_context(_staging(folder)))
-    moves = []
-    for k, (name, content) in enumerate(batch.files.items()):
-        moves.append(_Move(folder / name, waiting / f"{k}.new", waiting / f"{k}.old"))
-        with naming(batch.folder / name):
-            (waiting / f"{k}.new").write_bytes(content.encode() if isinstance(content, str) else content)
-    moves += [_Move(folder / name, None, waiting / f"{name.replace('/', '-')}.old") for name in batch.obsolete]
-    for move in moves:
-        with naming(move.target):
-            if move.target.exists():
-                shutil.copy2(move.target, move.old)
-    return moves
+        waiting = Path(staging.enter_context(_staging(folder)))
+    for k, name in enumerate((*batch.files, *batch.obsolete)):
+        target, new, old = folder / name, waiting / f"{k}.new", waiting / f"{k}.old"
+        with naming(target):
+            if name in batch.files:
+                content = batch.files[name]
+                new.write_bytes(content.encode() if isinstance(content, str) else content)
+            if target.exists():
+                shutil.copy2(target, old)
+        yield target, new if name in batch.files else None, old
 
 
-def _put_in_place(moves: Sequence[_Move]) -> None:
-    begun = []
-    try:
-        for move in moves:
-            # Noted before it is made: an interrupt may come between the two.
-            begun.append(move)
-            move.make()
-    except BaseException:
-        for move in reversed(begun):
-            move.undo()
-        raise
+def _put_back(target: Path, old: Path) -> None:
+    # One file that cannot be restored must not keep the others from it.
+    with suppress(OSError):
+        if old.exists():
+            os.replace(old, target)
+        else:
+            target.unlink(missing_ok=True)
+
+
+def _make_folder(folder: Path, undo: ExitStack) -> None:
+    """Make a folder with its parents; those that were made go again when it is undone, if they are empty."""
+    for missing in reversed([p for p in (folder, *folder.parents) if not p.exists()]):
+        undo.callback(_remove, missing)
+    with naming(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+def _remove(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def _staging(folder: Path) -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(dir=folder, prefix=STAGING, ignore_cleanup_errors=True)
-
-
-@contextmanager
-def _folder_made(folder: Path) -> Iterator[None]:
-    """A folder with its parents; what was made of them goes again if what follows fails."""
-    missing = [p for p in (folder, *folder.parents) if not p.exists()]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        yield
-    except BaseException:
-        for made in missing:
-            with suppress(OSError):
-                made.rmdir()
-        raise
 
 
 @contextmanager
