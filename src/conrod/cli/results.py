@@ -43,9 +43,9 @@ def results(
         )
     with Ledger.open(path) as opened:
         table = results_table(opened.rows(), where)
-    write_together([single(file, table.content(kind)) for kind, file in files.items()])
+    write_together([single(file, table.written(kind)) for kind, file in files.items()])
     if files:
         click.echo(f"{len(table.rows)} rows: {', '.join(str(file) for file in files.values())}")
     else:
         with naming("standard output"):
-            click.echo(table.as_csv(), nl=False)
+            click.echo(table.written("csv"), nl=False)

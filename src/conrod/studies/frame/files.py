@@ -19,15 +19,23 @@ STAGING = ".conrod-"
 
 
 def file_to_write(text: str, option: str) -> Path:
-    """The file that an option names.
+    """The file that an option names, before any work is done; makes nothing.
 
     Raises:
         InvalidInput: it cannot be written, or something else would be lost by it.
     """
     if text.strip() in ("", "-") or text.endswith(os.sep):
         raise InvalidInput(f"{option} {text!r}: give the name of a file")
-    check_writable_file(Path(text))
-    return Path(text)
+    path = Path(text)
+    real = real_path(path)
+    if is_folder(real):
+        raise InvalidInput(f"cannot write {path}: it is a folder; give the name of a file")
+    if is_no_file(real):
+        raise InvalidInput(f"cannot write {path}: it is not a regular file")
+    if not real.parent.is_dir():
+        raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
+    _try_folder(real.parent, path)
+    return path
 
 
 def folder_to_write(text: str, option: str) -> Path:
@@ -64,22 +72,6 @@ def _same_file(one: Path, other: Path) -> bool:
     if str(real_path(one)).casefold() == str(real_path(other)).casefold():
         return True
     return one.exists() and other.exists() and one.samefile(other)
-
-
-def check_writable_file(path: Path) -> None:
-    """Refuse a path that a file cannot be written to, before any work is done; makes nothing.
-
-    Raises:
-        InvalidInput: says why.
-    """
-    real = real_path(path)
-    if is_folder(real):
-        raise InvalidInput(f"cannot write {path}: it is a folder; give the name of a file")
-    if is_no_file(real):
-        raise InvalidInput(f"cannot write {path}: it is not a regular file")
-    if not real.parent.is_dir():
-        raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
-    _try_folder(real.parent, path)
 
 
 def check_writable_folder(path: Path) -> None:

@@ -16,7 +16,6 @@ from conrod.studies.frame.files import real_path
 APPLICATION_ID = 0x63726F64
 # Raised when the tables change; what stands in a measurement is versioned by the key of its cell.
 SCHEMA_VERSION = 1
-SIGNATURE = b"SQLite format 3\0"
 # A write takes a millisecond: who waits this long [s] waits for something that hangs.
 PATIENCE = 30.0
 
@@ -73,22 +72,16 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
 
 
 def _check_place(path: Path) -> None:
-    """Make the parent folder, and refuse what is there already unless it is a SQLite file or an empty one."""
+    """Make the parent folder, and refuse what is there already unless it is a file."""
     real = real_path(path)
     if real.is_dir():
         raise InvalidInput(f"{path} is a folder, not a ledger; give the name of a file")
     try:
         real.parent.mkdir(parents=True, exist_ok=True)
-        if not real.exists():
-            return
-        if not real.is_file():
+        if real.exists() and not real.is_file():
             raise InvalidInput(f"{path} is not a ledger: it is not a regular file")
-        with real.open("rb") as file:
-            start = file.read(len(SIGNATURE))
     except OSError as error:
         raise InvalidInput(f"cannot use the ledger {path}: {error.strerror or error}") from None
-    if start not in (b"", SIGNATURE):
-        raise InvalidInput(f"{path} is not a ledger of conrod: it is no SQLite file")
 
 
 def _check_or_make(connection: sqlite3.Connection, path: Path, patience: float) -> None:

@@ -7,7 +7,7 @@ import io
 import json
 import re
 import sqlite3
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +19,7 @@ from conrod.studies.frame.timing import Timing
 
 # Of runs that only one study makes, a part of the identity that only these have.
 MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}}
+TIMED = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
 LABEL = "label"  # with the identity, and no part of it: the preset that the settings are
 
 
@@ -57,7 +58,7 @@ def tidy_row(
         "start_angle": identity.get("start_angle"),
         "result_version": identity["result_version"],
         **_measured(measurement),
-        **_timed(timing),
+        **{name: None if timing is None else getattr(timing, name) for name in TIMED},
     }
 
 
@@ -81,8 +82,6 @@ def _measured(measurement: Measurement | None) -> dict[str, Any]:
     closure, phase, drive, prediction = m.closure or {}, m.phase or {}, m.drive or {}, m.prediction or {}
     predicted = {q: prediction.get(q, {}) for q in QUANTITIES}
     kept = m.beside or {}
-    sizes: Mapping[str, Mapping[str, float]] = kept.get("sizes", {})
-    largest = {f"{q}_{measure}": size for q, found in sizes.items() for measure, size in found.items()}
     return {
         "outcome": m.outcome or None,
         "reason": m.reason or None,
@@ -93,17 +92,11 @@ def _measured(measurement: Measurement | None) -> dict[str, Any]:
         **{f"drive_{q}": drive.get(q) for q in ("speed", "acceleration")},
         **{f"predicted_{q}": predicted[q].get("predicted") for q in QUANTITIES},
         **{f"predicted_{q}_difference": predicted[q].get("difference") for q in QUANTITIES},
-        **largest,
+        **{f"{q}_{measure}": size for q, sizes in kept.get("sizes", {}).items() for measure, size in sizes.items()},
     }
 
 
-def _timed(timing: Timing | None) -> dict[str, Any]:
-    columns = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
-    return {name: None if timing is None else getattr(timing, name) for name in columns}
-
-
 Row = Mapping[str, Any]
-FORMATS = ("csv", "json", "parquet")
 QUOTED_TEXT, QUOTED_NAME = re.compile(r"'[^']*'"), re.compile(r'"([^"]*)"')
 NO_COLUMN = "no such column: "
 
@@ -115,27 +108,23 @@ class ResultsTable:
     columns: tuple[str, ...]
     rows: tuple[tuple[Any, ...], ...]
 
-    def as_csv(self) -> str:
-        """Comma-separated values; an empty cell where there is no value."""
-        if not self.columns:
-            return ""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(self.rows)
-        return stream.getvalue()
-
-    def as_json(self) -> str:
-        """A list of objects, one a line."""
-        lines = [json.dumps(dict(zip(self.columns, row, strict=True)), allow_nan=False) for row in self.rows]
-        return "[\n" + ",\n".join(lines) + "\n]\n"
-
-    def as_parquet(self) -> bytes:
-        """Apache Parquet.
+    def written(self, form: str) -> str | bytes:
+        """The table as csv (an empty cell where there is no value), json (a list of objects, one a line) or parquet.
 
         Raises:
             InvalidInput: pyarrow is not installed.
         """
+        if form == "parquet":
+            return self._parquet()
+        if form == "json":
+            lines = [json.dumps(dict(zip(self.columns, row, strict=True)), allow_nan=False) for row in self.rows]
+            return "[\n" + ",\n".join(lines) + "\n]\n"
+        stream = io.StringIO()
+        if self.columns:
+            csv.writer(stream, lineterminator="\n").writerows([self.columns, *self.rows])
+        return stream.getvalue()
+
+    def _parquet(self) -> bytes:
         try:
             import pyarrow
             import pyarrow.parquet
@@ -145,12 +134,6 @@ class ResultsTable:
         stream = io.BytesIO()
         pyarrow.parquet.write_table(pyarrow.table(values), stream)
         return stream.getvalue()
-
-    def content(self, kind: str) -> str | bytes:
-        """The table in one of `FORMATS`."""
-        ways: Mapping[str, Callable[[], str | bytes]]
-        ways = {"csv": self.as_csv, "json": self.as_json, "parquet": self.as_parquet}
-        return ways[kind]()
 
 
 def results_table(rows: Iterable[Row], where: Sequence[str] = ()) -> ResultsTable:
