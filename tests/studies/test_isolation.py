@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -107,9 +105,10 @@ def take(size: int) -> int:
     return len(bytearray(size))
 
 
-def test_a_mistake_in_a_task_is_raised() -> None:
-    with pytest.raises(ZeroDivisionError, match="a mistake"):
+def test_a_mistake_in_a_task_is_raised_with_its_traceback() -> None:
+    with pytest.raises(ZeroDivisionError, match="a mistake") as raised:
         isolated(mistake)
+    assert Path(__file__).name in raised.value.__notes__[0]
 
 
 class Unportable(Exception):
@@ -132,36 +131,6 @@ def test_a_mistake_that_cannot_be_sent_is_no_crash() -> None:
         isolated(mistake_that_cannot_travel)
     with pytest.raises(Exception, match="lambda"):
         isolated(result_that_cannot_travel)
-
-
-OWNER = """
-import os, sys, time
-sys.path.insert(0, {tests!r})
-from conrod.studies.execution.isolation import isolated
-from test_isolation import tell_and_hang
-if __name__ == "__main__":
-    isolated(tell_and_hang)
-"""
-
-
-def tell_and_hang() -> None:
-    print(os.getpid(), file=sys.stderr, flush=True)
-    time.sleep(1000.0)
-
-
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc to see the processes")
-def test_a_hang_ends_with_the_one_who_waits_for_it(tmp_path: Path) -> None:
-    script = tmp_path / "owner.py"
-    script.write_text(OWNER.format(tests=str(Path(__file__).parent)))
-    with subprocess.Popen([sys.executable, str(script)], stderr=subprocess.PIPE, text=True) as owner:
-        assert owner.stderr is not None
-        alone = int(owner.stderr.readline())
-        assert Path(f"/proc/{alone}").exists()
-        owner.kill()
-    give_up = time.monotonic() + 60.0
-    while Path(f"/proc/{alone}").exists() and time.monotonic() < give_up:
-        time.sleep(0.05)
-    assert not Path(f"/proc/{alone}").exists()
 
 
 def test_bad_usage_is_no_outcome_in_isolation_either() -> None:

@@ -6,13 +6,12 @@ import os
 import pickle
 import signal
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import cell_tasks as tasks
 import pytest
 from failure_examples import BoundedCase
-from outside_kills import descendants, killing, waiting_cell, was_alone
+from outside_kills import grandchild, killing, waiting_cell, was_alone
 
 from conrod import PymunkSettings, Saw
 from conrod.runs.trajectory import Outcome
@@ -55,23 +54,9 @@ def test_a_cell_that_ends_so_twice_has_crashed_and_no_other_has(ledger: Ledger) 
     assert sum(m.outcome == "completed" for m in table.values()) == 7
 
 
-def worker_of_its_own() -> int | None:
-    """A process that a worker of this process has started."""
-    children = set(direct_children())
-    return next((process for process in descendants(os.getpid()) if process not in children), None)
-
-
-def direct_children() -> Iterator[int]:
-    for thread in Path("/proc/self/task").iterdir():
-        try:
-            yield from map(int, (thread / "children").read_text().split())
-        except OSError:
-            continue
-
-
 def test_a_cell_that_runs_in_a_process_of_its_workers_is_repeated_too(ledger: Ledger) -> None:
     cell = BoundedCase("saw-500rpm", SAW, PymunkSettings.tuned(SAW, 100), revolutions=2.0)
-    with killing(worker_of_its_own) as killed, LocalProcesses(1) as executor:
+    with killing(grandchild) as killed, LocalProcesses(1) as executor:
         table = run_cases([cell], ledger, executor)
     assert killed
     assert [m.outcome for m in table.values()] == ["completed"]

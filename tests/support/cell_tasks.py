@@ -120,21 +120,6 @@ def fail(cell: RunCase) -> Measurement:
     raise ZeroDivisionError("a mistake in the task")
 
 
-class LocalError(Exception):
-    """One that cannot be rebuilt from its text alone."""
-
-    def __init__(self, one: int, two: int) -> None:
-        super().__init__(f"{one} and {two}")
-
-
-def fail_strangely(cell: RunCase) -> Measurement:
-    raise LocalError(1, 2)
-
-
-def answer_strangely(cell: RunCase) -> Measurement:
-    return Measurement("completed", errors={"C": lambda: 1})  # type: ignore[dict-item]
-
-
 def sleep_half(cell: RunCase) -> Measurement:
     time.sleep(0.5)
     return echo(cell)

@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import cell_tasks as tasks
@@ -68,16 +68,17 @@ def was_alone(folder: Path, killed: int) -> bool:
     return all(last <= begin or first >= end for first, last in spans)
 
 
-def descendants(process: int) -> Iterator[int]:
-    """Processes that a process started, and those that these did."""
+def children(process: int) -> Iterator[int]:
+    """Processes that a process started."""
     for thread in list(Path(f"/proc/{process}/task").iterdir()):
-        try:
-            children = (thread / "children").read_text().split()
-        except OSError:  # it has ended meanwhile
-            continue
-        for child in map(int, children):
-            yield child
-            try:
-                yield from descendants(child)
-            except OSError:
-                continue
+        with suppress(OSError):  # it has ended meanwhile
+            yield from map(int, (thread / "children").read_text().split())
+
+
+def grandchild() -> int | None:
+    """A process that a child of this process has started."""
+    for child in children(os.getpid()):
+        with suppress(OSError):
+            for one in children(child):
+                return one
+    return None
