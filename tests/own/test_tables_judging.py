@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
-from conrod.runs.trajectory import Instants
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 from tests.support.synthetic import synthetic_trajectory
 from tests.support.table_files import LETTERS, Columns, exact_table, judged
@@ -17,19 +16,11 @@ ALL = ("position", "velocity", "acceleration")
 STEPS = 100
 
 
-def crank_columns(at: Instants) -> Columns:
-    return {
-        "time": at.times,
-        "crank_angle": at.angle,
-        "crank_speed": at.rate,
-        "crank_acceleration": at.acceleration,
-    }
-
-
 def table_of(trajectory: Trajectory, quantity: str) -> Columns:
     """One quantity of a run as a table, at the instants that it belongs to."""
     tracks = {point: getattr(own, quantity) for point, own in trajectory.points.items()}
-    columns = crank_columns(next(iter(tracks.values())).instants)
+    at = next(iter(tracks.values())).instants
+    columns = {"time": at.times, "crank_angle": at.angle, "crank_speed": at.rate, "crank_acceleration": at.acceleration}
     for point, track in tracks.items():
         columns |= {f"{point}.{LETTERS[quantity]}{axis}": track.values[:, k] for k, axis in enumerate("xy")}
     return columns

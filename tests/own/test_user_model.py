@@ -8,22 +8,37 @@ from pathlib import Path
 import numpy as np
 import pytest
 from own_model_edits import (
+    CONNECT,
     CRANK_PIN,
     HACKSAW,
+    PIECES,
     ROD_END,
     TEXTS,
+    judged,
+    mirrored,
+    other_branch_of_the_press,
+    other_branch_of_the_saw,
     placed,
+    question,
     replaced,
     scaled,
+    scanned,
     seen,
+    without,
 )
 
+from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
-from conrod.own.models.request import Place
-from conrod.report.user_model import length
+from conrod.own.models.request import ModelFacts, Place
+from conrod.report.user_model import length, verdict
 
 SAW = TEXTS["saw"]
 DEGREES = np.pi / 180.0
+BY_HAND = (Place("C", "body", "bow"), Place("M", "geom", "rod"))
+
+
+def facts(folder: Path, text: str) -> ModelFacts:
+    return scanned(folder, text, question("saw"))[1].facts
 
 
 # -- it is the machine ------------------------------------------------------------------------------------------------
@@ -47,17 +62,14 @@ def test_the_cam_is_its_machine_within_the_error_of_its_shape(tmp_path: Path) ->
     assert ("base_radius", "flank_radius", "nose_radius", "roller_radius") in identity.indistinct
 
 
-@pytest.mark.parametrize(
-    ("attributes", "plane", "rotation"),
-    [
-        ({"pos": "1 -2 3"}, "xy", 0.0),
-        ({"euler": f"0 0 {30 * DEGREES!r}", "pos": "1 2 3"}, "xy", 30.0),
-        ({"euler": f"{90 * DEGREES!r} 0 0"}, "xz", 0.0),
-        ({"euler": f"0 {90 * DEGREES!r} 0"}, "yz", -90.0),
-        ({"euler": f"0 {180 * DEGREES!r} 0"}, "-xy", 0.0),
-        ({"euler": "0 0.7 0.2", "pos": "0 0 5"}, "askew", None),
-    ],
-)
+@pytest.mark.parametrize(("attributes", "plane", "rotation"), [
+    ({"pos": "1 -2 3"}, "xy", 0.0),
+    ({"euler": f"0 0 {30 * DEGREES!r}", "pos": "1 2 3"}, "xy", 30.0),
+    ({"euler": f"{90 * DEGREES!r} 0 0"}, "xz", 0.0),
+    ({"euler": f"0 {90 * DEGREES!r} 0"}, "yz", -90.0),
+    ({"euler": f"0 {180 * DEGREES!r} 0"}, "-xy", 0.0),
+    ({"euler": "0 0.7 0.2", "pos": "0 0 5"}, "askew", None),
+])  # fmt: skip
 def test_the_frame_is_worked_out(
     tmp_path: Path, attributes: dict[str, str], plane: str, rotation: float | None
 ) -> None:
@@ -75,12 +87,12 @@ def test_the_unit_of_length_is_worked_out(tmp_path: Path, unit: str, factor: flo
     assert identity.is_machine(1e-12)
 
 
-def test_the_cranks_zero_is_worked_out_and_rounded_only_where_the_model_is_round(tmp_path: Path) -> None:
-    for angle in (30.0, 30.123456):
-        text = replaced(SAW, 'name="crank" type="hinge"', f'name="crank" type="hinge" ref="{angle * DEGREES!r}"')
-        identity = seen(tmp_path, "saw", text)
-        assert math.degrees(identity.frame.zero) == pytest.approx(angle, abs=1e-9)
-        assert identity.is_machine(1e-12)
+@pytest.mark.parametrize("angle", [30.0, 30.123456])
+def test_the_cranks_zero_is_worked_out_and_rounded_only_where_the_model_is_round(tmp_path: Path, angle: float) -> None:
+    text = replaced(SAW, 'name="crank" type="hinge"', f'name="crank" type="hinge" ref="{angle * DEGREES!r}"')
+    identity = seen(tmp_path, "saw", text)
+    assert math.degrees(identity.frame.zero) == pytest.approx(angle, abs=1e-9)
+    assert identity.is_machine(1e-12)
 
 
 def test_a_frame_that_is_given_is_used(tmp_path: Path) -> None:
@@ -93,14 +105,13 @@ def test_a_frame_that_is_given_is_used(tmp_path: Path) -> None:
 
 
 def test_a_model_that_was_drawn_by_hand_is_the_saw(tmp_path: Path) -> None:
-    points = (Place("C", "body", "bow"), Place("M", "geom", "rod"))
-    identity = seen(tmp_path, "saw", HACKSAW.read_text(), points=points, crank="motor")
+    identity = seen(tmp_path, "saw", HACKSAW.read_text(), points=BY_HAND, crank="motor")
     assert identity.is_machine(1e-12)
     assert (identity.frame.view.name, identity.frame.sense) == ("xz", -1)
     assert math.degrees(identity.frame.zero) == pytest.approx(90.0, abs=1e-12)
 
 
-# -- lengths ----------------------------------------------------------------------------------------------------------
+# -- lengths and branch ------------------------------------------------------------------------------------------------
 
 
 def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_path: Path) -> None:
@@ -111,15 +122,11 @@ def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_pa
     assert (misplaced.point, misplaced.away) == ("M", pytest.approx(15e-6, rel=1e-6))
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "name", "value"),
-    [
-        (CRANK_PIN, '<body name="rod" pos="0.1001 0 0"', "crank", 0.1001),
-        (CRANK_PIN, '<body name="rod" pos="0.1 0.001 0"', "crank", math.hypot(0.1, 0.001)),
-        ('<body name="slider" pos="0 0 0"', '<body name="slider" pos="0 0.001 0"', "offset", 0.091),
-    ],
-    ids=["crank-pin-out", "crank-pin-aside", "slide-high"],
-)
+@pytest.mark.parametrize(("old", "new", "name", "value"), [
+    (CRANK_PIN, '<body name="rod" pos="0.1001 0 0"', "crank", 0.1001),
+    (CRANK_PIN, '<body name="rod" pos="0.1 0.001 0"', "crank", math.hypot(0.1, 0.001)),
+    ('<body name="slider" pos="0 0 0"', '<body name="slider" pos="0 0.001 0"', "offset", 0.091),
+], ids=["crank-pin-out", "crank-pin-aside", "slide-high"])  # fmt: skip
 def test_one_length_that_is_off_is_found_to_rounding(
     tmp_path: Path, old: str, new: str, name: str, value: float
 ) -> None:
@@ -136,10 +143,8 @@ def test_all_lengths_off_alike_are_one_explanation(tmp_path: Path) -> None:
 
 
 def test_a_misplaced_point_is_no_wrong_length(tmp_path: Path) -> None:
-    identity = seen(
-        tmp_path, "saw", replaced(SAW, '<site name="M" pos="0.15 0 0"', '<site name="M" pos="0.15 0.002 0"')
-    )
-    (found,) = identity.explanations
+    text = replaced(SAW, '<site name="M" pos="0.15 0 0"', '<site name="M" pos="0.15 0.002 0"')
+    (found,) = seen(tmp_path, "saw", text).explanations
     assert not found.lengths
     assert [(one.point, one.away) for one in found.misplaced] == [("M", pytest.approx(2e-3, rel=1e-9))]
 
@@ -149,3 +154,88 @@ def test_a_wrong_length_of_the_cam_is_seen_beyond_the_error_of_its_shape(tmp_pat
     identity = seen(tmp_path, "cam", text)
     assert not identity.is_machine(1e-6)
     assert {"roller_radius"} in [{one.name for one in found.lengths} for found in identity.explanations]
+
+
+@pytest.mark.parametrize(("kind", "text", "given"), [
+    ("saw", other_branch_of_the_saw(), GivenFrame()),
+    ("saw", mirrored(SAW), GivenFrame()),
+    ("press", other_branch_of_the_press(), GivenFrame(rotation=0.0)),
+], ids=["saw", "saw-mirrored", "press"])  # fmt: skip
+def test_the_other_assembly_branch_is_named(tmp_path: Path, kind: str, text: str, given: GivenFrame) -> None:
+    identity = seen(tmp_path, kind, text, given)
+    assert identity.other_branch
+    assert not identity.is_machine(1e-3)
+    assert identity.left < 1e-9
+
+
+def test_a_mirror_image_is_the_machine_where_it_is_to_be_seen_from_behind(tmp_path: Path) -> None:
+    identity = seen(tmp_path, "saw", mirrored(SAW), GivenFrame(plane="-xy"))
+    assert identity.is_machine(1e-12)
+    assert (identity.frame.view.behind, identity.frame.sense) == (True, -1)
+
+
+# -- wiring and limits -------------------------------------------------------------------------------------------------
+
+
+FLAP = '<body><joint name="flap" axis="0 1 0"/><geom size="1"/></body>'
+WELD = '<weld body1="crank" body2="world"/>'
+
+
+@pytest.mark.parametrize(("text", "told"), [
+    (without(SAW, PIECES["equality"]), r"mobility is 3 .* machine is 1: .* slide, crank-pin can still move"),
+    (replaced(SAW, "</worldbody>", f"{FLAP}</worldbody>"), r"mobility is 2 .* flap can still move"),
+    (replaced(SAW, "</equality>", f"{WELD}</equality>"), r"mobility is 0 .* its closures hold the crank"),
+    (replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.12 0 0"'), "goes no further than"),
+], ids=["open", "a-flap-too", "welded", "short-rod"])  # fmt: skip
+def test_a_model_of_another_mobility_or_that_cannot_turn_is_told(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(InvalidInput, match=told):
+        seen(tmp_path, "saw", text)
+
+
+def test_a_redundant_closure_is_named_and_harms_nothing(tmp_path: Path) -> None:
+    wiring = facts(tmp_path, replaced(SAW, "</equality>", f"{CONNECT}</equality>")).wiring
+    assert (wiring.idle, wiring.loops) == (("again",), 1)
+    assert facts(tmp_path, SAW).wiring.idle == ()
+
+
+def test_a_joint_of_another_kind_is_not_explained_by_lengths(tmp_path: Path) -> None:
+    hinge = '<joint name="slide" type="hinge" axis="0 0 1" pos="0 0.4 0" />'
+    study = judged(tmp_path, "saw", replaced(SAW, '<joint name="slide" type="slide" axis="1 0 0" />', hinge))
+    assert not study.identity.is_machine(1e-2)
+    assert not study.identity.explanations
+    assert "it has 3 hinges, 1 connect, the machine 3 pins, 1 slide: is a joint of another kind" in verdict(study)
+    # It is not driven: its errors would be those of another machine.
+    assert not study.runs
+
+
+def test_limits_that_keep_a_model_from_its_turn_are_told(tmp_path: Path) -> None:
+    slide, crank = '<joint name="slide" type="slide"', '<joint name="crank" type="hinge"'
+    limited = judged(tmp_path, "saw", replaced(SAW, slide, f'{slide} range="-0.1 0.3"'))
+    assert limited.is_machine
+    assert not limited.passed
+    told = "limits keep it from its turn: slide is held to -0.1 to 0.3 units of length, needs -0.203541 to 0.00756977"
+    assert told in verdict(limited)
+    short = facts(tmp_path, replaced(SAW, crank, f'{crank} range="-0.5 0.5"'))
+    assert short.stops == ("crank is held to -0.5 to 0.5 rad, needs a full turn",)
+    # Negative control: limits that the turn stays within are no matter.
+    for joint, wide in ((slide, "-0.3 0.3"), (crank, "-4 4")):
+        assert facts(tmp_path, replaced(SAW, joint, f'{joint} range="{wide}"')).stops == ()
+
+
+# -- plane -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_plane_that_cannot_be_told_is_an_error_with_its_size(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="nothing moves, of C"):
+        seen(tmp_path, "saw", SAW, points=(Place("C", "body", "crank"),))
+    with pytest.raises(InvalidInput, match="is not across it"):
+        seen(tmp_path, "saw", SAW, GivenFrame(plane="xz"))
+    riding = replaced(SAW, '<joint name="crank-pin" type="hinge"', '<joint name="crank-pin" type="hinge" armature="1"')
+    with pytest.raises(InvalidInput, match="axis itself moves"):
+        seen(tmp_path, "saw", riding, crank="crank-pin")
+    flap = '<body><joint name="tilt" axis="1 0 0"/><geom size="0.01"/><site name="T" pos="0 0.1 0"/></body>'
+    text = replaced(SAW, '<site name="C" pos="0 0 0" />', f'<site name="C" pos="0 0 0" />{flap}')
+    text = replaced(text, "</equality>", '<joint joint1="tilt" joint2="slide" polycoef="0 0.5 0 0 0"/></equality>')
+    assert seen(tmp_path, "saw", text).is_machine(1e-12)
+    with pytest.raises(InvalidInput, match=r"C leaves the plane across the crank's axis by 0\.0105"):
+        seen(tmp_path, "saw", text, points=(Place("C", "site", "T"),))

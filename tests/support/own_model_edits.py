@@ -147,15 +147,5 @@ def judged(
             _RUNS[key] = tuple(drive_model(path, put, found, drive, orders))
         return tuple(spoil(run) for run in _RUNS[key])
 
-    return study(
-        path.name,
-        (FILES[kind], scene or SCENES[FILES[kind]]),
-        put,
-        found,
-        GivenFrame(),
-        engine_named("mujoco"),
-        driven,
-        turns,
-        100_000,
-        tolerance,
-    )
+    machine, engine = (FILES[kind], scene or SCENES[FILES[kind]]), engine_named("mujoco")
+    return study(path.name, machine, put, found, GivenFrame(), engine, driven, turns, 100_000, tolerance)
