@@ -60,24 +60,18 @@ class Rows:
 
 def rows_at(model: mujoco.MjModel, data: mujoco.MjData) -> Rows:
     """Equality constraints in data that `mj_forward` has made."""
-    chosen = equality_rows(data)
-    jacobian = equality_jacobian(model, data) if len(chosen) else np.empty((0, model.nv))
-    return Rows(owners(data), jacobian, data.efc_pos[chosen], data.efc_vel[chosen])
-
-
-def equality_rows(data: mujoco.MjData) -> NDArray[np.int_]:
-    """Indices (r,) of the constraint rows that equalities have."""
-    return np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+    gaps, rates = np.array(data.efc_pos[: data.ne]), np.array(data.efc_vel[: data.ne])
+    return Rows(owners(data), equality_jacobian(model, data), gaps, rates)
 
 
 def owners(data: mujoco.MjData) -> NDArray[np.int_]:
-    """Equality (r,) that each of these rows belongs to."""
-    return np.asarray(data.efc_id[equality_rows(data)], dtype=int)
+    """Equality (r,) that each row belongs to; they come first among the constraints."""
+    return np.array(data.efc_id[: data.ne], dtype=int)
 
 
 def openings(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Opening (neq,) [m] of each connect or weld, 0 for others and those that are off."""
-    return lengths(model, owners(data), data.efc_pos[equality_rows(data)])
+    return lengths(model, owners(data), data.efc_pos[: data.ne])
 
 
 def lengths(model: mujoco.MjModel, ids: NDArray[np.int_], values: Array) -> Array:

@@ -88,11 +88,10 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     if verdict.outcome is not Outcome.COMPLETED:
         why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
         return no_forces(mechanism, why, verdict.outcome)
-    reading = _Reading(made)
     with laws_acting(made.model, made.tree):
-        reading.read(times, coordinates, speeds, poses, rates)
-    drive = -used.armature * reading.acceleration
-    return ForceTracks(replace(where, acceleration=reading.acceleration), drive, reading.components, {})
+        acceleration, components = _Reading(made).read(times, coordinates, speeds, poses, rates)
+    drive = -used.armature * acceleration
+    return ForceTracks(replace(where, acceleration=acceleration), drive, components, {})
 
 
 def _meets_change_points(machine: Machine) -> bool:
@@ -127,7 +126,7 @@ def spatial_tendons_count() -> bool:
 
 
 class _Reading:
-    """Accelerations of the crank and components of all joints, as they are read state by state."""
+    """Reading of the crank and of all joints, state by state."""
 
     def __init__(self, made: Build) -> None:
         self._made, self._model, self._data = made, made.model, mujoco.MjData(made.model)
@@ -140,27 +139,27 @@ class _Reading:
         self._bodies = [int(made.model.body(body.name).id) for body in self._mechanism.bodies]
         branches = {branch.joint.name: branch for branch in made.tree.branches}
         self._readers = {joint.name: self._reader(joint, branches) for joint in self._mechanism.joints}
-        self.acceleration = np.zeros(0)
-        self.components: dict[str, dict[str, Array]] = {}
 
-    def read(self, times: Array, coordinates: Array, speeds: Array, poses: Array, rates: Array) -> None:
-        """Solve every state, (T, ..) each."""
+    def read(
+        self, times: Array, coordinates: Array, speeds: Array, poses: Array, rates: Array
+    ) -> tuple[Array, dict[str, dict[str, Array]]]:
+        """Solve every state, (T, ..) each: acceleration of the crank and components of all joints, by name."""
         model, data, crank = self._model, self._data, self._made.crank_dof
-        self.acceleration = np.zeros(len(times))
+        acceleration = np.zeros(len(times))
         components = {name: np.zeros((len(times), 2)) for name in self._readers}
         pushes = applied_forces(self._uncounted, poses, rates, times)
         for k, time in enumerate(times):
             data.time, data.qpos[:], data.qvel[:] = time, coordinates[k], speeds[k]
             data.qacc_warmstart[:] = 0.0  # the solution of a state depends on it alone
             mujoco.mj_forward(model, data)
-            self.acceleration[k] = data.qacc[crank]
+            acceleration[k] = data.qacc[crank]
             data.xfrc_applied[self._bodies, :2] = pushes[k, :, :2]
             data.xfrc_applied[self._bodies, 5] = pushes[k, :, 2]
             mujoco.mj_rnePostConstraint(model, data)
             data.xfrc_applied[:] = 0.0
             for name, reader in self._readers.items():
                 components[name][k] = reader(poses[k])
-        self.components = {
+        return acceleration, {
             joint.name: dict(zip(component_names(joint), components[joint.name].T, strict=False))
             for joint in self._mechanism.joints
         }

@@ -120,8 +120,8 @@ def model_mobility(machine: Machine, settings: MuJoCoSettings, angle: Array) -> 
 def _equality_rows(model: mujoco.MjModel, data: mujoco.MjData) -> list[Row]:
     """Names of the rows of `equality_jacobian`."""
     rows = list[Row]()
-    for i in np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY):
-        equality = model.equality(int(data.efc_id[i]))
+    for index in data.efc_id[: data.ne]:
+        equality = model.equality(int(index))
         part = sum(row.constraint == equality.name for row in rows)
         is_connect = equality.type[0] == mujoco.mjtEq.mjEQ_CONNECT
         rows.append(Row(equality.name, CONNECT_PARTS[part] if is_connect else ""))

@@ -23,6 +23,7 @@ of a derivative, lasting for ever, would leave much.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -50,16 +51,17 @@ LAW = "regularisation (1 - d) A f tc^2 of the exact reactions; RK4's local error
 
 def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     """Bounds for RK4 with a constant impedance, for links as bodies that have their weight and carry nothing else."""
+    none = ExpectedError(None, None, None)
     if settings.dressing:
-        return ExpectedError(None, None, None)
+        return none
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
     if machine.kinematics.change_angles.size:
-        return ExpectedError(None, None, None, law=UNDETERMINED)
-    if settings.rod != BODY or not settings.gravity:
-        return ExpectedError(None, None, None)
-    if settings.integrator != "RK4" or settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:
-        return ExpectedError(None, None, None)
+        return replace(none, law=UNDETERMINED)
+    if settings.rod != BODY or not settings.gravity or settings.integrator != "RK4":
+        return none
+    if settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:
+        return none
     softness, its_rate = regularisation_errors(machine, settings)
     constant = abs(machine.speed) * settings.solref[0]
     step = 2.0 * math.pi / settings.steps_per_revolution

@@ -82,7 +82,8 @@ def _site_name(load: Load, body: str) -> str:
 
 def add_load_tendons(root: ET.Element, tree: Tree) -> None:
     """A tendon for each load along a distance or a turn, with its spring or damper."""
-    loads = [load for load in tree.mechanism.loads if _has_tendon(load, tree)]
+    every = tree.mechanism.loads
+    loads = [load for load in every if not isinstance(load.along, Displacement) and not moves_nothing(load, tree)]
     if not loads:
         return
     found = root.find("tendon")
@@ -98,23 +99,21 @@ def add_load_tendons(root: ET.Element, tree: Tree) -> None:
             tendon = add(tendons, "fixed", name=load.name)
             for branch, coefficient in _turn_row(along, tree):
                 add(tendon, "joint", joint=joint_name(tree, branch), coef=number(coefficient))
-        if isinstance(load.law, Viscous):
-            tendon.set("damping", number(load.law.damping))
-        elif _is_tendon_spring(load, tree):
-            assert isinstance(load.law, Elastic)
-            tendon.set("stiffness", number(load.law.stiffness))
-            tendon.set("springlength", number(load.law.rest - origin_of(load, tree)))
+        tendon.attrib.update(_tendons_own(load, tree))
 
 
-def _has_tendon(load: Load, tree: Tree) -> bool:
-    return not isinstance(load.along, Displacement) and not moves_nothing(load, tree)
-
-
-def _is_tendon_spring(load: Load, tree: Tree) -> bool:
-    if not isinstance(load.law, Elastic) or not _has_tendon(load, tree):
-        return False
-    # A length of -1 stands in MJCF for the one of the compiled pose.
-    return load.law.rest - origin_of(load, tree) != -1.0
+def _tendons_own(load: Load, tree: Tree) -> dict[str, str]:
+    """Spring or damper of a load's tendon; none where an actuator has to give the force."""
+    match load.law:
+        case _ if isinstance(load.along, Displacement):
+            return {}
+        case Viscous(damping):
+            return {"damping": number(damping)}
+        # A length of -1 stands in MJCF for the one of the compiled pose.
+        case Elastic(stiffness, rest) if rest - origin_of(load, tree) != -1.0:
+            return {"stiffness": number(stiffness), "springlength": number(rest - origin_of(load, tree))}
+        case _:
+            return {}
 
 
 def _turn_row(along: Turn, tree: Tree) -> list[tuple[Branch, float]]:
@@ -142,7 +141,7 @@ def add_forces(root: ET.Element, tree: Tree, with_program: bool) -> None:
         with_program: False for a model that nothing but MuJoCo runs: laws that MJCF cannot say are left out.
     """
     mechanism = tree.mechanism
-    loads = [load for load in mechanism.loads if not moves_nothing(load, tree) and not _is_tendons_own(load, tree)]
+    loads = [load for load in mechanism.loads if not moves_nothing(load, tree) and not _tendons_own(load, tree)]
     if not with_program:
         loads = [load for load in loads if not isinstance(load.law, BY_PROGRAM)]
     if not mechanism.forces and not loads:
@@ -162,10 +161,6 @@ def add_forces(root: ET.Element, tree: Tree, with_program: bool) -> None:
         else:
             push.set("tendon", load.name)
         _set_bias(push, _affine(load, origin_of(load, tree)))
-
-
-def _is_tendons_own(load: Load, tree: Tree) -> bool:
-    return _is_tendon_spring(load, tree) or (isinstance(load.law, Viscous) and _has_tendon(load, tree))
 
 
 def _set_bias(actuator: ET.Element, affine: tuple[float, float, float] | None) -> None:

@@ -207,6 +207,5 @@ def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Jacobian (rows, nv) of the active equality constraints."""
-    rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-    return constraint_jacobian(model, data)[rows]
+    """Jacobian (rows, nv) of the active equality constraints, which come first among the constraints."""
+    return constraint_jacobian(model, data)[: data.ne]

@@ -18,32 +18,24 @@ from conrod.engines.tree import Tree, spanning_tree
 
 
 class DescribedMachine(Machine, Protocol):
-    """A machine that can say what it is: a scene."""
+    """A machine that can say what it is: a scene.
+
+    Attributes:
+        title, source: of the machine, and of its dimensions.
+        frame: origin, axes and the crank angle's sense.
+        parameters: values of all parameters, SI.
+        start_rates: turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with.
+    """
+
+    title: str
+    source: str
+    frame: str
 
     @property
-    def title(self) -> str:
-        """Title of the machine."""
-        ...
+    def parameters(self) -> Mapping[str, float]: ...
 
     @property
-    def source(self) -> str:
-        """Source of its dimensions."""
-        ...
-
-    @property
-    def frame(self) -> str:
-        """Origin, axes and the crank angle's sense."""
-        ...
-
-    @property
-    def parameters(self) -> Mapping[str, float]:
-        """Values of all parameters, SI."""
-        ...
-
-    @property
-    def start_rates(self) -> Mapping[str, float]:
-        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with."""
-        ...
+    def start_rates(self) -> Mapping[str, float]: ...
 
 
 def standalone_mjcf(name: str, machine: DescribedMachine, steps_per_revolution: int | None = None) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, Spring
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import bodies_of, equality_rows, kind_of, owners, ties_bodies
+from conrod.mjcf.equalities import bodies_of, kind_of, owners, ties_bodies
 from conrod.mjcf.harden.results import Loop
 from conrod.own.models.loading import name_or_number
 
@@ -113,7 +113,7 @@ def loops_of(closures: Sequence[Closure]) -> tuple[Loop, ...]:
 def openings(model: mujoco.MjModel, data: mujoco.MjData, closures: Sequence[Closure]) -> Array:
     """(loops,) how far each is open, in data whose constraints were made; 0 for one that is switched off."""
     found: list[float] = []
-    gaps, ids = data.efc_pos[equality_rows(data)], owners(data)
+    gaps, ids = data.efc_pos[: data.ne], owners(data)
     for one in closures:
         gap = gaps[ids == one.index]
         if one.kind == "weld":
