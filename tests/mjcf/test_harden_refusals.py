@@ -111,7 +111,7 @@ def test_a_run_that_breaks_or_opens_more_when_hard_is_refused(tmp_path: Path) ->
     assert len(study.refusals) == 1
     assert study.content is None
     assert "its loops open more" in study.refusals[0]
-    assert ": --integrator RK4, another --solref" in study.refusals[0]
+    assert ": another --integrator or --solref" in study.refusals[0]
     forced = harden_file(model, replace(request, force=True))
     assert forced.refusals == ()
     assert study.refusals == (f"{forced.warnings[0]}; --force hardens it all the same",)

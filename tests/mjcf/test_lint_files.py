@@ -312,7 +312,9 @@ def test_what_a_model_is_made_of_is_not_written_over(option: str, part: str, gri
 def test_the_rules_are_those_of_their_page() -> None:
     text = (Path(__file__).parents[2] / "docs" / "lint.md").read_text()
     rows = re.findall(r"^\| `([\w-]+)` \| ([^|]*) \|", text, re.MULTILINE)
-    assert rows == [(rule.name, rule.finds) for rule in RULES]
+    assert [(name, finds[0].upper() + finds[1:]) for name, finds in rows] == [
+        (rule.name, (rule.judge.__doc__ or "").removesuffix(".")) for rule in RULES
+    ]
 
 
 def test_mujocos_warnings_litter_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,6 @@ from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures, loops_of
 from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, measured, stands
 from conrod.mjcf.harden.recipe import (
-    Recipe,
     edited,
     nothing_to_do,
     python_lines,
@@ -32,6 +31,7 @@ LEAST_STEPS, MOST_STEPS = 20, 200_000
 WORSE, ROUNDING = 2.0, 1e-9
 # A change of the rates at the start of more than this share is worth a word.
 RATES = 1e-6
+ADVICE = "another --integrator or --solref, or a smaller step of the model, may help"
 FORCE = "--force hardens it all the same"
 # A drift that is left of more than this share of what it was is no gain worth the name.
 BETTER = 0.5
@@ -87,7 +87,7 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
     )
     found = measured(found, model, closures, recipe, start.state, pace)
     before, after = (next(v for v in found.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
-    harm = _harm(found, before, after, _advice(model, recipe))
+    harm = _harm(found, before, after)
     refused = bool(harm) and not request.force
     runs = before.broke is None and after.broke is None
     return replace(
@@ -116,14 +116,7 @@ def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
     return Pace(math.ceil(steps / stride), stride, timestep)
 
 
-def _advice(model: mujoco.MjModel, recipe: Recipe) -> str:
-    """Advice for a model that hardening harms."""
-    runge_kutta = mujoco.mjtIntegrator(model.opt.integrator) == mujoco.mjtIntegrator.mjINT_RK4
-    other = "--integrator keep, " if recipe.integrator else "" if runge_kutta else "--integrator RK4, "
-    return f"{other}another --solref or a smaller step of the model may help"
-
-
-def _harm(found: HardenedModel, before: Variant, after: Variant, advice: str) -> str:
+def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
     """Reason why the hardened model is worse than none; empty where it is not."""
     if before.broke is not None and after.broke is not None:
         return (
@@ -135,12 +128,12 @@ def _harm(found: HardenedModel, before: Variant, after: Variant, advice: str) ->
     if after.broke is not None:
         return (
             f"the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is "
-            f"it does not: {advice}"
+            f"it does not: {ADVICE}"
         )
     for unit, least in (("m", ROUNDING * found.size), ("rad", ROUNDING)):
         then, now = (largest_by_unit(found.loops, one.openings or ()).get(unit, 0.0) for one in (before, after))
         if now > max(WORSE * then, least):
-            return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {advice}"
+            return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {ADVICE}"
     return ""
 
 

@@ -284,18 +284,19 @@ class Rule:
     """One kind of trouble that a model is searched for.
 
     Attributes:
-        name: for the command line and for results.
-        finds: in words, as docs/lint.md has it.
-        judge: looks at a model on the bench.
+        judge: looks at a model on the bench; its name is the rule's, its docstring what it finds, as in docs/lint.md.
         why: what it finds is harmful, where the finding does not say more.
         needs_motion: whether it needs a run that does not break.
     """
 
-    name: str
-    finds: str
     judge: Judge
     why: str = ""
     needs_motion: bool = True
+
+    @property
+    def name(self) -> str:
+        """Name for the command line and for results."""
+        return self.judge.__name__.replace("_", "-")
 
     def answers(self, bench: Bench) -> Iterator[Finding | Note]:
         """Findings and notes of a model, with the rule's name and reason."""
@@ -307,6 +308,6 @@ class Rule:
                     yield replace(answer, rule=self.name, why=answer.why or self.why)
 
 
-def rule(name: str, finds: str, why: str = "", needs_motion: bool = True) -> Callable[[Judge], Rule]:
+def rule(why: str = "", needs_motion: bool = True) -> Callable[[Judge], Rule]:
     """Make a rule of a function that judges a model; its entry in `RULES` has it judged."""
-    return lambda judge: Rule(name, finds, judge, why, needs_motion)
+    return lambda judge: Rule(judge, why, needs_motion)

@@ -24,13 +24,11 @@ TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 
 
 @rule(
-    "joined-links-collide",
-    "geoms of links that collide where a hinge, connect or weld joins them",
     "the contact pushes against the joint that holds the links together: friction, loads and rows of its own",
     needs_motion=False,
 )
-def joined_links(bench: Bench) -> Iterator[Finding]:
-    """Pairs of links that overlap where they are joined, and collide there."""
+def joined_links_collide(bench: Bench) -> Iterator[Finding]:
+    """Geoms of links that collide where a hinge, connect or weld joins them."""
     model = bench.model
     declared = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
     steps: dict[tuple[int, int], int] = {}
@@ -82,13 +80,9 @@ def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
 # -- geoms that never meet -------------------------------------------------------------------------------------------
 
 
-@rule(
-    "never-touch",
-    "geoms that can collide and never do",
-    "every step looks for contacts between them, in a machine that has come round and has found none",
-)
-def idle_geoms(bench: Bench) -> Iterator[Finding | Note]:
-    """Geoms that may collide and do not, in a run that comes through all poses of the machine."""
+@rule("every step looks for contacts between them, in a machine that has come round and has found none")
+def never_touch(bench: Bench) -> Iterator[Finding | Note]:
+    """Geoms that can collide and never do."""
     model, run = bench.model, bench.run
     met = {geom for pair in run.touched for geom in pair}
     idle = {geom: name_or_number(model, "geom", geom) for geom in sorted(may_collide(model)) if geom not in met}
@@ -121,9 +115,9 @@ def idle_geoms(bench: Bench) -> Iterator[Finding | Note]:
     )
 
 
-@rule("geoms-seen", "noted: geoms that cannot collide")
-def visual_geoms(bench: Bench) -> Iterator[Note]:
-    """Geoms that no other can collide with, and their cost."""
+@rule()
+def geoms_seen(bench: Bench) -> Iterator[Note]:
+    """Noted: geoms that cannot collide."""
     model = bench.model
     able = may_collide(model)
     if not int(model.opt.disableflags) & mujoco.mjtDisableBit.mjDSBL_CONTACT:
@@ -184,13 +178,11 @@ SAME_MOTION = 1e-6
 
 
 @rule(
-    "gravity-across",
-    "gravity across the plane in which everything moves",
     "it does no work on the motion: joints and closures carry it, reactions contain it, soft closures sag by it; a "
     "machine that stands upright has its gravity in the plane",
 )
 def gravity_across(bench: Bench) -> Iterator[Finding | Note]:
-    """The part of gravity along the normal of the plane, and whether the motion depends on it."""
+    """Gravity across the plane in which everything moves."""
     model, gravity, normal = bench.model, np.array(bench.model.opt.gravity), plane_normal(bench)
     least = ACROSS * np.linalg.norm(gravity)
     if int(model.opt.disableflags) & mujoco.mjtDisableBit.mjDSBL_GRAVITY or normal is None:
@@ -244,14 +236,9 @@ AS_WRITTEN = tuple(
 SAME = 1e-9  # the sums are the same, their order may not be
 
 
-@rule(
-    "changed-inertia",
-    "masses or inertias that the compiler made others than those written",
-    "drive torques, reactions and free motion are those of another machine",
-    needs_motion=False,
-)
-def changed_inertias(bench: Bench) -> Iterator[Finding]:
-    """The model compiled a second time, with what is written taken at its word."""
+@rule("drive torques, reactions and free motion are those of another machine", needs_motion=False)
+def changed_inertia(bench: Bench) -> Iterator[Finding]:
+    """Masses or inertias that the compiler made others than those written."""
     model = bench.model
     try:
         written = bench.edited(AS_WRITTEN).model

@@ -30,12 +30,10 @@ LEAST_STEPS = 2.0  # MuJoCo admits no less
 
 
 @rule(
-    "soft-closure",
-    "connects and welds that give way, stock softness above all",
     "the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step helps",
 )
-def soft_closures(bench: Bench) -> Iterator[Finding]:
-    """Connects and welds that open in the run, and would not if they were stiff."""
+def soft_closure(bench: Bench) -> Iterator[Finding]:
+    """Connects and welds that give way, stock softness above all."""
     model, opened = bench.model, _worst(bench)
     wide = [i for i in range(model.neq) if opened[i] > PLAY * bench.size and bench.document.can_edit("equality", i)]
     finer = bench
@@ -116,13 +114,11 @@ CLOSED = 1e-13  # of the machine's size
 
 
 @rule(
-    "open-start",
-    "a start pose that leaves a loop open",
     "the closures pull it shut in the first steps: a blow that no machine gets, and speeds that stay",
     needs_motion=False,
 )
-def open_pose(bench: Bench) -> Iterator[Finding]:
-    """Closures that are open before the first step."""
+def open_start(bench: Bench) -> Iterator[Finding]:
+    """A start pose that leaves a loop open."""
     model, data = bench.model, data_at(bench.model, bench.start)
     mujoco.mj_forward(model, data)
     opened = openings(model, data)
@@ -150,13 +146,11 @@ def open_pose(bench: Bench) -> Iterator[Finding]:
 
 
 @rule(
-    "torn-start",
-    "start speeds that tear a loop",
     "the closures stop it with a blow in the first steps, and energy that the machine was given is gone",
     needs_motion=False,
 )
-def torn_speeds(bench: Bench) -> Iterator[Finding]:
-    """Closures whose ends part in the first instant."""
+def torn_start(bench: Bench) -> Iterator[Finding]:
+    """Start speeds that tear a loop."""
     model, data = bench.model, data_at(bench.model, bench.start)
     mujoco.mj_forward(model, data)
     moving = np.flatnonzero(model.body_weldid > 0).tolist()
@@ -219,9 +213,9 @@ def _consistent_speeds(model: mujoco.MjModel, data: mujoco.MjData, rows: Rows) -
 SAME_MOTION = 1e-6
 
 
-@rule("redundant-closure", "closures that say what others say")
-def redundant_closures(bench: Bench) -> Iterator[Finding]:
-    """Equalities without which the rank of all is the same at every pose, and rows that depend on others."""
+@rule()
+def redundant_closure(bench: Bench) -> Iterator[Finding]:
+    """Closures that say what others say."""
     looks = bench.rows
     redundant = min((int(rows.effective.sum()) - rows.rank for rows in looks), default=0)
     if redundant <= 0:
@@ -294,13 +288,11 @@ SAME_DIRECTION = 1e-2
 
 
 @rule(
-    "freedom-taken-away",
-    "bodies that float and are tied where they could hang",
     "coordinates that closures take away again are solved for in every step, and are as exact as the closures "
     "are stiff",
 )
-def floating_bodies(bench: Bench) -> Iterator[Finding]:
-    """Bodies with freedom of their own that move past what they are tied to by a single joint's motion."""
+def freedom_taken_away(bench: Bench) -> Iterator[Finding]:
+    """Bodies that float and are tied where they could hang."""
     model = bench.model
     for body in np.flatnonzero(model.body_dofnum >= 2).tolist():
         own = int(model.body_dofnum[body])

@@ -44,23 +44,23 @@ from conrod.own.models.loading import (
 )
 from conrod.studies.frame.paired_timing import Clock
 
-STEP, SOLVER = stepping.unstable_step, stepping.unsolved
+STEP, SOLVER = stepping.step_too_long, stepping.solver_stops_early
 RULES: tuple[Rule, ...] = (
     STEP,
     SOLVER,
-    closures.soft_closures,
-    closures.open_pose,
-    closures.torn_speeds,
-    bodies.joined_links,
-    bodies.idle_geoms,
-    closures.floating_bodies,
-    closures.redundant_closures,
+    closures.soft_closure,
+    closures.open_start,
+    closures.torn_start,
+    bodies.joined_links_collide,
+    bodies.never_touch,
+    closures.freedom_taken_away,
+    closures.redundant_closure,
     bodies.gravity_across,
-    bodies.changed_inertias,
-    stepping.late_sensors,
+    bodies.changed_inertia,
+    stepping.late_sensor,
     stepping.silent_reset,
-    stepping.sensor_cost,
-    bodies.visual_geoms,
+    stepping.sensors,
+    bodies.geoms_seen,
 )
 # Flywheel of a crank, over the inertia that the machine shows to it: what the machine exchanges with it in a turn then
 # changes the speed by a per cent.

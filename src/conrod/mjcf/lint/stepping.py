@@ -24,14 +24,9 @@ OUT_OF_HAND = 10.0
 OPEN = 0.1  # of the machine's size
 
 
-@rule(
-    "step-too-long",
-    "a step above the longest stable one",
-    "the motion is the integrator's, not the machine's",
-    needs_motion=False,
-)
-def unstable_step(bench: Bench) -> Iterator[Finding | Note]:
-    """Runs over the same time with half the step, and half of that, until two of them agree on where things are."""
+@rule("the motion is the integrator's, not the machine's", needs_motion=False)
+def step_too_long(bench: Bench) -> Iterator[Finding | Note]:
+    """A step above the longest stable one."""
     longest, step = longest_stable(bench), bench.step
     warnings = ", ".join(bench.run.warnings) or "none"
     if longest is None:
@@ -107,9 +102,9 @@ ITERATIONS = 100  # MuJoCo's default; Newton takes two or three
 LOOKS = 40
 
 
-@rule("solver-stops-early", "a solver tolerance that an armature makes void; too few iterations")
-def unsolved(bench: Bench) -> Iterator[Finding]:
-    """Poses at which the solver leaves a share of its work, compared with Newton's method to the end."""
+@rule()
+def solver_stops_early(bench: Bench) -> Iterator[Finding]:
+    """A solver tolerance that an armature makes void; too few iterations."""
     options = bench.model.opt
     edits = tuple(
         SetOption(("option",), name, value)
@@ -185,14 +180,12 @@ TOO_FAST = 1e11  # mjMAXVAL is 1e10: what is beyond it counts as divergence
 
 
 @rule(
-    "silent-reset",
-    "autoreset on",
     "a run that diverged is finite, smooth and wrong: the machine is back in its first pose, and one warning is the "
     "only sign of it",
     needs_motion=False,
 )
 def silent_reset(bench: Bench) -> Iterator[Finding]:
-    """A speed that no machine has is put into a copy: it must be there, or an error, after the next step."""
+    """Autoreset on."""
     if not resets(bench):
         return
     yield Finding(
@@ -228,13 +221,9 @@ SAME_VALUE = 1e-12
 AT_ONCE = {"delay": "0", "interval": "0 0", "nsample": "0"}
 
 
-@rule(
-    "late-sensor",
-    "a delay or an interval set on a sensor",
-    "values that are paired with the state of the same step are off by what happens in the delay",
-)
-def late_sensors(bench: Bench) -> Iterator[Finding]:
-    """Each sensor in two runs: as it is, and read at once in every step."""
+@rule("values that are paired with the state of the same step are off by what happens in the delay")
+def late_sensor(bench: Bench) -> Iterator[Finding]:
+    """A delay or an interval set on a sensor."""
     model = bench.model
     held = [i for i in range(model.nsensor) if model.sensor_history[i, 0] and bench.document.can_edit("sensor", i)]
     if not held:
@@ -278,9 +267,9 @@ def _read_at_once(model: mujoco.MjModel, sensors: list[int]) -> tuple[Edit, ...]
     )
 
 
-@rule("sensors", "noted: number and cost of all sensors")
-def sensor_cost(bench: Bench) -> Iterator[Note]:
-    """Number of all sensors, and their cost together."""
+@rule()
+def sensors(bench: Bench) -> Iterator[Note]:
+    """Noted: number and cost of all sensors."""
     model = bench.model
     if model.nsensor:
         named = sum(bool(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_SENSOR, i)) for i in range(model.nsensor))
