@@ -18,19 +18,25 @@ from conrod.runs.trajectory import Settings
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.run import measure
-from conrod.studies.sweep.budget_plan import (
+from conrod.studies.sweep.error_budget import (
     AS_IS,
     BUDGET_ANGLES,
     CONVERGED,
     FINER,
     FINEST,
+    ITERATION,
+    MODEL,
     REGULARISATION,
     STABILISATION,
+    STEP,
+    TOTAL,
     TWICE,
     BudgetPlan,
+    ErrorBudget,
+    budget_of,
     budget_plan_of,
+    combined,
 )
-from conrod.studies.sweep.error_budget import ITERATION, MODEL, STEP, TOTAL, ErrorBudget, Runs, budget_of
 from conrod.studies.sweep.plan import SweepPlan
 from conrod.studies.sweep.study import sweep_study
 
@@ -131,9 +137,9 @@ def test_plans_without_common_angles_are_refused(steps: int, fineness: int, wron
 def test_signed_parts_sum_to_the_signed_error_at_every_angle() -> None:
     plan = plan_of(SOFT)
     measurements = made_up(plan, {AS_IS: 1e-3, CONVERGED: 3.0, FINEST: 1e-7, FINER: 2e-7})
-    runs = Runs(plan, {role: measurements[cell.key] for role, cell in plan.cases.items()})
-    parts = [runs.combined(w) for w in ({AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, FINEST: -1}, {FINEST: 1})]
-    total = runs.combined({AS_IS: 1})
+    runs = {role: measurements[cell.key] for role, cell in plan.cases.items()}
+    parts = [combined(plan, runs, w) for w in ({AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, FINEST: -1}, {FINEST: 1})]
+    total = combined(plan, runs, {AS_IS: 1})
     for quantity in QUANTITIES:
         for point in SAW.lengths:
             off = sum(part[quantity][point] for part in parts) - total[quantity][point]

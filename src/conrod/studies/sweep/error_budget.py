@@ -22,26 +22,96 @@ from typing import Any
 
 import numpy as np
 
+from conrod.engines import engine_named
+from conrod.engines.capabilities import variations_of
+from conrod.engines.variations import Variations
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.runs.trajectory import Settings
+from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.sweep.budget_plan import (
-    AS_IS,
-    CONVERGED,
-    FINER,
-    FINEST,
-    REGULARISATION,
-    STABILISATION,
-    TWICE,
-    BudgetPlan,
-)
-from conrod.studies.validation.refinement import rounding_level
+from conrod.studies.frame.run import RunCase
+from conrod.studies.validation.refinement import refined, rounding_level
 
+BUDGET_ANGLES = 100
+FINENESS = 16  # the finest step is the given one over this, the one before it twice as long
 TOTAL, ITERATION, STEP, MODEL = "total", "iteration", "step", "model"
+REGULARISATION, STABILISATION = "regularisation", "stabilisation"
+AS_IS, CONVERGED, TWICE, FINER, FINEST = "as is", "converged", "converged twice", "finer", "finest"
 NAMED = 0.25  # a law names a cause where it gives the size this well
 TELESCOPED = 16.0 * float(np.finfo(float).eps)
 
 Signed = Mapping[str, Mapping[str, Array]]  # quantity -> point -> (K, 2)
 Prediction = tuple[float, str]  # largest position error, normalised, and the law in words
+Weights = Mapping[str, int]  # of runs, by role
+
+
+# -- the runs ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class BudgetPlan:
+    """The runs of an error budget.
+
+    Attributes:
+        cases: by role. `as is`; `converged` and `converged twice`: with infinitely many iterations and with twice
+            that; `finer` and `finest`: converged, at half the fineness and at all of it, softness fixed in seconds.
+            `<knob>`, `<knob> finer` and `<knob> finest`: converged, with the softness of one knob varied.
+        changes: by knob, the settings that it changes: from and to.
+    """
+
+    name: str
+    cases: Mapping[str, RunCase]
+    changes: Mapping[str, Mapping[str, tuple[Any, Any]]]
+
+
+def budget_plan_of(name: str, scene: Scene, settings: Settings, fineness: int = FINENESS) -> BudgetPlan:
+    """The runs that an error budget of one setting needs.
+
+    Args:
+        name: of the scene.
+        settings: with a number of steps per revolution that is a multiple of 100, the angles that are compared.
+        fineness: an even number; how much finer the step is that stands for none.
+
+    Raises:
+        InvalidInput: steps that miss the angles, or a fineness that is odd.
+    """
+    steps = settings.steps_per_revolution
+    if steps % BUDGET_ANGLES:
+        raise InvalidInput(f"steps_per_revolution = {steps} must be a multiple of {BUDGET_ANGLES} for an error budget")
+    if fineness < 2 or fineness % 2:
+        raise InvalidInput(f"fineness = {fineness} must be an even number")
+
+    def case(chosen: Settings, finer: int = 1) -> RunCase:
+        return RunCase(name, scene, refined(scene, chosen, finer * steps), signed_angles=BUDGET_ANGLES)
+
+    variations: Variations[Any] = variations_of(engine_named(settings.engine))
+    solved = variations.converged(scene, settings)
+    cases = {
+        AS_IS: RunCase(name, scene, settings, signed_angles=BUDGET_ANGLES),
+        CONVERGED: case(solved),
+        TWICE: case(variations.converged(scene, settings, 2)),
+        FINER: case(solved, fineness // 2),
+        FINEST: case(solved, fineness),
+    }
+    changes = {}
+    for knob, varied in (
+        (REGULARISATION, variations.less_regularised(scene, solved)),
+        (STABILISATION, variations.restabilised(scene, solved)),
+    ):
+        if varied is not None:
+            cases |= {knob: case(varied), f"{knob} finer": case(varied, fineness // 2)}
+            cases[f"{knob} finest"] = case(varied, fineness)
+            changes[knob] = _changes(solved, varied)
+    return BudgetPlan(name, cases, changes)
+
+
+def _changes(before: Settings, after: Settings) -> dict[str, tuple[Any, Any]]:
+    old, new = before.as_dict(), after.as_dict()
+    return {key: (old[key], new[key]) for key in old if old[key] != new[key]}
+
+
+# -- the parts ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -127,22 +197,28 @@ def budget_of(
         KeyError: a case of the plan has not been measured.
         ArithmeticError: the parts do not sum to the whole.
     """
-    runs = Runs(plan, {role: measurements[case.key] for role, case in plan.cases.items()})
+    runs = {role: measurements[case.key] for role, case in plan.cases.items()}
     laws = predictions or {}
-    _check_sum(runs)
+    _check_sum(plan, runs)
+    last_step: Weights = {FINER: 1, FINEST: -1}
     parts = [
-        runs.part(TOTAL, {AS_IS: 1}),
-        runs.part(ITERATION, {AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, TWICE: -1}),
-        runs.part(STEP, {CONVERGED: 1, FINEST: -1}, {FINER: 1, FINEST: -1}),
-        runs.part(MODEL, {FINEST: 1}, {FINER: 1, FINEST: -1}, prediction=laws.get(FINEST)),
+        _part(plan, runs, TOTAL, {AS_IS: 1}),
+        _part(plan, runs, ITERATION, {AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, TWICE: -1}),
+        _part(plan, runs, STEP, {CONVERGED: 1, FINEST: -1}, last_step),
+        _part(plan, runs, MODEL, {FINEST: 1}, last_step, prediction=laws.get(FINEST)),
     ]
-    for knob in (k for k in (REGULARISATION, STABILISATION) if k in plan.changes):
+    for knob in plan.changes:
         fine, finer = f"{knob} finest", f"{knob} finer"
         unknown = {FINEST: 1, fine: -1, FINER: -1, finer: 1}
-        changes, none, this = plan.changes[knob], _change(laws, FINEST, fine), _change(laws, CONVERGED, knob)
-        parts.append(runs.part(f"{knob}, no step", {FINEST: 1, fine: -1}, unknown, changes, none))
-        parts.append(runs.part(f"{knob}, this step", {CONVERGED: 1, knob: -1}, None, changes, this))
-    settings, whole = plan.cases[AS_IS].settings, runs.measured[AS_IS]
+        for when, weights, known_to in (
+            ("no step", {FINEST: 1, fine: -1}, unknown),
+            ("this step", {CONVERGED: 1, knob: -1}, None),
+        ):
+            # Both knobs scale the gap and keep its shape, so what a knob changes is the difference of the sizes.
+            sizes = [laws[role] for role in weights if role in laws]
+            change = (abs(sizes[0][0] - sizes[1][0]), sizes[0][1]) if len(sizes) == 2 else None
+            parts.append(_part(plan, runs, f"{knob}, {when}", weights, known_to, plan.changes[knob], change))
+    settings, whole = plan.cases[AS_IS].settings, runs[AS_IS]
     return ErrorBudget(
         scene=plan.name,
         engine=settings.engine,
@@ -162,70 +238,55 @@ def roles_of_law(plan: BudgetPlan) -> tuple[str, ...]:
     return (FINEST, *((CONVERGED,) if knobs else ()), *knobs, *(f"{knob} finest" for knob in knobs))
 
 
-def _change(predictions: Mapping[str, Prediction], role: str, varied: str) -> Prediction | None:
-    # Both knobs scale the gap and keep its shape, so what a knob changes is the difference of the sizes.
-    if role not in predictions or varied not in predictions:
-        return None
-    return abs(predictions[role][0] - predictions[varied][0]), predictions[role][1]
+def _part(
+    plan: BudgetPlan,
+    runs: Mapping[str, Measurement],
+    name: str,
+    weights: Weights,
+    unknown: Weights | None = None,
+    changes: Mapping[str, tuple[Any, Any]] | None = None,
+    prediction: Prediction | None = None,
+) -> Part:
+    """A sum of runs with weights, and another one for its uncertainty."""
+    missing = {role: runs[role].outcome for role in failed(runs, {**weights, **(unknown or {})})}
+    norms = None
+    if not missing:
+        summed, left = combined(plan, runs, weights), combined(plan, runs, unknown or {})
+        steps = max((plan.cases[role].settings.steps_per_revolution for role in unknown or {}), default=0)
+        known_to = {q: max(rounding_level(steps), _sizes(left[q])[0]) if unknown else None for q in QUANTITIES}
+        norms = {q: Norm(*_sizes(summed[q]), known_to[q]) for q in QUANTITIES}
+    return Part(name, changes or {}, norms, missing, *(prediction or (None, "")))
 
 
-@dataclass(frozen=True)
-class Runs:
-    """The measurements of a plan, by role."""
-
-    plan: BudgetPlan
-    measured: Mapping[str, Measurement]
-
-    def part(
-        self,
-        name: str,
-        sum_of: Mapping[str, int],
-        unknown: Mapping[str, int] | None = None,
-        changes: Mapping[str, tuple[Any, Any]] | None = None,
-        prediction: Prediction | None = None,
-    ) -> Part:
-        """A sum of runs with weights, and another one for its uncertainty."""
-        missing = {role: self.measured[role].outcome for role in self.failed({**sum_of, **(unknown or {})})}
-        predicted, law = prediction or (None, "")
-        norms = None if missing else self._norms(sum_of, unknown)
-        return Part(name, changes or {}, norms, missing, predicted, law)
-
-    def failed(self, roles: Iterable[str]) -> list[str]:
-        """The roles whose runs have no errors."""
-        return [role for role in roles if self.measured[role].signed is None]
-
-    def combined(self, weights: Mapping[str, int]) -> Signed:
-        """Signed errors of completed runs summed with weights, at each angle."""
-        points = self.plan.cases[AS_IS].scene.lengths
-        zero = np.zeros(1)
-        return {
-            q: {p: sum((w * self.measured[role].signed_of(p, q) for role, w in weights.items()), zero) for p in points}
-            for q in QUANTITIES
-        }
-
-    def _norms(self, sum_of: Mapping[str, int], unknown: Mapping[str, int] | None) -> dict[str, Norm]:
-        summed = self.combined(sum_of)
-        if unknown is None:
-            return {quantity: Norm(*sizes(summed[quantity]), None) for quantity in QUANTITIES}
-        left = self.combined(unknown)
-        rounding = rounding_level(max(self.plan.cases[role].settings.steps_per_revolution for role in unknown))
-        return {q: Norm(*sizes(summed[q]), max(rounding, sizes(left[q])[0])) for q in QUANTITIES}
+def failed(runs: Mapping[str, Measurement], roles: Iterable[str]) -> list[str]:
+    """The roles whose runs have no errors."""
+    return [role for role in roles if runs[role].signed is None]
 
 
-def sizes(points: Mapping[str, Array]) -> tuple[float, float]:
+def combined(plan: BudgetPlan, runs: Mapping[str, Measurement], weights: Weights) -> Signed:
+    """Signed errors of completed runs summed with weights, at each angle."""
+    points, zero = plan.cases[AS_IS].scene.lengths, np.zeros((1, 2))
+    return {
+        q: {p: sum((w * runs[role].signed_of(p, q) for role, w in weights.items()), zero) for p in points}
+        for q in QUANTITIES
+    }
+
+
+def _sizes(points: Mapping[str, Array]) -> tuple[float, float]:
     """Largest and root mean square length of the vectors (K, 2) of the worst point, each."""
     lengths = [np.linalg.norm(values, axis=1) for values in points.values()]
     return max(float(x.max()) for x in lengths), max(float(np.sqrt(np.mean(x**2))) for x in lengths)
 
 
-def _check_sum(runs: Runs) -> None:
-    if runs.failed((AS_IS, CONVERGED, FINEST)):
+def _check_sum(plan: BudgetPlan, runs: Mapping[str, Measurement]) -> None:
+    """Refuse parts that do not sum to the whole at every angle, where all of them are known."""
+    if failed(runs, (AS_IS, CONVERGED, FINEST)):
         return
-    iteration = runs.combined({AS_IS: 1, CONVERGED: -1})
-    step, model = runs.combined({CONVERGED: 1, FINEST: -1}), runs.combined({FINEST: 1})
-    for quantity, points in runs.combined({AS_IS: 1}).items():
+    weights = ({AS_IS: 1}, {AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, FINEST: -1}, {FINEST: 1})
+    whole, *parts = (combined(plan, runs, one) for one in weights)
+    for quantity, points in whole.items():
         for name, total in points.items():
-            terms = [part[quantity][name] for part in (iteration, step, model)]
+            terms = [part[quantity][name] for part in parts]
             scale = max(float(np.abs(values).max()) for values in (total, *terms))
             if not float(np.abs(sum(terms) - total).max()) <= TELESCOPED * scale:
                 raise ArithmeticError(f"{quantity} of {name}: iteration, step and model do not sum to the error")

@@ -12,7 +12,7 @@ from conrod.engines.rule import Grid, Rule, step_counts
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.run import RunCase
-from conrod.studies.sweep.budget_plan import BudgetPlan, budget_plan_of
+from conrod.studies.sweep.error_budget import BudgetPlan, budget_plan_of
 from conrod.studies.sweep.sensitivity import sensitivity_cases
 from conrod.studies.validation.refinement import PATHS, Family, Path, family_of
 

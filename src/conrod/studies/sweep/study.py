@@ -12,8 +12,7 @@ from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import Study
 from conrod.studies.frame.timing import Timing, fingerprint
-from conrod.studies.sweep.budget_plan import BudgetPlan
-from conrod.studies.sweep.error_budget import ErrorBudget, Prediction, budget_of, roles_of_law
+from conrod.studies.sweep.error_budget import BudgetPlan, ErrorBudget, Prediction, budget_of, roles_of_law
 from conrod.studies.sweep.findings import (
     COMPLETED,
     Agreement,
