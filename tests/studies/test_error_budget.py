@@ -37,8 +37,7 @@ from conrod.studies.sweep.error_budget import (
     budget_plan_of,
     combined,
 )
-from conrod.studies.sweep.plan import SweepPlan
-from conrod.studies.sweep.study import sweep_study
+from conrod.studies.sweep.study import SweepPlan, sweep_study
 
 SAW, CAM = SCENES["saw-500rpm"], SCENES["cam-follower"]
 PARTS = (ITERATION, STEP, MODEL)

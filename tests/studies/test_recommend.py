@@ -25,7 +25,7 @@ from conrod.studies.recommend.study import (
     recommend_for,
     savings_of,
 )
-from conrod.studies.sweep.plan import plan_sweep
+from conrod.studies.sweep.study import plan_sweep
 
 SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
 

@@ -44,7 +44,7 @@ def recommend(
     from conrod.studies.frame.resolve_arguments import select_engines, select_scene
     from conrod.studies.frame.study import pursue
     from conrod.studies.recommend.study import Recommendation, check_tolerances, recommend_for
-    from conrod.studies.sweep.plan import plan_sweep
+    from conrod.studies.sweep.study import plan_sweep
 
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
     name, chosen = select_scene(scene, assignments)

@@ -44,8 +44,7 @@ def sweep(
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import select_engines, select_scenes
     from conrod.studies.frame.study import pursue
-    from conrod.studies.sweep.plan import plan_sweep
-    from conrod.studies.sweep.study import sweep_scene
+    from conrod.studies.sweep.study import plan_sweep, sweep_scene
 
     chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
     swept = grid_named(grid)

@@ -33,7 +33,7 @@ FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 
 APART = (0.0, 0.24, -0.24)  # failed runs of one cost, in lanes
 
 WIDTH, PANEL_HEIGHT, LANE_HEIGHT = 10.5, 4.9, 0.26  # [inch]
-LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.95, 1.05, 0.3, 1.5  # margins [inch]
+LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.95, 1.05, 0.3, 0.5  # margins [inch]
 PANEL_WIDTH = WIDTH - LEFT - RIGHT
 POINTS = 72.0  # in an inch
 NAME_SIZE = 7.0  # [pt]
@@ -41,7 +41,6 @@ MARKED = 4.5  # half the side of a marked point [pt]
 # From a point to its name, best first: a front has nothing of its own below it and to its left.
 DIRECTIONS = ((-0.8, -0.6), (-1.0, 0.0), (-0.3, -1.0), (-0.9, 0.45), (0.3, -1.0), (0.9, -0.45), (0.0, 1.0), (0.9, 0.45))
 DISTANCES = (16.0, 22.0, 30.0, 40.0, 52.0)  # [pt]
-OUTWARD = (40.0, 80.0, 120.0)  # of the axes in steps of the reference loops [pt]
 
 
 def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Figure:
@@ -68,7 +67,6 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
         _draw_panel(axes, study, placed, quantity)
         if quantity == quantities[-1]:
             axes.set_xlabel("CPU time of a simulated revolution", labelpad=2.0)
-            _reference_axes(axes, study, limits)
         else:
             axes.tick_params(axis="x", labelbottom=False)
     layout.legend(_legend(study), 3, 0.05, handlelength=3.4, columnspacing=3.0)
@@ -110,29 +108,9 @@ def _draw_strip(axes: Axes, placed: Sequence[Placed], ends: Sequence[str]) -> No
 
 def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
     """A logarithmic axis of CPU time, with its decades in words."""
-    decades = _decades(limits)
+    first, last = np.ceil(np.log10(limits[0])), np.floor(np.log10(limits[1]))
+    decades = [10.0**k for k in range(int(first), int(last) + 1)]
     log_axis(axes, limits, decades, [numbers.duration(x).replace(".0", "") for x in decades])
-
-
-def _decades(limits: tuple[float, float]) -> list[float]:
-    first, last = (round_(np.log10(end)) for round_, end in zip((np.ceil, np.floor), limits, strict=True))
-    return [10.0**k for k in range(int(first), int(last) + 1)]
-
-
-def _reference_axes(axes: Axes, study: SweepStudy, limits: tuple[float, float]) -> None:
-    """The same axis in steps of each engine's reference loop: a figure that carries to other machines."""
-    for (engine, step), outward in zip(study.reference_seconds.items(), OUTWARD, strict=False):
-        other = axes.twiny()
-        own = (limits[0] / step, limits[1] / step)
-        log_axis(other, own, _decades(own), [numbers.quantity(x) for x in _decades(own)])
-        other.grid(visible=False)
-        other.xaxis.set_ticks_position("bottom")
-        other.xaxis.set_label_position("bottom")
-        other.spines["bottom"].set_position(("outward", outward))
-        other.spines["bottom"].set_edgecolor(colour(engine))
-        other.tick_params(axis="x", colors=colour(engine), labelsize=8.0)
-        title = f"{engine_title(engine)}: the same cost in steps of its reference loop"
-        other.set_xlabel(f"{title} ({numbers.duration(step)} each)", color=colour(engine), fontsize=8.0, labelpad=1.0)
 
 
 # -- panels ------------------------------------------------------------------------------------------------------------

@@ -16,8 +16,7 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.study import Results, Study
 from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.plan import RulePlan, SweepPlan
-from conrod.studies.sweep.study import Clock
+from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan
 
 LARGEST_TOLERANCE = 1e6
 SMALLEST_TOLERANCE = 1e-15

@@ -94,26 +94,23 @@ def sensitivity_of(name: str, scene: Scene, settings: Settings, measurements: Ma
         InvalidInput: as `sensitivity_cases`.
     """
     parameter = output_mass(scene)
-    runs = {label: (case, measurements[case.key]) for label, case in sensitivity_cases(name, scene, settings).items()}
-    base = runs[BASE][1]
-    return Sensitivity(
-        scene=name,
-        engine=settings.engine,
-        preset=settings.preset,
-        settings=settings.as_dict(),
-        parameter=parameter,
-        variations=tuple(
+    cases = sensitivity_cases(name, scene, settings)
+    base = measurements[cases[BASE].key]
+    variations = []
+    for label, case in cases.items():
+        run = measurements[case.key]
+        sizes = {q: (run.largest(q), base.largest(q)) for q in QUANTITIES}
+        variations.append(
             Variation(
                 name=label,
                 value=None if case.scene is scene else case.scene.parameters[parameter],
                 outcome=run.outcome,
-                errors=None if run.errors is None else {q: run.largest(q) or 0.0 for q in QUANTITIES},
-                ratios={q: _ratio(run.largest(q), base.largest(q)) for q in QUANTITIES},
+                errors=None if run.errors is None else {q: size or 0.0 for q, (size, _) in sizes.items()},
+                ratios={q: size / usual if size is not None and usual else None for q, (size, usual) in sizes.items()},
                 drive=None if run.drive is None else run.drive["speed"],
             )
-            for label, (case, run) in runs.items()
-        ),
-    )
+        )
+    return Sensitivity(name, settings.engine, settings.preset, settings.as_dict(), parameter, tuple(variations))
 
 
 def output_mass(scene: Scene) -> str:
@@ -144,7 +141,3 @@ def varied_mass(scene: Scene, parameter: str, factor: float) -> float:
 def mass_label(parameter: str, factor: float) -> str:
     """Name of a variation of a mass."""
     return f"{parameter} x {factor:g}"
-
-
-def _ratio(error: float | None, base: float | None) -> float | None:
-    return error / base if error is not None and base else None
