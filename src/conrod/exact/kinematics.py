@@ -8,6 +8,8 @@ k-th Taylor coefficient of the joint equations is J q_k + (a term in q_0 .. q_(k
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -56,7 +58,8 @@ class Kinematics:
         if mechanism.mobility != 1:
             raise InvalidInput(f"{mechanism.name} has mobility {mechanism.mobility}; a driven crank needs exactly 1")
         self.mechanism = mechanism
-        self._walk = _walk_of(_Geometry(mechanism))
+        poses = tuple((body.name, mechanism.poses[body.name]) for body in mechanism.bodies)
+        self._walk = _walk_of(_Geometry(mechanism, (mechanism.name, mechanism.joints, mechanism.driver, poses)))
         self._equations = self._walk.equations
         self.size = self._equations.size
         self.poses, self.reach, self.near_change = self._walk.poses, self._walk.reach, self._walk.near_change
@@ -235,20 +238,12 @@ class Kinematics:
         return result
 
 
+@dataclass(frozen=True)
 class _Geometry:
     """A mechanism, equal to all others that move alike: masses, forces, loads and observed points move nothing."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        names = tuple(body.name for body in mechanism.bodies)
-        poses = tuple(mechanism.poses[name] for name in names)
-        self._moves = (mechanism.name, names, mechanism.joints, mechanism.driver, poses)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Geometry) and self._moves == other._moves
-
-    def __hash__(self) -> int:
-        return hash(self._moves)
+    mechanism: Mechanism = field(compare=False)
+    moves: tuple[Hashable, ...]
 
 
 @lru_cache(GEOMETRIES_KEPT)

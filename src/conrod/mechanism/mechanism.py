@@ -224,6 +224,10 @@ class Mechanism:
         """The body of a name; KeyError for the ground or an unknown name."""
         return self.bodies[self.body_index[name]]
 
+    def joints_on(self, body: str) -> list[Joint]:
+        """The joints of a body."""
+        return [joint for joint in self.joints if body in (joint.a, joint.b)]
+
     @cached_property
     def driven_joint(self) -> Revolute:
         """The revolute joint that the driver turns."""
@@ -262,13 +266,14 @@ class Mechanism:
         return 3 * len(self.bodies) - 2 * lower_pairs - higher_pairs
 
 
+def beside(joint: Revolute | Prismatic, body: str) -> tuple[str, Point, Point]:
+    """The other body of a joint, and its points [m] on that and on the body itself."""
+    return (joint.a, joint.point_a, joint.point_b) if joint.b == body else (joint.b, joint.point_b, joint.point_a)
+
+
 def pins_of(mechanism: Mechanism, body: str) -> list[Point]:
     """Places of the pins on a body, in its own frame [m]."""
-    pins = []
-    for joint in mechanism.joints:
-        if isinstance(joint, Revolute):
-            pins += [point for name, point in ((joint.a, joint.point_a), (joint.b, joint.point_b)) if name == body]
-    return pins
+    return [beside(joint, body)[2] for joint in mechanism.joints_on(body) if isinstance(joint, Revolute)]
 
 
 def to_world(pose: Pose, point: Point) -> Point:

@@ -58,18 +58,15 @@ class Course:
             InvalidInput: the motion cannot be integrated.
         """
         end = self._end = float(times[-1])
-        sampled = np.empty((len(times), len(start)))
-        sampled[times <= 0.0] = start
+        self._times, self._sampled, self._passing = times, np.empty((len(times), len(start))), passing
+        self._sampled[times <= 0.0] = start
         now, state = 0.0, start
         for stop in [*(t for t in self._breaks if 0.0 < t < end), end]:
             while now < stop:
-                now, state = self._until_kink(now, state, stop, end, times, sampled, passing)
-        return sampled
+                now, state = self._until_kink(now, state, stop)
+        return self._sampled
 
-    def _until_kink(
-        self, now: float, state: Array, stop: float, end: float, times: Array, sampled: Array,
-        passing: Callable[[Array, Array], Sequence[float]],
-    ) -> tuple[float, Array]:  # fmt: skip
+    def _until_kink(self, now: float, state: Array, stop: float) -> tuple[float, Array]:
         solver = self._solver(now, state, stop)
         # A kink that was just met is not met again.
         sides = [kink(now, state) for kink in self._kinks]
@@ -77,14 +74,14 @@ class Course:
             before = solver.y.copy()
             self._step(solver)
             dense = solver.dense_output()
-            met = self._first_kink(solver.t_old, solver.t, dense, sides, end)
+            met = self._first_kink(solver.t_old, solver.t, dense, sides)
             if met is not None:
                 last = self._solver(solver.t_old, before, met)
                 while last.status == "running":
                     self._step(last)
-                self._sample(solver.t_old, met, dense, before, last.y, times, sampled, passing)
+                self._sample(solver.t_old, met, dense, before, last.y)
                 return met, last.y
-            self._sample(solver.t_old, solver.t, dense, before, solver.y, times, sampled, passing)
+            self._sample(solver.t_old, solver.t, dense, before, solver.y)
             sides = [kink(solver.t, solver.y) for kink in self._kinks]
         return float(solver.t), np.asarray(solver.y)
 
@@ -105,23 +102,21 @@ class Course:
             raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {message}")
 
     def _first_kink(
-        self, start: float, stop: float, dense: Callable[[float], Array], sides: list[float], end: float
+        self, start: float, stop: float, dense: Callable[[float], Array], sides: list[float]
     ) -> float | None:
         found = []
         for kink, side in zip(self._kinks, sides, strict=True):
             if side * kink(stop, dense(stop)) < 0.0 and kink(start, dense(start)) * side > 0.0:
                 at = brentq(lambda t, kink=kink: kink(t, dense(t)), start, stop, xtol=1e-300, rtol=1e-15)
-                if start + JUST * end < at < stop - JUST * end:
-                    found.append(at + 0.5 * JUST * end)
+                if start + JUST * self._end < at < stop - JUST * self._end:
+                    found.append(at + 0.5 * JUST * self._end)
         return min(found, default=None)
 
-    def _sample(
-        self, start: float, stop: float, dense: Callable[[float], Array], before: Array, after: Array, times: Array,
-        sampled: Array, passing: Callable[[Array, Array], Sequence[float]],
-    ) -> None:  # fmt: skip
+    def _sample(self, start: float, stop: float, dense: Callable[[float], Array], before: Array, after: Array) -> None:
+        times = self._times
         for k in np.flatnonzero((times > start) & (times <= stop)):
-            sampled[k] = after if times[k] == stop else dense(times[k])
-        for value in passing(before, after):
+            self._sampled[k] = after if times[k] == stop else dense(times[k])
+        for value in self._passing(before, after):
             self.passed.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))
 
 

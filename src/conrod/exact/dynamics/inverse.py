@@ -163,7 +163,7 @@ def mass_ratio(mechanism: Mechanism) -> float:
 def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:
     """Mass [kg] of a link as felt at a point: 1 / (1/m + d^2/I), d from its centre of gravity."""
     body = mechanism.body(name)
-    if any(isinstance(j, Prismatic) and name in (j.a, j.b) for j in mechanism.joints):
+    if any(isinstance(joint, Prismatic) for joint in mechanism.joints_on(name)):
         return body.mass  # cannot turn
     distance = math.hypot(point[0] - body.centre_of_gravity[0], point[1] - body.centre_of_gravity[1])
     return 1.0 / (1.0 / body.mass + distance**2 / body.inertia)

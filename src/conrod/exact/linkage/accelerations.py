@@ -10,7 +10,18 @@ import numpy as np
 from conrod.exact.linkage.centres import joint_centre
 from conrod.exact.linkage.state import LinkageState, left_of
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Mesh, Point, Prismatic, Rack, Revolute, Rolling
+from conrod.mechanism.mechanism import (
+    CamContact,
+    Joint,
+    Mechanism,
+    Mesh,
+    Point,
+    Prismatic,
+    Rack,
+    Revolute,
+    Rolling,
+    beside,
+)
 
 # A point slower than this share of the linkage's own speed stands still, and its path has no direction.
 AT_REST = 1e-12
@@ -134,10 +145,9 @@ def rolling_acceleration(state: LinkageState, joint: Mesh) -> Array:
 
 def _only_pins(mechanism: Mechanism, body: str, slide: Joint) -> list[Point]:
     """Pins of a body to moving links, if it has no joint but these and a slide."""
-    others = [joint for joint in mechanism.joints if body in (joint.a, joint.b) and joint is not slide]
-    if len(others) != 1 or not all(isinstance(joint, Revolute) for joint in others):
-        return []
-    return [j.point_a if j.a == body else j.point_b for j in others if isinstance(j, Revolute)]
+    others = [joint for joint in mechanism.joints_on(body) if joint is not slide]
+    pins = [beside(joint, body)[2] for joint in others if isinstance(joint, Revolute)]
+    return pins if len(pins) == len(others) == 1 else []
 
 
 def _direction(vector: Array) -> Array:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from conrod.exact.linkage.accelerations import coincident_point
 from conrod.exact.linkage.centres import SAME
 from conrod.exact.linkage.state import link_numbers
-from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Mesh, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Mesh, Point, Prismatic, Revolute, beside
 
 POLE = "O"  # of a polygon
 
@@ -62,10 +62,8 @@ class LinkagePoints:
 
 def pivot_of(mechanism: Mechanism, link: str) -> Point | None:
     """The pin [m] that a link turns about on the ground, in the link's frame; None where there is none."""
-    for joint in mechanism.joints:
-        if isinstance(joint, Revolute) and {joint.a, joint.b} == {GROUND, link}:
-            return joint.point_a if joint.a == link else joint.point_b
-    return None
+    pins = (j for j in mechanism.joints_on(link) if isinstance(j, Revolute) and GROUND in (j.a, j.b))
+    return next((beside(pin, link)[2] for pin in pins), None)
 
 
 def guided(mechanism: Mechanism, link: str) -> bool:

@@ -91,13 +91,9 @@ class LinkageState:
 def linkage_state(
     kinematics: Kinematics, angle: float, speed: float, acceleration: float = 0.0, side: Side = "right"
 ) -> LinkageState:
-    """Exact motion of every link.
+    """Exact motion of every link at an angle, rate and angular acceleration of the crank [rad, rad/s, rad/s^2].
 
     Args:
-        kinematics: the mechanism's solver.
-        angle: of the crank [rad].
-        speed: of the crank [rad/s].
-        acceleration: of the crank [rad/s^2].
         side: of a crank angle at which an acceleration jumps.
 
     Raises:
@@ -106,18 +102,11 @@ def linkage_state(
     derivatives = tuple(kinematics.derivatives(np.array([angle]), 2, side))
     q, first, second = (d[0].reshape(-1, 3) for d in derivatives)
     rate, turn = first * speed, second * speed**2 + first * acceleration
-    still = LinkState((0.0, 0.0, 0.0), (0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
-    links = {GROUND: still}
+    links = {GROUND: LinkState((0.0, 0.0, 0.0), (0.0, 0.0), (0.0, 0.0), 0.0, 0.0)}
     for name in list(link_numbers(kinematics.mechanism))[1:]:
         i = kinematics.mechanism.body_index[name]
-        x, y, phi = (float(value) for value in q[i])
-        links[name] = LinkState(
-            (x, y, phi),
-            (float(rate[i, 0]), float(rate[i, 1])),
-            (float(turn[i, 0]), float(turn[i, 1])),
-            float(rate[i, 2]),
-            float(turn[i, 2]),
-        )
+        (x, y, phi), (vx, vy, w), (ax, ay, alpha) = (values[i].tolist() for values in (q, rate, turn))
+        links[name] = LinkState((x, y, phi), (vx, vy), (ax, ay), w, alpha)
     return LinkageState(kinematics.mechanism, kinematics.size, angle, speed, acceleration, links, derivatives)
 
 

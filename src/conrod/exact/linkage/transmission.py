@@ -13,7 +13,7 @@ from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.course import Course
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute, beside
 
 SAMPLES = 3600
 # An extreme is closed in upon by so many parts of its interval, so many times: to rounding of its value.
@@ -140,7 +140,7 @@ def _cam_pushes(kinematics: Kinematics, poses: Array) -> Iterator[Push]:
     for joint in mechanism.joints:
         if joint in mechanism.cam_contacts:
             column = 3 * mechanism.body_index[joint.b]
-            path = _path(mechanism, poses, joint.b, joint.roller_centre)
+            path = _path(mechanism, poses, joint.b, _place(mechanism, poses, joint.b, joint.roller_centre))
             if path is not None:
                 yield Push(joint.b, joint.a, kinematics.jacobian(poses)[:, row, column : column + 2], path)
         row += kinematics.equations_of(joint)
@@ -156,7 +156,7 @@ def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
             # A rod that is reached by way of a link does not push that one: it is itself moved by it.
             if away[driven] < farthest or away[driven] < away[rod.name]:
                 continue
-            path = _path(mechanism, poses, driven, point)
+            path = _path(mechanism, poses, driven, _place(mechanism, poses, driven, point))
             if path is not None:
                 line = _place(mechanism, poses, rod.name, own) - _place(mechanism, poses, rod.name, other)
                 yield Push(driven, rod.name, line, path)
@@ -165,16 +165,15 @@ def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
 
 def _block_pushes(mechanism: Mechanism, poses: Array, block: str, away: Mapping[str, int]) -> Iterator[Push]:
     """A block on a pin of one link that slides in another: it pushes at right angles to the slide, through its pin."""
-    joints = [j for j in mechanism.joints if block in (j.a, j.b)]
-    slides = [j for j in joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)]
-    pins = [j for j in joints if isinstance(j, Revolute) and GROUND not in (j.a, j.b)]
-    if len(joints) != 2 or len(slides) != 1 or len(pins) != 1:
+    joints = [j for j in mechanism.joints_on(block) if GROUND not in (j.a, j.b)]
+    slide = next((j for j in joints if isinstance(j, Prismatic)), None)
+    pin = next((j for j in joints if isinstance(j, Revolute)), None)
+    if slide is None or pin is None or len(joints) != 2 or len(mechanism.joints_on(block)) != 2:
         return
-    slide, pin = slides[0], pins[0]
-    links = (slide.b if slide.a == block else slide.a, pin.b if pin.a == block else pin.a)
+    links = (beside(slide, block)[0], beside(pin, block)[0])
     driven = max(links, key=away.__getitem__)
-    place = _place(mechanism, poses, block, pin.point_a if pin.a == block else pin.point_b)
-    path = None if driven == mechanism.crank else _path_at(mechanism, poses, driven, place)
+    place = _place(mechanism, poses, block, beside(pin, block)[2])
+    path = None if driven == mechanism.crank else _path(mechanism, poses, driven, place)
     if path is not None:
         across = slide.direction + 0.5 * math.pi
         turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + across
@@ -195,40 +194,27 @@ def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
 
 def _rod_ends(mechanism: Mechanism, name: str) -> list[tuple[str, Point, Point, Point]]:
     """Of a body with two pins and nothing else: each driven partner, its pin, and the rod's own pin and other pin."""
-    joints = [j for j in mechanism.joints if name in (j.a, j.b)]
-    if len(joints) != 2:
-        return []
-    ends = []
-    for joint in joints:
-        if not isinstance(joint, Revolute):
-            return []
-        own, partner = (joint.point_a, joint.b) if joint.a == name else (joint.point_b, joint.a)
-        ends.append((partner, joint.point_b if joint.a == name else joint.point_a, own))
-    if any(partner == GROUND for partner, _, _ in ends):
+    joints = mechanism.joints_on(name)
+    ends = [beside(joint, name) for joint in joints if isinstance(joint, Revolute)]
+    if len(joints) != 2 or len(ends) != 2 or GROUND in (ends[0][0], ends[1][0]):
         return []
     return [
-        (partner, point, own, ends[1 - k][2])
-        for k, (partner, point, own) in enumerate(ends)
+        (partner, point, own, other)
+        for (partner, point, own), (_, _, other) in zip(ends, ends[::-1], strict=True)
         if partner != mechanism.crank
     ]
 
 
-def _path(mechanism: Mechanism, poses: Array, name: str, point: Point) -> Array | None:
-    """Direction (T, 2) in which a point of a body that is guided by the ground moves; None where it is not."""
-    return _path_at(mechanism, poses, name, _place(mechanism, poses, name, point))
-
-
-def _path_at(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array | None:
-    """The same of the body's point at a place (T, 2) [m] in the document's frame."""
-    for joint in mechanism.joints:
-        if {joint.a, joint.b} != {GROUND, name}:
+def _path(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array | None:
+    """Direction (T, 2) in which the point of a body at a place (T, 2) [m] moves; None without a guide in the ground."""
+    for joint in mechanism.joints_on(name):
+        if GROUND not in (joint.a, joint.b):
             continue
         if isinstance(joint, Prismatic):
             direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
             return np.broadcast_to(direction, (len(poses), 2))
         if isinstance(joint, Revolute):
-            pivot = joint.point_a if joint.a == GROUND else joint.point_b
-            arm = place - np.asarray(pivot)
+            arm = place - np.asarray(beside(joint, name)[1])
             return np.column_stack([-arm[:, 1], arm[:, 0]])
     return None
 

@@ -25,6 +25,7 @@ from conrod.mechanism.mechanism import (
     Rack,
     Revolute,
     Rolling,
+    beside,
     to_world,
 )
 from conrod.mechanism.parameters import Parameter
@@ -146,11 +147,7 @@ class _Search:
 
     def _beside(self, body: str, kind: type[LowerPair]) -> list[tuple[LowerPair, str, Point, Point]]:
         """Joints of a kind on a body, with the other body, the point on that, and its own."""
-        return [
-            (j, j.a, j.point_a, j.point_b) if j.b == body else (j, j.b, j.point_b, j.point_a)
-            for j in self._joints
-            if isinstance(j, kind) and body in (j.a, j.b)
-        ]
+        return [(j, *beside(j, body)) for j in self._joints if isinstance(j, kind) and body in (j.a, j.b)]
 
 
 def _turn_between(known: list[tuple[Point, Point]]) -> float | None:
