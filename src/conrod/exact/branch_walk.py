@@ -129,11 +129,7 @@ class BranchWalk:
         return poses
 
     def series(self, angle: Array, order: int, side: Side) -> list[Array]:
-        """Taylor coefficients of the poses by the crank angle at angles (T,) up to an order; each (T, 3 n).
-
-        Raises:
-            InvalidInput: the linkage does not reach an angle.
-        """
+        """Taylor coefficients of the poses by the crank angle at angles (T,) up to an order; each (T, 3 n)."""
         poses = self.poses(angle)
         within, _ = self._within(angle)
         near = self._continuation.changes.near(within)

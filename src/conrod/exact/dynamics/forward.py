@@ -68,11 +68,7 @@ class FreeMotion:
 
 
 class ForwardDynamics:
-    """One mechanism under its weight, its constant forces and its loads.
-
-    Raises:
-        InvalidInput: branches of its motion cross at the start poses.
-    """
+    """One mechanism under its weight, its constant forces and its loads."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.loads = mechanism, mechanism.loads

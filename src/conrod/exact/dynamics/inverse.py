@@ -53,11 +53,7 @@ class InverseDynamics:
         self._kinematics = kinematics
 
     def forces(self, state: State) -> JointForces:
-        """Joint forces and drive torque in a motion; see `JointForces`.
-
-        Raises:
-            InvalidInput: the linkage does not reach an angle.
-        """
+        """Joint forces and drive torque in a motion; see `JointForces`."""
         return self.forces_in(*self.motion(state), state.time)
 
     def forces_in(self, poses: Array, rates: Array, accelerations: Array, time: Array) -> JointForces:

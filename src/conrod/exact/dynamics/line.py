@@ -48,11 +48,7 @@ class _Row:
 
 
 class Line:
-    """The reduced mechanism along its curve of configurations.
-
-    Raises:
-        InvalidInput: branches of its motion cross at the start poses.
-    """
+    """The reduced mechanism along its curve of configurations."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -66,11 +62,7 @@ class Line:
         self._driven = [k for k, load in enumerate(loads) if not load.conservative]
 
     def at(self, along: float) -> At:
-        """The reduced mechanism at an arc length.
-
-        Raises:
-            InvalidInput: the curve ends before, or hardly any inertia is left.
-        """
+        """The reduced mechanism at an arc length."""
         row, local, turns = self._row(along)
         columns = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
         values, rates = columns[4:].reshape(2, -1)

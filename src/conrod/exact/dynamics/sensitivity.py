@@ -60,11 +60,7 @@ class Blind:
 
 
 def sensitivities(kinematics: Kinematics, state: State) -> tuple[Sensitivity, ...]:
-    """Of drive torque and reactions in a motion, to each property of each body.
-
-    Raises:
-        InvalidInput: the linkage does not reach an angle.
-    """
+    """Of drive torque and reactions in a motion, to each property of each body."""
     mechanism, inverse = kinematics.mechanism, InverseDynamics(kinematics)
     poses, rates, accelerations = inverse.motion(state)
     jacobian = np.swapaxes(kinematics.jacobian(poses), 1, 2)

@@ -56,11 +56,7 @@ class InstantQuantities:
 
 
 def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
-    """Those of a turn.
-
-    Raises:
-        InvalidInput: the mechanism cannot be assembled at crank angle 0, or does not reach its driver's span.
-    """
+    """Those of a turn."""
     mechanism, course = kinematics.mechanism, course_of(kinematics)
     return TurnQuantities(
         link_numbers(mechanism),
@@ -74,11 +70,7 @@ def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
 def instant_quantities(
     kinematics: Kinematics, angle: float, speed: float, acceleration: float = 0.0
 ) -> InstantQuantities:
-    """Those at a crank angle [rad], speed [rad/s] and angular acceleration [rad/s^2] of the crank.
-
-    Raises:
-        InvalidInput: the linkage does not reach the angle.
-    """
+    """Those at a crank angle [rad], speed [rad/s] and angular acceleration [rad/s^2] of the crank."""
     state = linkage_state(kinematics, angle, speed, acceleration)
     centres = instant_centres(state)
     return InstantQuantities(

@@ -106,11 +106,7 @@ class Course:
 
 
 def course_of(kinematics: Kinematics) -> Course:
-    """All poses that the machine passes on its assembly branch: a turn, its driver's span, or all that it reaches.
-
-    Raises:
-        InvalidInput: the mechanism cannot be assembled at crank angle 0, or does not reach its driver's span.
-    """
+    """All poses that the machine passes on its assembly branch: a turn, its driver's span, or all that it reaches."""
     span = kinematics.mechanism.driver.span
     if span is not None or kinematics.turns_fully:
         angles = np.linspace(*(span or (0.0, TURN)), SAMPLES + 1)
@@ -119,11 +115,7 @@ def course_of(kinematics: Kinematics) -> Course:
 
 
 def crank_range(kinematics: Kinematics) -> CrankRange:
-    """Crank angles that are reached on the assembly branch of the start poses, whatever span the driver is given.
-
-    Raises:
-        InvalidInput: the mechanism cannot be assembled at crank angle 0.
-    """
+    """Crank angles that are reached on the assembly branch of the start poses, whatever span the driver is given."""
     driver = kinematics.mechanism.driver
     free = kinematics
     if driver.span is not None:

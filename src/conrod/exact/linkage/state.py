@@ -95,9 +95,6 @@ def linkage_state(
 
     Args:
         side: of a crank angle at which an acceleration jumps.
-
-    Raises:
-        InvalidInput: the linkage does not reach the angle.
     """
     derivatives = tuple(kinematics.derivatives(np.array([angle]), 2, side))
     q, first, second = (d[0].reshape(-1, 3) for d in derivatives)

@@ -51,11 +51,7 @@ class Hint:
 
 
 def read_start(fields: Fields, places: Places, crank: str) -> dict[str, Hint]:
-    """The start poses that a file gives, by body.
-
-    Raises:
-        InvalidInput: of an unknown body or point, or of the crank.
-    """
+    """The start poses that a file gives, by body."""
     hints = {}
     for name, inside in fields.named("start").items():
         places.found(f"start.{name}", name)
