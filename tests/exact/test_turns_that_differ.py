@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import Any
 
 import pytest
@@ -13,44 +12,23 @@ from conrod.exact.linkage import TurnQuantities, turn_quantities
 from conrod.exact.linkage.transmission import pushes
 from conrod.scenes.described_scene import scene_of
 
-FOUR_BAR = """
-name = "four-bar"
-title = "A four-bar"
-source = "made for this test"
-[driver]
-joint = "shaft"
-speed = "300 rpm"
-[ground.points]
-O = [0, 0]
-Q = ["300 mm", 0]
-[bodies.crank]
-points = { A = ["70 mm", 0] }
-uniform = "disc"
-radius = "80 mm"
-mass = 1.5
-[bodies.coupler]
-points = { A = [0, 0], B = ["250 mm", 0] }
-uniform = "bar"
-mass = 1
-[bodies.rocker]
-points = { Q = [0, 0], B = ["200 mm", 0] }
-uniform = "bar"
-ends = ["Q", "B"]
-mass = 1
-[joints]
-shaft = { kind = "revolute", connects = ["ground.O", "crank"] }
-a = { kind = "revolute", connects = ["crank.A", "coupler.A"] }
-b = { kind = "revolute", connects = ["coupler.B", "rocker.B"] }
-q = { kind = "revolute", connects = ["ground.Q", "rocker.Q"] }
-[start]
-coupler = { turn = "50 deg" }
-[observed]
-B = "coupler.B"
-"""
-
 
 def four_bar() -> dict[str, Any]:
-    return tomllib.loads(FOUR_BAR)
+    pins = {"shaft": ["ground.O", "crank"], "a": ["crank.A", "coupler.A"], "b": ["coupler.B", "rocker.B"]}
+    pins["q"] = ["ground.Q", "rocker.Q"]
+    return {
+        "name": "four-bar", "title": "A four-bar", "source": "made for this test",
+        "driver": {"joint": "shaft", "speed": "300 rpm"},
+        "ground": {"points": {"O": [0, 0], "Q": ["300 mm", 0]}},
+        "bodies": {
+            "crank": {"points": {"A": ["70 mm", 0]}, "uniform": "disc", "radius": "80 mm", "mass": 1.5},
+            "coupler": {"points": {"A": [0, 0], "B": ["250 mm", 0]}, "uniform": "bar", "mass": 1},
+            "rocker": {"points": {"Q": [0, 0], "B": ["200 mm", 0]}, "uniform": "bar", "ends": ["Q", "B"], "mass": 1},
+        },
+        "joints": {name: {"kind": "revolute", "connects": pair} for name, pair in pins.items()},
+        "start": {"coupler": {"turn": "50 deg"}},
+        "observed": {"B": "coupler.B"},
+    }  # fmt: skip
 
 
 def geared(radius: str) -> TurnQuantities:

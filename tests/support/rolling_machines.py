@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from linkages import example_5_6
 
 from conrod.exact.motion import Array
 from conrod.exact.reference import GenericReference
@@ -169,33 +170,18 @@ def wheel_on_a_track() -> Mechanism:
 
 def swinging_four_bar(span: tuple[float, float] | None = (-0.4, 0.3)) -> Mechanism:
     """The four-bar linkage of Example 5.6, whose input cannot turn fully, from its printed instant."""
-    crank, coupler, rocker, ground, turn = 0.11, 0.21, 0.145, 0.3397241528063615, 1.0540538523344571
-    ax, ay = crank * math.cos(turn), crank * math.sin(turn)
-    across = math.hypot(ground - ax, ay)
-    toward = math.atan2(-ay, ground - ax)
-    bend = math.acos((coupler**2 + across**2 - rocker**2) / (2.0 * coupler * across))
-    lean = toward + bend
-    bx, by = ax + coupler * math.cos(lean), ay + coupler * math.sin(lean)
-    return Mechanism(
+    machine = example_5_6()
+    return replace(
+        machine,
         name="swinging-four-bar",
         bodies=(
             Body("crank", 0.5, 1e-3),
             Body("coupler", 1.0, 4e-3, (0.1, 0.0)),
             Body("rocker", 0.7, 2e-3, (0.07, 0.0)),
         ),
-        joints=(
-            Revolute("shaft", "ground", "crank", (0.0, 0.0), (0.0, 0.0)),
-            Revolute("crank-pin", "crank", "coupler", (crank, 0.0), (0.0, 0.0)),
-            Revolute("rocker-pin", "rocker", "coupler", (rocker, 0.0), (coupler, 0.0)),
-            Revolute("bearing", "ground", "rocker", (ground, 0.0), (0.0, 0.0)),
-        ),
-        driver=Driver("shaft", start=turn, span=span),
-        poses={
-            "crank": (0.0, 0.0, turn),
-            "coupler": (ax, ay, lean),
-            "rocker": (ground, 0.0, math.atan2(by, bx - ground)),
-        },
-        observed=(ObservedPoint("joint", "coupler", (coupler, 0.0)),),
+        joints=tuple(replace(joint, name="shaft" if joint.name == "O12" else joint.name) for joint in machine.joints),
+        driver=replace(machine.driver, joint="shaft", span=span),
+        observed=(ObservedPoint("joint", "coupler", (0.21, 0.0)),),
         gravity=GRAVITY,
     )
 

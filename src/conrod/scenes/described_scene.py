@@ -19,7 +19,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side, diameter
 from conrod.mechanism.files import Description, read_description
 from conrod.mechanism.files.toml_file import read_tables
-from conrod.mechanism.mechanism import Mechanism, Pose
+from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.parameters import Parameter
 from conrod.scenes.scene import CANONICAL, SAMPLES_PER_TURN, Scene
 
@@ -156,13 +156,10 @@ class DescribedScene(Scene):
 
     def _check_geometry(self) -> None:
         start = self._start()
-        poses: dict[str, Pose] = {
-            name: (float(start[0, 3 * i]), float(start[0, 3 * i + 1]), float(start[0, 3 * i + 2]))
-            for name, i in self.mechanism().body_index.items()
-        }
         check_meshes(self.mechanism(), start)
         for body, hint in self.described.hints.items():
-            off = 0.0 if hint.turn is None else math.remainder(poses[body][2] - hint.turn, 2.0 * math.pi)
+            turn = start[0, 3 * self.mechanism().body_index[body] + 2]
+            off = 0.0 if hint.turn is None else math.remainder(turn - hint.turn, 2.0 * math.pi)
             if hint.turn is not None and abs(off) > STRAYED:
                 raise InvalidInput(
                     f"start.{body}.turn = {math.degrees(hint.turn):.6g} deg leads to an assembly where it is "

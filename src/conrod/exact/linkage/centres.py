@@ -68,24 +68,20 @@ def instant_centres(state: LinkageState) -> tuple[InstantCentre, ...]:
     numbers = link_numbers(state.mechanism)
     primary = primary_joints(state.mechanism)
     found = []
-    for first, second in combinations(sorted(numbers, key=numbers.__getitem__), 2):
+    for first, second in combinations(numbers, 2):
         twist = state.links[second].twist - state.links[first].twist
         place, direction = _pole(twist, state.size, _fastest(state))
-        name = centre_name(numbers[first], numbers[second])
+        low, high = numbers[first], numbers[second]
+        name = f"O{low}{high}" if high < 10 else f"O{low},{high}"  # a comma parts numbers of two digits
         kind, joint = primary.get(frozenset((first, second)), SECONDARY)
         if place is None and direction is None and joint is not None:
             # Two links at rest to each other, as at a dead centre: their joint is still the centre.
             point = joint_centre(state, joint)
             assert point is not None
-            place, direction = _as_place(point)
+            x, y, finite = (float(value) for value in point)
+            place, direction = ((x, y), None) if finite else (None, (x, y))
         found.append(InstantCentre((first, second), name, kind, place, direction))
     return tuple(found)
-
-
-def centre_name(first: int, second: int) -> str:
-    """The centre of two links by their numbers; a comma parts numbers of two digits."""
-    low, high = sorted((first, second))
-    return f"O{low}{high}" if high < 10 else f"O{low},{high}"
 
 
 def _pole(twist: Array, size: float, fastest: float) -> tuple[tuple[float, float] | None, tuple[float, float] | None]:
@@ -101,11 +97,6 @@ def _pole(twist: Array, size: float, fastest: float) -> tuple[tuple[float, float
         sign = -1.0 if unit[1] < -1e-12 or (abs(unit[1]) <= 1e-12 and unit[0] < 0.0) else 1.0
         return None, (float(sign * unit[0]), float(sign * unit[1]))
     return (float(towards[0] / turning), float(towards[1] / turning)), None
-
-
-def _as_place(point: Array) -> tuple[tuple[float, float] | None, tuple[float, float] | None]:
-    x, y = float(point[0]), float(point[1])
-    return ((x, y), None) if point[2] != 0.0 else (None, (x, y))
 
 
 def joint_centre(state: LinkageState, joint: Joint) -> Array | None:
@@ -185,9 +176,8 @@ class KennedyLine:
 def kennedy_lines(state: LinkageState, centres: tuple[InstantCentre, ...]) -> tuple[KennedyLine, ...]:
     """Misses of the theorem for every three links; triples that have no three centres are left out."""
     by_pair = {frozenset(centre.links): centre.homogeneous for centre in centres}
-    names = sorted(state.links, key=link_numbers(state.mechanism).__getitem__)
     lines = []
-    for a, b, c in combinations(names, 3):
+    for a, b, c in combinations(link_numbers(state.mechanism), 3):
         points = [by_pair[frozenset(pair)] for pair in ((a, b), (b, c), (a, c))]
         here = [point for point in points if point is not None]
         if len(here) == 3:
