@@ -10,7 +10,7 @@ from conrod.own.tables.estimation import Estimation
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
-from conrod.report.charts.table_errors import error_figure
+from conrod.report.charts.own import error_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.scene_words import parameters_table

@@ -13,7 +13,7 @@ from conrod.own.models.lengths import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
-from conrod.report.charts.user_model import model_figure
+from conrod.report.charts.own import model_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.numbers import measured, quantity, rounded
