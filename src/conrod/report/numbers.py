@@ -8,7 +8,7 @@ from collections.abc import Mapping
 # Below this every normalised error is rounding noise, different on another machine: its digits mean nothing.
 ROUNDING = 1e-12
 BELOW_ROUNDING = "< 1e-12"
-NOISE_DECIMALS = 13  # that leave two digits of an error of that size; those beyond change from run to run
+NOISE_DECIMALS = 14  # that leave three digits of an error of that size; those beyond may be others the next time
 MISSING = "n/a"
 PLAIN = (1e-3, 1e4)  # sizes that read best without an exponent
 
@@ -84,7 +84,7 @@ def in_shown_unit(value: float, unit: str) -> tuple[str, str]:
 
 def reproducible(value: float, digits: int) -> float:
     """A measured number in so many significant digits, and none that are rounding noise."""
-    return round(rounded(value, digits), NOISE_DECIMALS) + 0.0
+    return 0.0 if abs(value) < ROUNDING else round(rounded(value, digits), NOISE_DECIMALS)
 
 
 def rounded(value: float, digits: int) -> float:

@@ -101,7 +101,7 @@ def _order(run: ValidationResult, quantity: str) -> str:
     if len(stable) < 2:
         return numbers.MISSING
     pairs = [p for p in observed_order([n for n, _ in stable], [e for _, e in stable]).pairs if p is not None]
-    if pairs and max(pairs[-2:]) <= PAIRS_AGREE:
+    if stable[-1][1] < numbers.ROUNDING or (pairs and max(pairs[-2:]) <= PAIRS_AGREE):
         return f"none: plateau at {numbers.measured(stable[-1][1])}"
     return "none claimed: pairs " + ", ".join(f"{round(p, 1) + 0.0:.1f}" for p in pairs)
 
