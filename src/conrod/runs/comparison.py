@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion
@@ -85,6 +87,21 @@ class Comparison:
     def worst(self, quantity: str, measure: str = "max") -> float:
         """The largest error of a quantity over all observed points; measure is max, rms or final."""
         return max(float(getattr(getattr(e, quantity).size, measure)) for e in self.points.values())
+
+
+CURVE_SAMPLES, ERROR_SPANS = 361, 180  # of a curve that is drawn
+
+
+def last_turn(angle: Array) -> NDArray[np.int_]:
+    """Indices of some samples of the last full turn of a crank angle (T,) [rad]."""
+    turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
+    return turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
+
+
+def largest_in_spans(angle: Array, error: Array) -> tuple[Array, Array]:
+    """Mean angle and largest error (M,) in each of some equal spans of a run."""
+    spans = list(pairwise(np.linspace(0, len(angle), min(ERROR_SPANS, len(angle)) + 1).astype(int)))
+    return np.array([angle[a:b].mean() for a, b in spans]), np.array([error[a:b].max() for a, b in spans])
 
 
 def size_of(values: Array) -> Size:

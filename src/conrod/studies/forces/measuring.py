@@ -8,7 +8,6 @@ errors look different.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.exact.dynamics.inverse import State
 from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
 from conrod.exact.motion import Array
+from conrod.runs.comparison import largest_in_spans, last_turn
 from conrod.scenes import Scene
 from conrod.studies.forces.exact import NEAR, Peaks, effects_on, exact_quantities
 from conrod.studies.forces.results import LOOKS_LIKE, ForceErrors, Stamps, TorqueCurve
@@ -64,7 +64,6 @@ def likenesses(scene: Scene, measured: Measured, names: Sequence[str]) -> dict[s
 
 TOGETHER = 16  # steps of which a mean is taken where single values scatter, with contact
 CLEAR = np.radians(1.0)  # of the crank, that lies between an arc joint of a cam and what is judged
-CURVE_SAMPLES, ERROR_SPANS = 361, 180
 
 
 def reported_quantities(tracks: ForceTracks) -> dict[str, Array]:
@@ -113,13 +112,8 @@ class Measured:
         if TORQUE not in self.reported:
             return None
         angle, error = self.angle, self._off(TORQUE)
-        turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
-        keep = turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
-        edges = list(pairwise(np.linspace(0, len(angle), min(ERROR_SPANS, len(angle)) + 1).astype(int)))
-        return TorqueCurve(
-            angle[keep], self.reported[TORQUE][keep], self.exact[TORQUE][keep],
-            np.array([angle[a:b].mean() for a, b in edges]), np.array([error[a:b].max() for a, b in edges]),
-        )  # fmt: skip
+        keep, spans = last_turn(angle), largest_in_spans(angle, error)
+        return TorqueCurve(angle[keep], self.reported[TORQUE][keep], self.exact[TORQUE][keep], *spans)
 
 
 def stamps_of(scene: Scene, tracks: ForceTracks, steps: int, start_angle: float) -> Stamps:

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
-
-import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps, run_of
 from conrod.engines.follower import follower_lift
 from conrod.engines.running import whole_run
-from conrod.runs.comparison import Comparison, ErrorSeries, PointErrors, compare, point_errors
+from conrod.runs.comparison import (
+    Comparison,
+    ErrorSeries,
+    PointErrors,
+    compare,
+    largest_in_spans,
+    last_turn,
+    point_errors,
+)
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome, Track, Trajectory
 from conrod.scenes import CamFollower, Scene, ShearPress
@@ -22,8 +27,6 @@ from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
 from conrod.studies.frame.run import errors_of, prediction_sizes
 from conrod.studies.validation.results import Curve, RefinementPoint, Tolerance, ValidationResult
-
-CURVE_SAMPLES, ERROR_SPANS = 361, 180
 
 
 @dataclass(frozen=True)
@@ -130,10 +133,5 @@ def _curves(trajectory: Trajectory, comparison: Comparison) -> dict[str, dict[st
 
 def _curve(track: Track, errors: ErrorSeries) -> Curve:
     angle = track.instants.angle
-    turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
-    keep = turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
-    edges = np.linspace(0, len(angle), min(ERROR_SPANS, len(angle)) + 1).astype(int)
-    spans = list(pairwise(edges))
-    worst = np.array([errors.error[a:b].max() for a, b in spans])
-    middle = np.array([errors.angle[a:b].mean() for a, b in spans])
-    return Curve(angle[keep], track.values[keep], middle, worst)
+    keep = last_turn(angle)
+    return Curve(angle[keep], track.values[keep], *largest_in_spans(errors.angle, errors.error))
