@@ -20,9 +20,9 @@ from conrod.studies.ablate.case import ChangeCase, CostCase, Deviation, measure_
 from conrod.studies.ablate.findings import Effect, EngineAblation, IngredientResult, Role, VariantResult, Verdict
 from conrod.studies.ablate.study import ablate_engine, full_variants, single_variants
 from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.frame.case import pursue
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.study import pursue
 
 SAW = SCENES[SCENE]
 STEPS = 100

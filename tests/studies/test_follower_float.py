@@ -14,8 +14,8 @@ from conrod.report.limits.follower import onset_table
 from conrod.report.table import Toned
 from conrod.runs.plain import plain
 from conrod.scenes import CamFollower, Saw
+from conrod.studies.frame.case import Results, pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.study import Results, pursue
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import exact_flight
 from conrod.studies.limits.follower_float import (

@@ -13,8 +13,8 @@ from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.map_figure import map_figure
 from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.scenes import SCENES
+from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.study import pursue
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
 from conrod.studies.limits.records import level_of

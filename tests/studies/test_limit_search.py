@@ -13,8 +13,8 @@ import pytest
 
 from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.study import pursue
 from conrod.studies.limits.axes import AXES, Axis, Scale, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes, Mark

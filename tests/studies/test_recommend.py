@@ -13,9 +13,9 @@ from conrod.errors import InvalidInput
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.linkage.transmission import least_transmission_angle
 from conrod.scenes import SCENES
+from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.study import pursue
 from conrod.studies.frame.timing import Timing
 from conrod.studies.recommend.study import (
     Choice,

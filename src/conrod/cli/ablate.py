@@ -58,10 +58,10 @@ def ablate(
     from conrod.mechanism.units import check_count
     from conrod.report.ablate.report import KIND
     from conrod.studies.ablate.study import ablate_engine, ablation_study
+    from conrod.studies.frame.case import pursue
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import check_table, select_engines, select_scenes
     from conrod.studies.frame.run import REVOLUTIONS
-    from conrod.studies.frame.study import pursue
 
     chosen = select_scenes(scenes, assignments)
     asked = {one: capability(one, HasIngredients) for one in select_engines(engine)}

@@ -40,9 +40,9 @@ def recommend(
     from conrod.engines.rule import grid_named
     from conrod.report.recommendation import answer_lines
     from conrod.report.terminal import console, print_lines
+    from conrod.studies.frame.case import pursue
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import select_engines, select_scene
-    from conrod.studies.frame.study import pursue
     from conrod.studies.recommend.study import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
 

@@ -28,12 +28,11 @@ from conrod.cli.options import RunOptions
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
-from conrod.studies.frame.case import Case
+from conrod.studies.frame.case import Case, Study, pursue
 from conrod.studies.frame.files import check_apart
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.study import Study, pursue
 
 if TYPE_CHECKING:
     from conrod.studies.frame.timing import Timing

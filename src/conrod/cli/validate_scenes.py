@@ -18,6 +18,7 @@ from conrod.report.kind import Kind
 from conrod.report.numbers import fine_order
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
     make_plan,
@@ -27,7 +28,6 @@ from conrod.studies.frame.resolve_arguments import (
     select_scenes,
 )
 from conrod.studies.frame.result import SceneResults
-from conrod.studies.frame.study import Study
 
 if TYPE_CHECKING:
     from conrod.studies.forces.results import ForceStudy

@@ -95,7 +95,7 @@ CURVE_SAMPLES, ERROR_SPANS = 361, 180  # of a curve that is drawn
 def last_turn(angle: Array) -> NDArray[np.int_]:
     """Indices of some samples of the last full turn of a crank angle (T,) [rad]."""
     turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
-    return turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
+    return np.asarray(turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))])
 
 
 def largest_in_spans(angle: Array, error: Array) -> tuple[Array, Array]:

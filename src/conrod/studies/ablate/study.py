@@ -28,10 +28,10 @@ from conrod.studies.ablate.findings import (
     VariantResult,
 )
 from conrod.studies.ablate.verdict import JUDGED, Levels, evidence_of, torque_verdict, verdict
+from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.paired_timing import PairedTiming
 from conrod.studies.frame.run import as_run
-from conrod.studies.frame.study import Results, Study
 from conrod.studies.frame.timing import fingerprint
 
 Found = Mapping[tuple[Role, str], VariantResult]

@@ -16,8 +16,8 @@ from conrod.scenes import Scene
 from conrod.studies.forces.exact import GROUPS, groups_of, peaks_of, quantities_of, seen_of, tolerance_of
 from conrod.studies.forces.measuring import Measured, likenesses, stamps_of
 from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult, ForceStudy
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, refine, refinement_path, results_of
-from conrod.studies.frame.study import Study
 from conrod.studies.validation.plan import Plan
 
 NO_CONTACT = "no joint of the machine acts by contact"

@@ -12,9 +12,8 @@ from conrod.engines.engine import run_of
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.case import RESULT_VERSION, Case
+from conrod.studies.frame.case import RESULT_VERSION, Case, Study
 from conrod.studies.frame.measurement import MEASURES, Measurement
-from conrod.studies.frame.study import Study
 
 AS_ASKED = "as asked for"
 # Refinement path: everything a preset states in steps or periods follows the step; nothing else changes.

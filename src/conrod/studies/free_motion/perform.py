@@ -19,9 +19,9 @@ from conrod.runs.convergence import claimed_order
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
+from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.result import EngineCase
-from conrod.studies.frame.study import Results, Study
 from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
 from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
 from conrod.studies.free_motion.results import (

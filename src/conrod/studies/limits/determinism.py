@@ -10,8 +10,8 @@ from conrod.engines import engine_named
 from conrod.runs.plain import plain
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.studies.execution.isolation import Ended, isolated_once
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.study import Study
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run

@@ -22,8 +22,8 @@ from conrod.exact.motion import Array
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.plain import plain
 from conrod.scenes import CamFollower
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.study import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import ExactFlight, Fall, exact_flight, float_speed

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.study import Study
 from conrod.studies.limits.adaptive import STRIDE, Codes, Node, codes, known_nodes, nearest_runs, refine
 from conrod.studies.limits.axes import AXES, Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup

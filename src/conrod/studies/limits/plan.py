@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.execution.isolation import Ended, isolated
 from conrod.studies.execution.worker import address_space
-from conrod.studies.frame.study import Results, Study, pursue
+from conrod.studies.frame.case import Results, Study, pursue
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS, Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search

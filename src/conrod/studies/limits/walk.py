@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
+from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.frame.study import Results, Study
 from conrod.studies.limits.axes import AXES, Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.conditioning import reference_error

@@ -12,9 +12,9 @@ from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
 from conrod.engines.engine import STOCK
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
+from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.study import Results, Study
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan
 

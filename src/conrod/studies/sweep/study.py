@@ -14,9 +14,9 @@ from conrod.engines.engine import CUSTOM
 from conrod.engines.rule import Grid, Rule, step_counts
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
+from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.study import Results, Study
 from conrod.studies.frame.timing import Timing, fingerprint
 from conrod.studies.sweep.error_budget import (
     BudgetPlan,

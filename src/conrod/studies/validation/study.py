@@ -11,8 +11,8 @@ from conrod.engines.engine import default_steps, judged_preset
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, refinement_path, results_of
-from conrod.studies.frame.study import Study
 from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan, started, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, ValidationResult
