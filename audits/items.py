@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from importlib.resources import files
 
 from conrod.errors import InvalidInput
-from conrod.own.printed.printed import Item, Number
+from conrod.own.printed.judging import Item, Number
 
 COLUMNS = ("key", "place", "line", "quantity", "condition", "printed", "unit", "mechanism")
 

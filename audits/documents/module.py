@@ -14,8 +14,7 @@ from audits.formulas.published import verdict_on
 from audits.items import shipped_items
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.own.printed.judging import Kind, Verdict, judge
-from conrod.own.printed.printed import Number
+from conrod.own.printed.judging import Kind, Number, Verdict, judge
 
 
 @dataclass(frozen=True)

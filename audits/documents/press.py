@@ -16,8 +16,7 @@ from audits.formulas import press_steps
 from audits.formulas.press import FORMULAS
 from audits.formulas.published import verdict_on
 from conrod.exact.motion import Array
-from conrod.own.printed.judging import Case, Explanation, Verdict, judge
-from conrod.own.printed.printed import Item, Number
+from conrod.own.printed.judging import Case, Explanation, Item, Number, Verdict, judge
 from conrod.scenes import ShearPress
 
 DOCUMENT = "000"

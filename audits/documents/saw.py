@@ -8,8 +8,7 @@ from __future__ import annotations
 from audits.formulas import listing_names, saw, saw_listing, saw_vectors
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
-from conrod.own.printed.judging import Case, Verdict, judge
-from conrod.own.printed.printed import Item
+from conrod.own.printed.judging import Case, Item, Verdict, judge
 from conrod.scenes import Saw
 
 DOCUMENT = "002"

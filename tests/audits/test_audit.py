@@ -17,8 +17,7 @@ from audits.formulas import cam as formulas
 from audits.items import items_of, shipped_items
 from audits.judged import DOCUMENTS, audit
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Kind, judge
-from conrod.own.printed.printed import Number
+from conrod.own.printed.judging import Kind, Number, judge
 from conrod.scenes.catalogue import catalogue_scene
 
 # -- the documents ---------------------------------------------------------------------------------------------------

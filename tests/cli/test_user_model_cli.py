@@ -15,8 +15,6 @@ from conrod.cli.options import ModelOptions
 from conrod.cli.validate_model import given_frame, question_of
 from conrod.errors import InvalidInput
 from conrod.own.models.scanning import scan
-from conrod.report.saved import shortened
-from conrod.report.user_model import KIND
 from conrod.scenes import SCENES
 from conrod.studies.execution.isolation import confined
 
@@ -59,9 +57,10 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
     assert part["summary"]["passed"]
     assert found["identity"]["frame"]["zero"] == pytest.approx(1.5707963267948966)
     assert set(found["runs"]) == {"as it is", "as it is, solver tolerance 0", "tuned", "hardened"}
-    assert json.loads((out / "data/my saw-model.json").read_text()) == shortened(found, KIND.digits)
+    assert json.loads((out / "data/my saw-model.json").read_text()) == found
     page = (out / "my saw-model.md").read_text()
     assert "It is saw-40rpm" in page
+    assert "crank zero at 90 deg" in page  # with all digits, as on the console
     assert "figures/my%20saw-model.svg" in page
     assert (out / "figures" / "my saw-model.svg").read_text().rstrip().endswith("</svg>")
     assert "conrod validate" in page

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Case, Explanation, Kind, judge
-from conrod.own.printed.printed import Item, Number
+from conrod.own.printed.judging import Case, Explanation, Item, Kind, Number, judge
 from conrod.own.printed.table import audit_table
 from conrod.scenes import ShearPress
 from conrod.scenes.catalogue import scene_named
@@ -158,15 +158,21 @@ def test_a_print_that_should_be_nothing_is_off_by_its_own_size_and_a_row_without
 # -- the engine of verdicts ------------------------------------------------------------------------------------------
 
 
-def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print() -> None:
-    item = number_of("2.35")
-    assert judge(Case(item, 2.3541, "sum")).kind is Kind.AGREES
-    assert judge(Case(item, 2.3591, "sum")).kind is Kind.AFTER_ROUNDING
-    assert judge(Case(item, 2.40, "sum", causes=(Explanation("pi = 3.14", 2.3502),))).kind is Kind.EXPLAINED
-    assert judge(Case(item, 2.85, "sum", neighbours=(Explanation("beside", 2.85, 0.01),))).kind is Kind.MISPRINT
-    assert judge(Case(item, 2.40, "sum", wrong_steps=(Explanation("5 for 6", 2.3549),))).kind is Kind.WRONG_STEP
-    assert judge(Case(item, 2.40, "sum", reading=0.1)).kind is Kind.AFTER_ROUNDING
-    assert judge(Case(item, 2.40, "sum")).kind is Kind.NOT_REPRODUCIBLE
+@pytest.mark.parametrize(("exact", "more", "kind"), [
+    (2.3541, {}, Kind.AGREES),
+    (2.3591, {}, Kind.AFTER_ROUNDING),
+    (2.40, {"causes": (Explanation("pi = 3.14", 2.3502),)}, Kind.EXPLAINED),
+    (2.85, {"neighbours": (Explanation("beside", 2.85, 0.01),)}, Kind.MISPRINT),
+    # A neighbour that contradicts the exact value too proves no misprint.
+    (2.85, {"neighbours": (Explanation("beside", 3.85, 0.01),)}, Kind.NOT_REPRODUCIBLE),
+    (2.40, {"wrong_steps": (Explanation("5 for 6", 2.3549),)}, Kind.WRONG_STEP),
+    (2.40, {"reading": 0.1}, Kind.AFTER_ROUNDING),
+    (2.40, {}, Kind.NOT_REPRODUCIBLE),
+])  # fmt: skip
+def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print(
+    exact: float, more: dict[str, Any], kind: Kind
+) -> None:
+    assert judge(Case(number_of("2.35"), exact, "sum", **more)).kind is kind
 
 
 def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
@@ -174,11 +180,6 @@ def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
     verdict = judge(Case(number_of("2.35"), 2.40, "sum", causes=near_misses, wrong_steps=(near_misses[1],)))
     assert verdict.kind is Kind.NOT_REPRODUCIBLE
     assert "pi" not in verdict.reason
-
-
-def test_a_neighbour_that_contradicts_the_exact_value_too_proves_no_misprint() -> None:
-    verdict = judge(Case(number_of("2.35"), 2.85, "sum", neighbours=(Explanation("beside", 3.85, 0.01),)))
-    assert verdict.kind is Kind.NOT_REPRODUCIBLE
 
 
 @pytest.mark.parametrize(("text", "value", "rounds", "cuts"), [

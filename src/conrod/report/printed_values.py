@@ -7,9 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from conrod.own.printed.judging import Audited, Verdict
+from conrod.own.printed.judging import DIGITS, Audited, Number, Verdict
 from conrod.own.printed.judging import Kind as Judgement
-from conrod.own.printed.printed import DIGITS, Number
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.numbers import MISSING, quantity, rounded
 from conrod.report.table import Table, table

@@ -300,5 +300,4 @@ KIND = Kind(
     results="models.json",
     index_file="models.md",
     suffix="-model",
-    digits=6,
 )

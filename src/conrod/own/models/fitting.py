@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -37,10 +38,6 @@ class FrameFit:
     unit: float
     displacements: Array
     distances: Array
-
-    def at(self, values: Mapping[str, float]) -> FrameFit:
-        """The same with another rotation or zero; `distances` is not computed anew."""
-        return replace(self, rotation=values.get("rotation", self.rotation), zero=values.get("zero", self.zero))
 
     @property
     def largest(self) -> float:
@@ -140,7 +137,8 @@ class Fit:
         frame, lengths, places = np.split(x, np.cumsum([len(self._frame), len(self._lengths)]))
         moved, half = self._start.displacements.copy(), len(self._rows)
         moved[self._rows] = places[:half] + 1j * places[half:]
-        there = replace(self._start, displacements=moved).at(dict(zip(self._frame, frame.tolist(), strict=True)))
+        fitted: dict[str, Any] = dict(zip(self._frame, frame.tolist(), strict=True))
+        there = replace(self._start, displacements=moved, **fitted)
         machine = with_lengths(self._scene, self._lengths, lengths) if self._lengths else self._reference
         return there, machine
 

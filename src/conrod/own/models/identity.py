@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -125,10 +126,11 @@ def _rounded(search: Search, at: FrameFit, machine: ExactReference, floor: float
     grid = float(COARSE_GRID if at.largest > 1e-4 else GRID)
     for name in ("rotation", "zero"):
         given = getattr(search.given, name)
-        value = _wrapped(getattr(at, name)) if given is None else given
-        rounded = search.fitted(machine, at.at({name: _wrapped(grid * float(np.rint(value / grid)))}))
+        value: Any = _wrapped(getattr(at, name)) if given is None else given
+        round_value: Any = _wrapped(grid * float(np.rint(value / grid)))
+        rounded = search.fitted(machine, replace(at, **{name: round_value}))
         is_round = given is None and rounded.rms <= max(AS_GOOD * at.rms, 1e-2 * floor)
-        at = rounded if is_round else at.at({name: value})
+        at = rounded if is_round else replace(at, **{name: value})
     return search.fitted(machine, at)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import BREAK_WIDTH, Array
 from conrod.mechanism.units import check_number, parse_quantity
-from conrod.own.printed.printed import DIGITS, Item, Number
+from conrod.own.printed.judging import DIGITS, Item, Number
 from conrod.scenes import Scene
 
 NEEDED = ("scene", "quantity", "angle_deg", "printed", "unit")
