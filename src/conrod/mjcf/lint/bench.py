@@ -18,7 +18,7 @@ from conrod.exact.motion import Array
 from conrod.mjcf.equalities import Rows, openings, rows_at
 from conrod.mjcf.lint.document import Document
 from conrod.mjcf.lint.findings import Change, Edit, Finding, Note, SetOption
-from conrod.mjcf.runs import BROKEN, STATE, broken, data_at, looping_stepper, state_of
+from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
 from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
 
@@ -41,8 +41,8 @@ class Run:
         sensors: (S, n), as MuJoCo gives them after the step that leaves the sample: they belong to the sample.
         steps: that were made before anything broke.
         touched: how many steps a pair of geoms was in contact.
-        warnings: of the engine, and how often.
-        finite: whether all positions are.
+        warnings: of the engine.
+        broke: whether the engine gave up, or should have.
     """
 
     states: Array
@@ -50,13 +50,8 @@ class Run:
     sensors: Array
     steps: int
     touched: dict[tuple[int, int], int]
-    warnings: dict[str, int]
-    finite: bool
-
-    @property
-    def broke(self) -> bool:
-        """True where the engine gave up, or should have."""
-        return not self.finite or any(name in self.warnings for name in BROKEN)
+    warnings: tuple[str, ...]
+    broke: bool
 
     @property
     def travel(self) -> float:
@@ -84,17 +79,11 @@ def run(model: mujoco.MjModel, start: Array, steps: int, observed: Sequence[Foun
                     touched[pair] = touched.get(pair, 0) + 1
             if step % every == 0:
                 sensors.append(data.sensordata.copy())
-        counts = {name: int(data.warning.number[kind]) for name, kind in WARNINGS.items()}
+        warnings = tuple(name for name, kind in WARNINGS.items() if data.warning.number[kind])
         points = _places(model, states, observed)
-    return Run(
-        np.reshape(states, (len(states), len(start))),
-        points,
-        np.array(sensors),
-        done,
-        touched,
-        {name: count for name, count in counts.items() if count},
-        bool(np.isfinite(data.qpos).all() and np.isfinite(points).all()),
-    )
+    broke = bool(broken(data)) or not np.isfinite(points).all()
+    states_made = np.reshape(states, (len(states), len(start)))
+    return Run(states_made, points, np.array(sensors), done, touched, warnings, broke)
 
 
 def _places(model: mujoco.MjModel, states: Sequence[Array], observed: Sequence[FoundPoint]) -> Array:
