@@ -206,7 +206,7 @@ class _Reading:
     def _pusher(self, joint: CamContact) -> Reader:
         """Push between cam and roller; 0 where they do not touch."""
         model, data, wrench = self._model, self._data, np.zeros(6)
-        pair = sorted((int(model.geom(f"{joint.a}.profile").id), int(model.geom(f"{joint.b}.roller").id)))
+        pair = sorted(self._made.geoms(joint))
 
         def read(_: Array) -> Array:
             total = 0.0

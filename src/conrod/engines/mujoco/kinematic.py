@@ -83,8 +83,7 @@ def _close_rates(made: Build, data: mujoco.MjData, speed: float) -> None:
 
 def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> None:
     """The follower where the engine's own distance of cam and roller is zero (secant iteration)."""
-    cam, roller = made.model.geom(f"{contact.a}.profile").id, made.model.geom(f"{contact.b}.roller").id
-    slide = int(_free(made)[0])
+    (cam, roller), slide = made.geoms(contact), int(_free(made)[0])
 
     def gap(position: float) -> float:
         data.qpos[slide] = position
@@ -130,9 +129,8 @@ def _equality_rows(model: mujoco.MjModel, data: mujoco.MjData) -> list[Row]:
 
 def _distance_row(made: Build, data: mujoco.MjData, contact: CamContact) -> Array:
     """Gradient (1, nv) of the distance of cam and roller, by the engine's own contact point and normal."""
-    model = made.model
-    cam, roller = model.geom(f"{contact.a}.profile").id, model.geom(f"{contact.b}.roller").id
-    found = next(c for c in data.contact if set(c.geom) == {cam, roller})
+    model, pair = made.model, set(made.geoms(contact))
+    found = next(c for c in data.contact if set(c.geom) == pair)
     first, second = np.empty((3, model.nv)), np.empty((3, model.nv))
     mujoco.mj_jac(model, data, first, None, found.pos, model.geom_bodyid[found.geom[0]])
     mujoco.mj_jac(model, data, second, None, found.pos, model.geom_bodyid[found.geom[1]])

@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 
 from conrod.engines.cam_polygon import cam_polygon
@@ -33,7 +32,7 @@ from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY
-from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.exact.dynamics.inverse import reactions
@@ -131,21 +130,12 @@ def regularisation_errors(machine: Machine, settings: MuJoCoSettings) -> tuple[f
     for joint in kinematics.mechanism.joints:
         rows = kinematics.equations_of(joint)
         if joint in made.tree.cuts or isinstance(joint, Mesh):
-            gaps[:, row : row + rows] = compliance(made, joint.name, settings) * forces[joint.name]
+            # Gap per force [m/N] near rest.
+            compliance = (1.0 - settings.solimp[0]) * made.inverse_weight(joint.name) * settings.solref[0] ** 2
+            gaps[:, row : row + rows] = compliance * forces[joint.name]
         row += rows
     error, rate = _largest_point_errors(kinematics, angles, gaps)
     return error * (1.0 + 3.0 * constant**2), rate
-
-
-def compliance(made: Build, closure: str, settings: MuJoCoSettings) -> float:
-    """Gap per force [m/N] of a loop closure near rest: (1 - d) A tc^2."""
-    equality = made.model.equality(closure)
-    held = (int(made.model.eq_obj1id[equality.id]), int(made.model.eq_obj2id[equality.id]))
-    if equality.type[0] == mujoco.mjtEq.mjEQ_TENDON:
-        weight = float(made.model.tendon_invweight0[held[0]])
-    else:
-        weight = sum(float(made.model.body_invweight0[made.model.site_bodyid[site], 0]) for site in held)
-    return (1.0 - settings.solimp[0]) * weight * settings.solref[0] ** 2
 
 
 def _largest_point_errors(kinematics: Kinematics, angles: Array, gaps: Array) -> tuple[float, float]:

@@ -32,6 +32,7 @@ from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.engines.tree import Tree, tree_of
 from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import CamContact
 
 
 def compiled(text: str) -> mujoco.MjModel:
@@ -165,6 +166,18 @@ class Build:
             free = slice(first, first + 3) if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else None
             found.append(_Joint(int(joint.qposadr[0]), int(joint.dofadr[0]), free))
         return found
+
+    def inverse_weight(self, closure: str) -> float:
+        """Compiled inverse weight [1/kg] of what closes a loop, by its name."""
+        equality = self.model.equality(closure)
+        ends = [int(self.model.eq_obj1id[equality.id]), int(self.model.eq_obj2id[equality.id])]
+        if equality.type[0] == mujoco.mjtEq.mjEQ_TENDON:
+            return float(self.model.tendon_invweight0[ends[0]])
+        return float(self.model.body_invweight0[self.model.site_bodyid[ends], 0].sum())
+
+    def geoms(self, contact: CamContact) -> tuple[int, int]:
+        """Indices of cam and roller."""
+        return int(self.model.geom(f"{contact.a}.profile").id), int(self.model.geom(f"{contact.b}.roller").id)
 
     def sensor(self, data: Array, name: str) -> Array:
         """Columns x and y (or the one column) of a sensor in an array of sensor data (T, nsensordata)."""

@@ -213,19 +213,13 @@ def _closures(made: Build, settings: MuJoCoSettings) -> list[_Closure]:
     model, found = made.model, []
     spring = Spring.of(settings.solref, settings.solimp, settings.timestep, settings.refsafe)
     contact_spring = Spring.of(settings.contact_solref, settings.contact_solimp, settings.timestep, settings.refsafe)
-    for joint in made.form.mechanism.joints:
-        if isinstance(joint, CamContact):
-            bodies = [model.body(name).id for name in (joint.a, joint.b)]
-            found.append(_Closure(joint, float(model.body_invweight0[bodies, 0].sum()), contact_spring))
-    for joint in made.tree.cuts:
-        equality = model.equality(joint.name)
-        sites = [int(model.eq_obj1id[equality.id]), int(model.eq_obj2id[equality.id])]
-        weight = float(model.body_invweight0[model.site_bodyid[sites], 0].sum())
-        found.append(_Closure(joint, weight, spring))
-    for mesh in made.form.mechanism.meshes:
-        found.append(_Closure(mesh, float(model.tendon_invweight0[model.tendon(mesh.name).id]), spring))
+    for contact in made.form.mechanism.cam_contacts:
+        bodies = [model.body(name).id for name in (contact.a, contact.b)]
+        found.append(_Closure(contact, float(model.body_invweight0[bodies, 0].sum()), contact_spring))
+    for joint in (*made.tree.cuts, *made.form.mechanism.meshes):
+        found.append(_Closure(joint, made.inverse_weight(joint.name), spring))
     for distance in made.form.distances:
-        found.append(_Closure(distance, float(model.tendon_invweight0[model.tendon(distance.link).id]), spring))
+        found.append(_Closure(distance, made.inverse_weight(distance.link), spring))
     return found
 
 
