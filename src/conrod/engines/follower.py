@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.cam_polygon import CamPolygon
+from conrod.engines.cam_polygon import CamPolygon, ground_slide
 from conrod.engines.engine import Machine
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic
+from conrod.mechanism.mechanism import CamContact
 
 LIFT_SAMPLES = 3600  # in a turn; the top of a lift is flat, so that one of them is on it, but for the square of this
 
@@ -43,7 +43,7 @@ def follower_lift(kinematics: Kinematics) -> FollowerLift | None:
     """The lift of the machine's first cam; None where there is none, or its follower does not slide in the ground."""
     followers = [contact.b for contact in kinematics.mechanism.cam_contacts]
     points = [o for o in kinematics.mechanism.observed if followers and o.body == followers[0]]
-    if not points or not _slides(kinematics.mechanism, followers[0]):
+    if not points or ground_slide(kinematics.mechanism, followers[0]) is None:
         return None
     name = points[0].name
     places = kinematics.point_derivatives([kinematics.poses(kinematics.angles(LIFT_SAMPLES))])[name][0]
@@ -53,10 +53,6 @@ def follower_lift(kinematics: Kinematics) -> FollowerLift | None:
     along = (high - low) / np.linalg.norm(high - low)
     ways = places @ along
     return FollowerLift(name, along, float(ways.min()), float(np.ptp(ways)))
-
-
-def _slides(mechanism: Mechanism, body: str) -> bool:
-    return any(isinstance(j, Prismatic) and {j.a, j.b} == {GROUND, body} for j in mechanism.joints)
 
 
 SAMPLES = 7200

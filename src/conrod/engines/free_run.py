@@ -35,8 +35,15 @@ class FreeRun:
     reason: str
     cpu_seconds: float
 
+    @classmethod
+    def judged(cls, mechanism: Mechanism, times: Array, states: tuple[Array, Array], cpu_seconds: float) -> FreeRun:
+        """A run with its energy and its outcome, from poses and rates (T, 3 n)."""
+        with np.errstate(all="ignore"):
+            verdict, energy = _verdict(mechanism, times, *states), _energy(mechanism, *states)
+        return cls(times, *states, energy, verdict.outcome, verdict.reason, cpu_seconds)
 
-def free_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
+
+def _energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
     """Kinetic energy and that of weight, constant forces and loads that are potentials (T,) [J], of states (T, 3 n)."""
     bodies = pose_jets(mechanism, [poses, rates])
     constant = {force.body: force.force for force in mechanism.forces}
@@ -53,7 +60,7 @@ def free_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
     return total
 
 
-def free_verdict(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
+def _verdict(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
     """Verdict on a free run from its motion (T, 3 n) alone; another branch is seen only beside the exact motion."""
     finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
     if not finite.all():

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import PIECE, STOCK
-from conrod.engines.free_run import FreeRun, free_energy, free_verdict
+from conrod.engines.free_run import FreeRun
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mujoco.mjcf import mjcf
@@ -84,8 +84,6 @@ def free_run(
         kept.append(states[::every])
     found, nq = np.vstack(kept), model.nq
     with np.errstate(all="ignore"):
-        reported_poses, reported_rates = made.forward(found[:, 1 : 1 + nq], found[:, 1 + nq : 1 + nq + model.nv])
-        times = np.asarray(settings.timestep * every * np.arange(len(found)), dtype=float)
-        verdict = free_verdict(mechanism, times, reported_poses, reported_rates)
-        energy = free_energy(mechanism, reported_poses, reported_rates)
-    return FreeRun(times, reported_poses, reported_rates, energy, verdict.outcome, verdict.reason, seconds)
+        reported = made.forward(found[:, 1 : 1 + nq], found[:, 1 + nq : 1 + nq + model.nv])
+    times = np.asarray(settings.timestep * every * np.arange(len(found)), dtype=float)
+    return FreeRun.judged(mechanism, times, reported, seconds)

@@ -19,7 +19,8 @@ import time
 
 import numpy as np
 
-from conrod.engines.free_run import FreeRun, free_energy, free_verdict
+from conrod.engines.engine import PIECE
+from conrod.engines.free_run import FreeRun
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes
@@ -30,8 +31,6 @@ from conrod.engines.pymunk.stepping import advance_free, state
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
-
-PIECE = 4096  # steps whose states are kept together
 
 
 def free_run(
@@ -67,10 +66,8 @@ def free_run(
     with np.errstate(all="ignore"):
         reported_poses, reported_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
         reported_poses[0], reported_rates[0] = poses, rates
-        times = np.asarray(h * (every * np.arange(len(reported_poses))), dtype=float)
-        verdict = free_verdict(mechanism, times, reported_poses, reported_rates)
-        energy = free_energy(mechanism, reported_poses, reported_rates)
-    return FreeRun(times, reported_poses, reported_rates, energy, verdict.outcome, verdict.reason, seconds)
+    times = np.asarray(h * (every * np.arange(len(reported_poses))), dtype=float)
+    return FreeRun.judged(mechanism, times, (reported_poses, reported_rates), seconds)
 
 
 def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:

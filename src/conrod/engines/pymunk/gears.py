@@ -14,7 +14,7 @@ from conrod.engines.mesh_rows import carrier_of
 from conrod.engines.pymunk.built import Build
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Rack, Rolling
+from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Rack
 
 RACK_REFUSAL = "pymunk has no joint that ties the way along a line to a turn, which a rack needs"
 # What is left of a weight [m] that rounding alone keeps from being zero, of the largest.
@@ -86,23 +86,18 @@ def _weights(mechanism: Mechanism, mesh: Mesh) -> Weights:
     """Of those bodies that turn."""
     if isinstance(mesh, Rack):
         raise InvalidInput(f"{mesh.name}: {RACK_REFUSAL}")
-    carrier = _carrier(mechanism, mesh)
-    weights: Weights = {}
-    ends = ((mesh.a, mesh.radius_a), (mesh.b, mesh.radius_b), (carrier, -(mesh.radius_a + mesh.radius_b)))
-    for body, weight in ends:
-        weights[body] = weights.get(body, 0.0) + weight
-    still = _still(mechanism)
-    return {body: weight for body, weight in weights.items() if weight != 0.0 and body not in still}
-
-
-def _carrier(mechanism: Mechanism, mesh: Rolling) -> str:
     carrier = carrier_of(mechanism, mesh)
     if carrier is None:
         raise InvalidInput(
             f"{mesh.name}: no one body carries the pins of both {mesh.a} and {mesh.b}, so that turns do not tell "
             "what rolls off"
         )
-    return carrier
+    weights: Weights = {}
+    ends = ((mesh.a, mesh.radius_a), (mesh.b, mesh.radius_b), (carrier, -(mesh.radius_a + mesh.radius_b)))
+    for body, weight in ends:
+        weights[body] = weights.get(body, 0.0) + weight
+    still = _still(mechanism)
+    return {body: weight for body, weight in weights.items() if weight != 0.0 and body not in still}
 
 
 def _still(mechanism: Mechanism) -> set[str]:

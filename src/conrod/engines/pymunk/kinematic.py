@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
+from conrod.engines.cam_polygon import ground_slide
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import StraightAhead, approached, close_gap
@@ -136,7 +137,8 @@ def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Arra
     made.space.reindex_shapes_for_body(made.crank)
     follower = made.bodies[made.mechanism.body_index[contact.b]]
     start = follower.position
-    slide = next(j for j in made.mechanism.joints if isinstance(j, Prismatic) and j.b == contact.b)
+    slide = ground_slide(made.mechanism, contact.b)
+    assert slide is not None  # or the machine is refused
     along = pymunk.Vec2d(1.0, 0.0).rotated(slide.direction)
 
     def gap(way: float) -> float:

@@ -80,10 +80,6 @@ def _constraint_rows(constraint: pymunk.Constraint) -> Iterator[tuple[str, Gradi
             yield "across", _apart(constraint, anchor, tuple(across.rotated(a.angle)))
         case pymunk.GearJoint():
             yield "turn", {a: (0.0, 0.0, -1.0), b: (0.0, 0.0, constraint.ratio)}
-        case pymunk.RotaryLimitJoint() if constraint.min == constraint.max:
-            yield "turn", {a: (0.0, 0.0, -1.0), b: (0.0, 0.0, 1.0)}
-        case pymunk.SimpleMotor():
-            yield "turn", {a: (0.0, 0.0, -1.0), b: (0.0, 0.0, 1.0)}
         case _:
             raise TypeError(f"{type(constraint).__name__} is no joint that a mechanism is built with")
 
