@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from catalogue import SCENES
+from drawn_texts import overlaps
 from linkages import RPM, example_4_10, example_5_6, example_6_15, inverted_slider_crank, slider_crank
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -41,19 +42,6 @@ def texts(figure: Figure) -> list[str]:
     return [text.get_text() for text in figure.axes[0].texts]
 
 
-def overlaps(figure: Figure) -> list[tuple[str, str]]:
-    """Pairs of texts that lie on each other, by more than a point: the ground of a text is a little wider than it."""
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    figure.draw(renderer)
-    boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in figure.axes[0].texts if t.get_text()]
-    point = figure.dpi / 72.0
-    return [
-        (one, other)
-        for (one, a), (other, b) in combinations(boxes, 2)
-        if min(a.x1, b.x1) - max(a.x0, b.x0) > point and min(a.y1, b.y1) - max(a.y0, b.y0) > point
-    ]
-
-
 def within(figure: Figure) -> bool:
     """Whether all text is on the paper."""
     renderer = FigureCanvasAgg(figure).get_renderer()
@@ -71,7 +59,7 @@ def all_figures(state: LinkageState) -> list[Figure]:
 def test_labels_stand_clear_of_each_other_and_on_the_paper(state: LinkageState) -> None:
     with drawing_style():
         for figure in all_figures(state):
-            assert overlaps(figure) == []
+            assert overlaps(figure, 0.9) == []
             assert within(figure)
 
 
@@ -81,7 +69,7 @@ def test_labels_that_have_no_room_are_told() -> None:
         sheet = Sheet(np.array([[0.0, 0.0], [1.0, 1.0]]))
         for text in ("first", "second"):
             sheet.axes.text(100.0, 100.0, text)
-        assert overlaps(sheet.finished()) == [("first", "second")]
+        assert overlaps(sheet.finished(), 0.9) == [("first", "second")]
 
 
 def test_every_vector_is_named_and_sized_and_drawn_to_scale(state: LinkageState) -> None:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from itertools import combinations
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from drawn_texts import overlaps
 from matplotlib.figure import Figure
-from matplotlib.text import Text
-from matplotlib.transforms import Bbox
 
 from conrod.engines.cam_polygon import convex_hull
 from conrod.mechanism.mechanism import Prismatic
@@ -82,35 +78,6 @@ def test_the_pin_in_the_slot_of_a_geneva_wheel_goes_along_it_and_never_aside() -
 
 
 # -- texts -----------------------------------------------------------------------------------------------------------
-
-
-def shown(drawn: Figure) -> Iterator[Text]:
-    return (text for text in drawn.axes[0].texts if text.get_text())
-
-
-def overlaps(drawn: Figure) -> list[tuple[str, str]]:
-    """Texts whose letters overlap, tried with points along their middle lines."""
-    renderer = FigureCanvasAgg(drawn).get_renderer()  # type: ignore[no-untyped-call]  # of the library
-    boxes = []
-    for text in shown(drawn):
-        turned, ground = text.get_rotation(), text.get_bbox_patch()
-        text.set_rotation(0.0)
-        text.set_bbox(None)
-        extent = text.get_window_extent(renderer)
-        text.set_rotation(turned)
-        boxes.append((text.get_text(), extent, np.radians(turned)))
-        if ground is not None:
-            text.set_bbox(parts.HALO)
-    return [(one[0], other[0]) for one, other in combinations(boxes, 2) if _touch(one, other) or _touch(other, one)]
-
-
-def _touch(one: tuple[str, Bbox, float], other: tuple[str, Bbox, float]) -> bool:
-    middles = [np.array([(b.x0 + b.x1) / 2.0, (b.y0 + b.y1) / 2.0]) for b in (one[1], other[1])]
-    along = np.array([np.cos(one[2]), np.sin(one[2])])
-    points = middles[0] + np.outer(np.linspace(-0.48, 0.48, 60) * one[1].width, along)
-    turn = np.array([[np.cos(other[2]), np.sin(other[2])], [-np.sin(other[2]), np.cos(other[2])]])
-    inside = np.abs((points - middles[1]) @ turn.T) < 0.45 * np.array([other[1].width, other[1].height])
-    return bool(inside.all(axis=1).any())
 
 
 @pytest.mark.parametrize("name", CROWDED)
