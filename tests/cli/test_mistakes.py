@@ -171,6 +171,8 @@ MISTAKES = {
     f"{TABLE} --crank hinge": ("--crank does not go with a table",),
     f"{TABLE} --estimate fase": ("unknown thing to estimate 'fase'",),
     f"{TABLE} --column C.z=px": ("unknown quantity 'C.z'",),
+    f"{TABLE} --unit deg": ("--unit deg: no column of the table takes its unit from it",),
+    f"{TABLE} --unit crank_angle=deg": ("--unit crank_angle=deg: no column",),
     f"{TABLE} --tolerance speed=1": ("unknown quantity 'speed': choose from acceleration, phase, position",),
     f"{TABLE} --tolerance acceleration=1": ("no acceleration column; conrod does not differentiate",),
     f"{TABLE} --json t.csv": ("--json t.csv: it is the same file as the table",),

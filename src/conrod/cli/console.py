@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
-from conrod.engines import engine_names
+from conrod.engines import engine_named, engine_names
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, TurnQuantities
 from conrod.exact.linkage.centres import centre_count
@@ -53,7 +53,8 @@ def show_catalogue() -> None:
         heading = catalogue_heading(name)
         loaded.append((name, heading.title, str(heading.links), heading.source))
     _listed(out, "dynamics (under loads, or in free motion)", ("name", "title", "moving links", "source"), loaded)
-    out.print(f"engines: {', '.join(engine_names())}")
+    engines = [f"{name} (presets {', '.join(engine_named(name).presets)})" for name in engine_names()]
+    out.print(f"engines: {', '.join(engines)}")
 
 
 def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

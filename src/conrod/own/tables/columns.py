@@ -140,6 +140,12 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
             scale = _factor_of(unit, target, f"column {headings[place]!r}")
             columns.append(Column(target, place, headings[place], unit, scale, unit_from))
     _check_units(columns)
+    named = {(c.target.name, c.unit) for c in columns if c.unit_from == "--unit"}
+    general = {unit for name, unit in named if name not in asked.units}
+    unused = [f"{name}={unit}" for name, unit in asked.units.items() if (name, unit) not in named]
+    unused += [unit for unit in asked.default_units if not general & set(_ways(unit))]
+    if unused:
+        raise InvalidInput(f"--unit {unused[0]}: no column of the table takes its unit from it")
     return columns
 
 
@@ -204,11 +210,15 @@ def _unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tup
     if under or inside:
         return under or inside, "rows" if under else "heading"
     for unit in asked.default_units:
-        # Whose lengths are in mm, its velocities are in mm/s.
-        for way in (unit, f"{unit}/s", f"{unit}/s^2"):
+        for way in _ways(unit):
             if factor(way, target.unit) is not None:
                 return way, "--unit"
     return target.unit, "assumed"
+
+
+def _ways(unit: str) -> tuple[str, str, str]:
+    """Whose lengths are in mm, its velocities are in mm/s."""
+    return unit, f"{unit}/s", f"{unit}/s^2"
 
 
 def _factor_of(unit: str, target: Target, where: str) -> float:
