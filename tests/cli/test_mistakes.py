@@ -142,7 +142,8 @@ MISTAKES = {
     "harden link.mjb -o model.mjb": ("the same file as the model",),
     "harden model.mjb -o there/model.mjb": ("the same file as the model",),
     "harden includes.xml --json part.inc": ("part.inc, which the model is made of",),
-    "harden legged.xml -o hard.mjb --json there/hard.mjb": ("name of a model",),
+    "harden legged.xml -o hard.mjb --json there/hard.mjb": ("it is the same file as -o",),
+    "harden legged.xml --json found.mjb": ("name of a model",),
     "harden legged.xml -o there": ("it is a folder",),
     "harden legged.xml -o none/model.mjb": ("there is no folder",),
     # Models and tables that are validated.

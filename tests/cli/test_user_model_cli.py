@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 
 from conrod.cli import cli
-from conrod.cli.options import ModelOptions
+from conrod.cli.validate import ModelOptions
 from conrod.cli.validate_model import given_frame, question_of
 from conrod.errors import InvalidInput
 from conrod.own.models.scanning import scan

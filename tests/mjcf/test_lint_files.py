@@ -12,13 +12,13 @@ import mujoco
 import pytest
 from own_model_edits import HACKSAW, scaled
 
-from conrod.cli.lint import _outputs
 from conrod.errors import InvalidInput
 from conrod.mjcf.lint.document import Document, differing
 from conrod.mjcf.lint.findings import Exclude, Report, Request
 from conrod.mjcf.lint.linting import RULES, lint, prepared
-from conrod.own.files import files_of_model
+from conrod.own.files import as_outputs_must_not_be, files_of_model
 from conrod.own.models.request import Place
+from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
 from tests.support.command_line import conrod
 from tests.support.planted_models import (
@@ -303,10 +303,10 @@ def test_the_command_tells_writes_and_ends_with_its_status(tmp_path: Path, monke
 def test_what_a_model_is_made_of_is_not_written_over(option: str, part: str, gripper: Path) -> None:
     before = (gripper.parent / part).read_bytes()
     with pytest.raises(InvalidInput, match="which the model is made of"):
-        _outputs(gripper, *(str(gripper.parent / part) if option == o else None for o in ("--json", "--fix")))
+        files_to_write({option: str(gripper.parent / part)}, as_outputs_must_not_be(gripper))
     assert (gripper.parent / part).read_bytes() == before
     # Negative control: a file beside it may be written.
-    assert "--json" in _outputs(gripper, str(gripper.parent / "parts" / "found.json"), None)
+    assert files_to_write({option: str(gripper.parent / "parts" / "found.json")}, as_outputs_must_not_be(gripper))
 
 
 def test_the_rules_are_those_of_their_page() -> None:

@@ -15,7 +15,7 @@ from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.own.files import as_outputs_must_not_be
 from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
 from conrod.report.terminal import console, print_lines, print_table
-from conrod.studies.frame.files import check_apart, file_to_write, naming, single, write_together
+from conrod.studies.frame.files import check_apart, files_to_write, naming, single, write_together
 
 BINARY = ".mjb"
 MODELS = (".xml", ".mjcf", ".urdf", BINARY)
@@ -96,8 +96,7 @@ def _time_constant(text: str) -> str | float:
 
 def _outputs(path: Path, output: str | None, document: str | None) -> dict[str, Path]:
     """The files to write by their options, refused before any work where one would be lost by another."""
-    given = {"-o": output, "--json": document}
-    files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
+    files = files_to_write({"-o": output, "--json": document})
     file, results = files.get("-o"), files.get("--json")
     if file and file.suffix.lower() != BINARY:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")

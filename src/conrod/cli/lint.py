@@ -18,7 +18,7 @@ from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Request, Val
 from conrod.own.files import as_outputs_must_not_be
 from conrod.own.models.request import places_of
 from conrod.report.terminal import console, print_lines
-from conrod.studies.frame.files import check_apart, file_to_write, naming, real_path, single, write_together
+from conrod.studies.frame.files import files_to_write, naming, real_path, single, write_together
 from conrod.studies.frame.paired_timing import PairedCost
 from conrod.studies.frame.resolve_arguments import select_scene
 
@@ -58,7 +58,7 @@ def lint(
     Exit status 0: no findings; 1: findings; 2: bad usage.
     """
     path = Path(model)
-    files = _outputs(path, document, fixed)
+    files = files_to_write({"--json": document, "--fix": fixed}, as_outputs_must_not_be(path))
     speed, observed = None, list[str]()
     if seconds is not None:
         check_number("--seconds", seconds, 1e-9, 1e9, "s")
@@ -86,14 +86,6 @@ def lint(
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
     if report.findings:
         sys.exit(options.FAILED)
-
-
-def _outputs(model: Path, document: str | None, fixed: str | None) -> dict[str, Path]:
-    """The files to write by their options, refused before any work where something would be lost by them."""
-    given = {"--json": document, "--fix": fixed}
-    files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
-    check_apart(as_outputs_must_not_be(model) | files)
-    return files
 
 
 # -- printing --------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from conrod.report.folder import ReportFolder
 from conrod.report.kind import Kind
 from conrod.report.reproduction import SCENE, Reproduction
 from conrod.report.writer import Draw, document_text, report_batch
-from conrod.studies.frame.files import check_apart, file_to_write, folder_to_write, single, write_together
+from conrod.studies.frame.files import files_to_write, folder_to_write, single, write_together
 
 F = TypeVar("F")
 
@@ -65,8 +65,7 @@ def outputs(
     Raises:
         InvalidInput: names the file that is in the way.
     """
-    file = None if document is None else file_to_write(document, "--json")
-    check_apart({**(given or {}), **({"--json": file} if file else {})})
+    file = files_to_write({"--json": document}, given).get("--json")
     folder = None if out is None else folder_to_write(out, "--out")
     if folder:
         ReportFolder(folder, kind).check(parts, file, *(given or {}).values())

@@ -29,21 +29,19 @@ def results(
 
     Without a file the table goes to standard output as comma-separated values.
     """
-    from conrod.studies.frame.files import check_apart, file_to_write, naming, single, write_together
+    from conrod.studies.frame.files import files_to_write, naming, single, write_together
     from conrod.studies.frame.ledger import Ledger, default_path
     from conrod.studies.frame.results_table import results_table
 
-    named = {"csv": csv_file, "json": json_file, "parquet": parquet_file}
-    files = {kind: file_to_write(text, f"--{kind}") for kind, text in named.items() if text is not None}
     path = default_path() if ledger is None else Path(ledger)
-    check_apart({"the ledger": path, **{f"--{kind}": file for kind, file in files.items()}})
+    files = files_to_write({"--csv": csv_file, "--json": json_file, "--parquet": parquet_file}, {"the ledger": path})
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         raise InvalidInput(
             f"there is no ledger {path}: `conrod validate` and the studies make one; --ledger names another"
         )
     with Ledger.open(path) as opened:
         table = results_table(opened.rows(), where)
-    write_together([single(file, table.written(kind)) for kind, file in files.items()])
+    write_together([single(file, table.written(option.lstrip("-"))) for option, file in files.items()])
     if files:
         click.echo(f"{len(table.rows)} rows: {', '.join(str(file) for file in files.values())}")
     else:

@@ -38,6 +38,21 @@ def file_to_write(text: str, option: str) -> Path:
     return path
 
 
+def files_to_write(given: Mapping[str, str | None], beside: Mapping[str, Path] | None = None) -> dict[str, Path]:
+    """The files that options name, by option.
+
+    Args:
+        given: what was typed, None where nothing was.
+        beside: other files, by what a user calls them.
+
+    Raises:
+        InvalidInput: one cannot be written, or is the same as another.
+    """
+    files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
+    check_apart({**(beside or {}), **files})
+    return files
+
+
 def folder_to_write(text: str, option: str) -> Path:
     """The folder that an option names.
 
