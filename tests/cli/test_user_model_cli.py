@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 
 from conrod.cli import cli
-from conrod.cli.validate import ModelOptions
 from conrod.cli.validate_model import given_frame, question_of
+from conrod.cli.validate_request import ModelOptions
 from conrod.errors import InvalidInput
 from conrod.own.models.scanning import scan
 from conrod.scenes import SCENES

@@ -8,7 +8,7 @@ from pathlib import Path
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
-from conrod.cli.validate import ModelOptions, Request
+from conrod.cli.validate_request import ModelOptions, Request
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be

@@ -8,7 +8,7 @@ from pathlib import Path
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
-from conrod.cli.validate import Request
+from conrod.cli.validate_request import Request
 from conrod.own.files import check_readable
 from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
