@@ -26,32 +26,29 @@ def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evi
     return evidence_of(taken, full, LEVEL)
 
 
-def test_what_changes_nothing_and_costs_nothing_is_free() -> None:
-    assert verdict([alone(MINIMAL_ERROR, 1e-12, 1.01)]) == (Verdict.FREE, "")
-    assert verdict([alone(MINIMAL_ERROR, 1e-12, 0.7)]) == (Verdict.FREE, "")
-
-
-def test_what_changes_nothing_and_costs_time_is_costly() -> None:
-    assert verdict([alone(MINIMAL_ERROR, 1e-12, 1.2)]) == (Verdict.COSTLY, "")
-    # An interval that reaches down to one proves nothing.
-    unsure = replace(alone(MINIMAL_ERROR, 0.0, 1.2), cost=timing(1.2, half=0.19))
-    assert verdict([unsure])[0] is Verdict.FREE
-
-
-def test_what_makes_the_motion_worse_is_harmful_whatever_it_costs() -> None:
-    for cost in (0.5, 1.0, 3.0):
-        assert verdict([alone(1e-6, 1e-6, cost)]) == (Verdict.HARMFUL, "position")
-    assert verdict([alone(None, 0.0, None)]) == (Verdict.HARMFUL, "opened")
-
-
-def test_what_the_motion_is_wrong_without_is_required() -> None:
-    assert verdict([without(1e-5)]) == (Verdict.REQUIRED, "position")
-    assert verdict([without(None)]) == (Verdict.REQUIRED, "opened")
-
-
-def test_a_part_that_the_motion_does_not_need_is_no_better_than_what_is_carried() -> None:
-    assert verdict([without(MINIMAL_ERROR)])[0] is Verdict.FREE
-    assert verdict([without(MINIMAL_ERROR, cost=1.3)])[0] is Verdict.COSTLY
+@pytest.mark.parametrize(
+    ("evidence", "expected"),
+    [
+        # What changes nothing is free, or costly where the whole interval of its cost says so.
+        (alone(MINIMAL_ERROR, 1e-12, 1.01), (Verdict.FREE, "")),
+        (alone(MINIMAL_ERROR, 1e-12, 0.7), (Verdict.FREE, "")),
+        (alone(MINIMAL_ERROR, 1e-12, 1.2), (Verdict.COSTLY, "")),
+        (replace(alone(MINIMAL_ERROR, 0.0, 1.2), cost=timing(1.2, half=0.19)), (Verdict.FREE, "")),
+        # What makes the motion worse is harmful, whatever it costs.
+        *((alone(1e-6, 1e-6, cost), (Verdict.HARMFUL, "position")) for cost in (0.5, 1.0, 3.0)),
+        (alone(None, 0.0, None), (Verdict.HARMFUL, "opened")),
+        # What the motion is wrong without is required; a part that it does not need is no better than what is added.
+        (without(1e-5), (Verdict.REQUIRED, "position")),
+        (without(None), (Verdict.REQUIRED, "opened")),
+        (without(MINIMAL_ERROR), (Verdict.FREE, "")),
+        (without(MINIMAL_ERROR, cost=1.3), (Verdict.COSTLY, "")),
+        # Twenty times the minimal model's own error, and yet nothing that anybody asks for.
+        (alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0), (Verdict.FREE, "")),
+        (alone(MINIMAL_ERROR, 0.0, None), (Verdict.UNDECIDED, "it could not be timed")),
+    ],
+)
+def test_verdicts_on_one_piece_of_evidence(evidence: Evidence, expected: tuple[Verdict, str]) -> None:
+    assert verdict([evidence]) == expected
 
 
 def test_a_part_without_which_the_motion_is_better_is_harmful() -> None:
@@ -72,9 +69,7 @@ def test_every_quantity_can_show_harm(quantity: str) -> None:
     assert verdict([found]) == (Verdict.HARMFUL, quantity)
 
 
-def test_a_change_below_the_minimal_models_own_error_or_below_what_is_none_is_no_change() -> None:
-    # Twenty times the minimal model's own error, and yet nothing that anybody asks for.
-    assert verdict([alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0)])[0] is Verdict.FREE
+def test_a_change_below_the_minimal_models_own_error_is_no_change() -> None:
     rough = variant(Role.MINIMAL, error=1e-4)
     added = variant(Role.ADDED, "it", 1.5e-4, 0.9e-4)
     assert verdict([evidence_of(added, rough, Levels.of([rough]))])[0] is Verdict.FREE
@@ -121,7 +116,6 @@ def test_what_an_engine_cannot_do_is_not_told() -> None:
     found = evidence_of(refused, MINIMAL, LEVEL)
     assert verdict([found]) == (Verdict.UNDECIDED, "it has no rod")
     assert verdict([]) == (Verdict.UNDECIDED, "")
-    assert verdict([alone(MINIMAL_ERROR, 0.0, None)]) == (Verdict.UNDECIDED, "it could not be timed")
 
 
 def torque(before: float | None, after: float | None, change: float, best: float = 1e-9) -> str:

@@ -100,28 +100,36 @@ def test_each_run_varies_one_thing_alone() -> None:
     assert changed[f"{STABILISATION} finest"] == {"solref"} | step
 
 
-def test_pymunk_is_stabilised_alone_because_its_joints_are_not_regularised() -> None:
-    plan = plan_of(PymunkSettings.stock(SAW, 200))
-    assert plan.changes == {STABILISATION: {"error_bias": (STOCK_BIAS, 0.0)}}
+@pytest.mark.parametrize(
+    ("settings", "knob", "change"),
+    [
+        (PymunkSettings.stock(SAW, 200), STABILISATION, {"error_bias": (STOCK_BIAS, 0.0)}),
+        # A time constant that cannot be halved is doubled.
+        (
+            replace(SOFT, solref=(2.0 * SOFT.timestep, 1.0)),
+            STABILISATION,
+            {"solref": ([2.0 * SOFT.timestep, 1.0], [4.0 * SOFT.timestep, 1.0])},
+        ),
+        # Stiffness and damping given directly are varied as the same time constant.
+        (replace(SOFT, solref=(-1e6, -2e3)), STABILISATION, {"solref": ([-1e6, -2e3], [-4e6, -4e3])}),
+    ],
+)
+def test_a_knob_is_varied_as_far_as_the_engine_admits(settings: Settings, knob: str, change: object) -> None:
+    assert plan_of(settings).changes[knob] == change
+    # Joints of pymunk are not regularised.
+    assert (REGULARISATION in plan_of(settings).changes) == (settings.engine == "mujoco")
 
 
-def test_a_time_constant_that_cannot_be_halved_is_doubled() -> None:
-    shortest = replace(SOFT, solref=(2.0 * SOFT.timestep, 1.0))
-    before, after = plan_of(shortest).changes[STABILISATION]["solref"]
-    assert after[0] == 2.0 * before[0]
-
-
-def test_stiffness_and_damping_given_directly_are_varied_as_the_same_time_constant() -> None:
-    direct = replace(SOFT, solref=(-1e6, -2e3))
-    assert plan_of(direct).changes[STABILISATION]["solref"] == ([-1e6, -2e3], [-4e6, -4e3])
-
-
-def test_contact_is_not_hardened_but_stiffened() -> None:
-    plan = budget_plan_of("cam", CAM, MuJoCoSettings.tuned(CAM, 1000))
-    assert set(plan.changes[REGULARISATION]) == {"contact_solimp"}
-    assert set(plan.changes[STABILISATION]) == {"contact_solref"}
-    plan = budget_plan_of("cam", CAM, PymunkSettings.tuned(CAM, 1000))
-    assert set(plan.changes[REGULARISATION]) == {"collision_slop"}
+@pytest.mark.parametrize(
+    ("settings", "knob", "field"),
+    [
+        (MuJoCoSettings.tuned(CAM, 1000), REGULARISATION, "contact_solimp"),
+        (MuJoCoSettings.tuned(CAM, 1000), STABILISATION, "contact_solref"),
+        (PymunkSettings.tuned(CAM, 1000), REGULARISATION, "collision_slop"),
+    ],
+)
+def test_contact_is_not_hardened_but_stiffened(settings: Settings, knob: str, field: str) -> None:
+    assert set(budget_plan_of("cam", CAM, settings).changes[knob]) == {field}
 
 
 @pytest.mark.parametrize(("steps", "fineness", "wrong"), [(120, 16, "multiple of 100"), (200, 3, "even number")])

@@ -11,7 +11,6 @@ import pytest
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.inverse import mass_ratio
-from conrod.exact.linkage.transmission import least_transmission_angle
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
@@ -62,6 +61,11 @@ def second_order(cell: RunCase) -> float:
     """Tuned settings of order 2, and stock ones of order 1 and ten times the error."""
     steps = cell.settings.steps_per_revolution
     return 40.0 / steps**2 if cell.settings.as_dict()["error_bias"] == 0.0 else 2.0 / steps
+
+
+def elsewhere(cell: RunCase) -> bool:
+    """True for a run that the grid does not contain."""
+    return cell.start_angle != 0.0 or cell.revolutions != 2.0 or cell.scene.speed != SAW.speed
 
 
 def recommended(runs: PretendedRuns, **allowed: float) -> Any:
@@ -122,12 +126,10 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) 
 def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> None:
     """Errors a tenth larger outside the grid: what only just does is rejected, the next step of the grid is not."""
 
-    def error(cell: RunCase) -> float:
-        elsewhere = cell.start_angle != 0.0 or cell.revolutions != 2.0 or cell.scene.speed != SAW.speed
-        return second_order(cell) * (1.1 if elsewhere else 1.0)
-
     # At 2000 steps the error is 1e-5: it just does in the grid, and there is no room for a step in between.
-    answer = recommended(PretendedRuns(error, per_step), position=1.05e-5)
+    answer = recommended(
+        PretendedRuns(lambda c: second_order(c) * (1.1 if elsewhere(c) else 1.0), per_step), position=1.05e-5
+    )
     assert isinstance(answer, Recommendation)
     assert answer.choice.case.settings.steps_per_revolution == 4000
     assert {rejected.choice.steps for rejected in answer.rejected} == {2000}
@@ -136,11 +138,9 @@ def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> No
 def test_what_is_out_of_tolerance_in_the_grid_alone_is_not_chosen() -> None:
     """The planted defect: errors a fifth larger in the grid, where 2000 steps are then not enough."""
 
-    def error(cell: RunCase) -> float:
-        elsewhere = cell.start_angle != 0.0 or cell.revolutions != 2.0 or cell.scene.speed != SAW.speed
-        return second_order(cell) * (1.0 if elsewhere else 1.2)
-
-    answer = recommended(PretendedRuns(error, per_step), position=1.05e-5)
+    answer = recommended(
+        PretendedRuns(lambda c: second_order(c) * (1.0 if elsewhere(c) else 1.2), per_step), position=1.05e-5
+    )
     assert answer.choice.case.settings.steps_per_revolution > 2000
     assert answer.margin >= 1.0
 
@@ -158,7 +158,7 @@ def test_confirming_runs_are_none_of_the_grid() -> None:
     runs = PretendedRuns(second_order, per_step)
     answer = recommended(runs, position=1e-4)
     grid = {cell.key for cell in plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default").grid_cases}
-    others = [c for c in runs.ran if c.start_angle or c.revolutions != 2.0 or c.scene.speed != SAW.speed]
+    others = [c for c in runs.ran if elsewhere(c)]
     assert len({c.key for c in others} - grid) == 4
     assert answer.choice.case.key not in {c.key for c in others}
 
@@ -171,18 +171,19 @@ def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> 
     assert answer.nearest.excess({"position": 1e-3}) < 1.0
 
 
-def test_where_no_run_completes_that_is_said() -> None:
-    answer = recommended(PretendedRuns(lambda _: math.nan, per_step), position=1.0)
-    assert isinstance(answer, Refusal)
-    assert "no run" in answer.why
-
-
-def test_where_nothing_can_be_timed_that_is_said() -> None:
-    runs = PretendedRuns(second_order, per_step)
-    runs.time = lambda cells: {}  # type: ignore[method-assign]  # a clock that takes too long for all
+@pytest.mark.parametrize(
+    ("error", "clock", "why"),
+    [
+        (lambda _: math.nan, None, "no run"),
+        (second_order, lambda cells: {}, "could be timed"),  # a clock that takes too long for all
+    ],
+)
+def test_where_nothing_completes_or_can_be_timed_that_is_said(error: Any, clock: Any, why: str) -> None:
+    runs: Any = PretendedRuns(error, per_step)
+    runs.time = clock or runs.time
     answer = recommended(runs, position=1e-4)
     assert isinstance(answer, Refusal)
-    assert "could be timed" in answer.why
+    assert why in answer.why
 
 
 def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
@@ -197,24 +198,10 @@ def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
     assert savings_of(mine, stock, timings, {"position": 1e-5}).cost_factor is None
 
 
-@pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20])
-def test_a_tolerance_that_nothing_can_meet_is_refused(bad: float) -> None:
-    with pytest.raises(InvalidInput, match="--position"):
+@pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20, None])
+def test_a_tolerance_that_nothing_can_meet_is_refused_and_one_is_needed(bad: float | None) -> None:
+    with pytest.raises(InvalidInput, match="give at least one of" if bad is None else "--position"):
         check_tolerances({"position": bad})
-
-
-def test_a_recommendation_needs_a_tolerance() -> None:
-    with pytest.raises(InvalidInput, match="give at least one of"):
-        check_tolerances({"position": None})
-
-
-def test_least_transmission_angles_are_those_of_geometry() -> None:
-    """In-line: cos mu = r / l. Offset: cos mu = (r + e) / l. Cam: the complement of the largest pressure angle."""
-    expected = {"shear-press": math.acos(32.5 / 390.0), "saw-40rpm": math.acos((0.1 + 0.09) / 0.3)}
-    for name, angle in expected.items():
-        assert least_transmission_angle(SCENES[name].kinematics) == pytest.approx(angle, abs=1e-5)
-    # At the joint of flank and nose the normal passes through the flank's centre: sin of the pressure angle there.
-    assert 0.0 < (least_transmission_angle(SCENES["cam-follower"].kinematics) or 0.0) < math.pi / 2.0
 
 
 def test_the_mass_ratio_counts_what_a_joint_feels() -> None:
