@@ -44,8 +44,8 @@ from conrod.report.terminal import print_table
 from conrod.report.writer import report_batch
 from conrod.studies.frame.files import Batch
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.recommend.transfer import Transfer, transfers
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint, order_of
+from conrod.studies.sweep.transfer import Transfer, transfers
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
 LABEL = re.compile(r"[MP]\d+")

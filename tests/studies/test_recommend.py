@@ -16,7 +16,7 @@ from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
-from conrod.studies.recommend.study import (
+from conrod.studies.sweep.recommend import (
     Choice,
     Recommendation,
     Refusal,

@@ -27,7 +27,7 @@ from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import length_power, rescaled
 from conrod.studies.limits.recorders import ExactTorque
 from conrod.studies.limits.stream_run import stream_run
-from conrod.studies.recommend.study import confirming_cases
+from conrod.studies.sweep.recommend import confirming_cases
 from conrod.studies.sweep.study import RulePlan
 from tests.support.command_line import conrod
 from tests.support.described import CATALOGUE, changed

@@ -43,7 +43,7 @@ def recommend(
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import select_engines, select_scene
-    from conrod.studies.recommend.study import Recommendation, check_tolerances, recommend_for
+    from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
 
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})

@@ -9,7 +9,7 @@ from conrod.engines.engine import CUSTOM, STOCK
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.linkage.transmission import least_transmission_angle
 from conrod.studies.frame.run import RunCase
-from conrod.studies.recommend.study import Answer, Choice, Recommendation, Refusal, Rejected
+from conrod.studies.sweep.recommend import Answer, Choice, Recommendation, Refusal, Rejected
 
 Allowed = Mapping[str, float]  # largest error by quantity
 

@@ -20,9 +20,9 @@ from conrod.report.sweep.points import placed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.studies.recommend.transfer import transfers
 from conrod.studies.sweep.error_budget import ErrorBudget
 from conrod.studies.sweep.findings import SweepStudy
+from conrod.studies.sweep.transfer import transfers
 
 
 def _page(part: Part[SweepStudy]) -> Page:

@@ -21,10 +21,10 @@ from conrod.report.sweep.points import (
 )
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.recommend.transfer import Transfer
 from conrod.studies.sweep.error_budget import ErrorBudget
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule
 from conrod.studies.sweep.sensitivity import GRAVITY, Sensitivity, Variation
+from conrod.studies.sweep.transfer import Transfer
 from conrod.studies.validation.refinement import PATHS
 
 QUANTITY, ALLOWED = "position", 1e-6  # that presets and knobs are compared at

@@ -1,1 +1,0 @@
-"""The cheapest settings within given tolerances."""
