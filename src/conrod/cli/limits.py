@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.cli import options
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.units import check_count, check_number, parse_quantity
 
 if TYPE_CHECKING:
+    from conrod.studies.limits.axes import Axis
+    from conrod.studies.limits.plan import Request
     from conrod.studies.limits.results import LimitStudy
 
 # All scenes and axes may need two thirds of it, should no two neighbours on any map end alike.
@@ -22,6 +26,8 @@ of a cam: float, flank-radius, nose-radius.
 Pairs: steps-x-mass-ratio, steps-x-nearness, steps-x-stabilisation.
 Besides: mass-ratio-at-iterations, determinism; of a cam: flight.
 docs/limits.md says what each one does."""
+SEPARATOR = ".."
+MOST_REVOLUTIONS = 1e6
 WIDE = 170  # where there is no terminal to fit
 
 
@@ -59,10 +65,8 @@ def limits(
     Each axis is walked from its safe end to its failing one, and its boundaries are found to 2 %. Finished runs are
     kept in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.cli.limits_request import request_of
     from conrod.cli.outputs import outputs, reproduction
     from conrod.cli.runner import Runner
-    from conrod.mechanism.units import check_count
     from conrod.report.limits.report import KIND, report_batches
     from conrod.studies.frame.files import naming, write_together
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
@@ -103,3 +107,56 @@ def print_limits(studies: Sequence[LimitStudy]) -> None:
             print_table(out, table, folding=(BEYOND,))
         refused = [f"{axis}: {line}" for axis, walks in by_axis(study.walks).items() for line in refusals(walks)]
         print_lines(out, [*listed_lines(study), *refused])
+
+
+# -- the request ------------------------------------------------------------------------------------------------------
+
+
+def request_of(names: Sequence[str], span: str | None, revolutions: float | None) -> Request:
+    """Return the request; everything where nothing is named. InvalidInput where options do not go together."""
+    from conrod.studies.limits.axes import LENGTH_AXIS
+    from conrod.studies.limits.plan import ITEMS, REVOLUTIONS, Request
+
+    if revolutions is not None:
+        check_number("--revolutions", revolutions, 1.0, MOST_REVOLUTIONS)
+        if names and LENGTH_AXIS not in names:
+            raise InvalidInput(f"--revolutions {revolutions:.15g} is for --axis {LENGTH_AXIS}, which is not asked for")
+        if names and span is not None:
+            raise InvalidInput(
+                f"--revolutions {revolutions:.15g} and --range {span} both say how long a run is: give one"
+            )
+    for name in names:
+        if name not in ITEMS:
+            raise unknown_choice("axis", name, ITEMS)
+    chosen = tuple(dict.fromkeys(names))
+    length = REVOLUTIONS if revolutions is None else float(revolutions)
+    return Request(chosen, None if span is None else _span(span, chosen), length)
+
+
+def _span(text: str, names: Sequence[str]) -> tuple[float, float]:
+    from conrod.studies.limits.axes import AXES, measure_of
+
+    if len(names) != 1 or names[0] not in AXES:
+        raise InvalidInput(f"--range {text} needs one --axis to be the range of")
+    axis = AXES[names[0]]
+    if axis.listed:
+        raise InvalidInput(f"--range {text} does not go with {axis.name}: its values are a list, all of which are run")
+    example = f"{axis.safe_end:g}{SEPARATOR}{axis.failing_end:g}"
+    first, separator, last = text.partition(SEPARATOR)
+    if not (separator and first.strip() and last.strip()):
+        raise InvalidInput(f"--range {text!r} is no range: give FROM..TO, for instance {example}")
+    begin, end = (_end(axis, part) for part in (first, last))
+    if begin == end:
+        raise InvalidInput(f"--range {text} is empty: give two different ends, for instance {example}")
+    # Whichever way it was typed, a walk begins at the safe end.
+    at_safe = measure_of(axis.scale, axis.safe_end)
+    safe, failing = sorted((begin, end), key=lambda value: abs(measure_of(axis.scale, value) - at_safe))
+    return safe, failing
+
+
+def _end(axis: Axis, text: str) -> float:
+    value = parse_quantity("--range", text, "")
+    check_number(f"--range of {axis.name}", value, *axis.allowed)
+    if axis.scale.value == "count" and value != round(value):
+        raise InvalidInput(f"--range of {axis.name}: {value:g} is not a whole number")
+    return value

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from conrod.studies.frame.case import Results, Study
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.limits.axes import AXES, Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
@@ -27,19 +27,22 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
     Raises:
         InvalidInput: the machine cannot be given with a value of the range.
     """
-    listed = axis.listed
-    cases: dict[float, LimitCase] = {}
-    results: dict[str, Measurement] = {}
-    asked = list(axis.values(setup)) if listed else _scanned(axis, first, last)
+    probes: dict[float, Probe] = {}
+    boundaries: tuple[Boundary, ...] = ()
+    asked = list(axis.values(setup)) if axis.listed else _scanned(axis, first, last)
     while asked:
-        new = {value: axis.case(setup, value) for value in asked}
-        cases |= new
-        results |= yield tuple(new.values())
-        asked = [] if listed else _halved(axis, sorted(cases, reverse=last < first), cases, results)
-    ordered = list(cases) if listed else sorted(cases, reverse=last < first)
-    probes = tuple(probe_of(axis, setup, value, cases[value], results[cases[value].key]) for value in ordered)
-    boundaries = () if listed else tuple(boundary_of(probes, level) for level in CRITERIA)
-    return Walk(axis.name, setup.name, setup.engine, setup.preset, "", probes, boundaries)
+        cases = {value: axis.case(setup, value) for value in asked}
+        results = yield tuple(cases.values())
+        probes |= {value: probe_of(axis, setup, value, case, results[case.key]) for value, case in cases.items()}
+        if axis.listed:
+            break
+        probes = {value: probes[value] for value in sorted(probes, reverse=last < first)}
+        boundaries = tuple(boundary_of(list(probes.values()), level) for level in CRITERIA)
+        # Halved where a boundary is not yet narrow enough.
+        ends = [(b.last_good, b.first_bad) for b in boundaries]
+        middles = [_middle(axis, good, bad) for good, bad in ends if good is not None and bad is not None]
+        asked = [middle for middle in dict.fromkeys(middles) if middle is not None]
+    return Walk(axis.name, setup.name, setup.engine, setup.preset, "", tuple(probes.values()), boundaries)
 
 
 def most_runs(axis: Axis, setup: Setup, first: float, last: float) -> int:
@@ -72,24 +75,6 @@ def _middle(axis: Axis, good: float, bad: float) -> float | None:
     return None if nearest in (good, bad) else nearest
 
 
-def _halved(axis: Axis, ordered: Sequence[float], cases: Mapping[float, LimitCase], results: Results) -> list[float]:
-    """Return the value to be run next for every boundary that is not yet narrow enough."""
-    levels = [LEVELS.index(level_of(results[cases[value].key]).slug) for value in ordered]
-    found = []
-    for criterion in CRITERIA:
-        k = _first_worse(levels, LEVELS.index(criterion.slug))
-        if k is None or k == 0:
-            continue
-        middle = _middle(axis, ordered[k - 1], ordered[k])
-        if middle is not None:
-            found.append(middle)
-    return list(dict.fromkeys(found))
-
-
-def _first_worse(levels: Sequence[int], worst: int) -> int | None:
-    return next((k for k, level in enumerate(levels) if level > worst), None)
-
-
 def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measurement: Measurement) -> Probe:
     """Return what a run on an axis showed."""
     recorded = Extremes.of(measurement)
@@ -112,13 +97,13 @@ def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measuremen
 
 def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
     """Return the boundary of a criterion, among probes in the order from the safe end to the failing one."""
-    worst = LEVELS.index(criterion.slug)
-    k = _first_worse([LEVELS.index(probe.level) for probe in probes], worst)
-    if k is None:
+    held = [LEVELS.index(probe.level) <= LEVELS.index(criterion.slug) for probe in probes]
+    if all(held):
         return Boundary(criterion.slug, probes[-1].value, None, None, False, ())
-    again = tuple(probe.value for probe in probes[k:] if LEVELS.index(probe.level) <= worst)
-    last_good = probes[k - 1].value if k else None
-    return Boundary(criterion.slug, last_good, probes[k].value, probes[k].outcome, probes[k].undetected, again)
+    k = held.index(False)
+    again = tuple(probe.value for probe, good in zip(probes[k:], held[k:], strict=True) if good)
+    last_good, bad = probes[k - 1].value if k else None, probes[k]
+    return Boundary(criterion.slug, last_good, bad.value, bad.outcome, bad.undetected, again)
 
 
 # -- mass ratio at iterations that stay ------------------------------------------------------------------------------
