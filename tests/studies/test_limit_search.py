@@ -138,32 +138,19 @@ def test_what_holds_again_beyond_its_boundary_is_known() -> None:
     assert min(found.good_again) >= 50.0
 
 
-@pytest.mark.parametrize("axis", [RATIO, WHOLE, NEAR], ids=lambda axis: axis.scale.value)
-def test_a_walk_never_asks_for_more_runs_than_were_announced(axis: Axis) -> None:
+@pytest.mark.parametrize("axis", [RATIO, WHOLE, NEAR, FEW_TO_MANY], ids=["ratio", "whole", "near", "few to many"])
+def test_no_walk_asks_for_more_runs_than_were_announced_however_levels_alternate(axis: Axis) -> None:
     announced = most_runs(axis, SETUP, axis.safe_end, axis.failing_end)
-    for k in range(1, 12):
-        ordered = spaced(axis.scale, axis.safe_end, axis.failing_end, 12)
-
-        def rule(value: float, edge: float = ordered[k]) -> float | str:
-            beyond = value > edge if axis.failing_end > axis.safe_end else value < edge
-            return graded(3000.0) if beyond else 1e-3
-
-        assert sum(walked(axis, rule)[1]) <= announced
-    assert sum(walked(axis, lambda v: graded(1.0 + 3e4 * abs(v - axis.safe_end)))[1]) <= announced
-
-
-def test_no_walk_asks_for_more_runs_than_were_announced_however_levels_alternate() -> None:
-    announced = most_runs(FEW_TO_MANY, SETUP, 1.0, 1000.0)
     ends: tuple[float | str, ...] = (1e-4, 0.05, 0.5, "opened", "diverged")
     chance = random.Random(4)
     asked = []
-    for _ in range(300):
+    for _ in range(300 if axis is FEW_TO_MANY else 50):
         weights = [3.0, *(chance.random() for _ in ends[1:])]
 
         def rule(_: float, weights: list[float] = weights) -> float | str:
             return chance.choices(ends, weights)[0]
 
-        asked.append(sum(walked(FEW_TO_MANY, rule)[1]))
+        asked.append(sum(walked(axis, rule)[1]))
     assert max(asked) <= announced
     # Gaps such as the first one, in which there is nothing to halve, would make it a run for each criterion.
     assert max(asked) > SCANNED + len(CRITERIA)

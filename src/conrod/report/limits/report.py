@@ -145,12 +145,9 @@ def _page(part: Part[LimitStudy]) -> Page:
 def _section(axis: str, walks: Walks) -> dict[str, Any]:
     known = [probe for walk in walks for probe in walk.probes if probe.reference_error is not None]
     return {
-        "axis": axis,
-        "title": AXES[axis].title,
-        "listed": AXES[axis].listed,
+        "axis": AXES[axis],
         "figures": [figure for make in (axis_figure, errors_figure) if (figure := make(axis, walks))],
         "boundaries": boundaries_table(walks),
-        "again": any(boundary.good_again for walk in walks for boundary in walk.boundaries),
         "reference": max((p.reference_error, p.text) for p in known) if known else None,
         "torques": torque_table(walks) if axis == "regularisation" else None,
         "refusals": refusals(walks),
