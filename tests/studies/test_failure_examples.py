@@ -34,9 +34,8 @@ def workers() -> Iterator[LocalProcesses]:
 
 
 def recorded(measurement: Measurement) -> Extremes:
-    found = Extremes.of(measurement)
-    assert found is not None
-    return found
+    assert measurement.extremes is not None
+    return Extremes.of(measurement)
 
 
 def note(measurement: Measurement) -> str:

@@ -12,7 +12,7 @@ from watched import coarse_cam, extremes, watched
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.exact.motion import Array
 from conrod.scenes import CamFollower
-from conrod.studies.limits.flights import KEPT, LEAST_DEPTH, TIMES, Flights
+from conrod.studies.limits.recorders import KEPT, LEAST_DEPTH, TIMES, Flights
 from conrod.studies.limits.records import Flight
 
 STEP = 1e-3  # [rad]

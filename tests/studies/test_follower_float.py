@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from short_flights import short_flight
+from watched import extremes
 
 from conrod.report.limits.follower import onset_table
 from conrod.report.table import Toned
@@ -217,9 +218,7 @@ def run_at(speed: float, engine: str, revolutions: float, force: float = 1.0) ->
     """A run at a speed over the float speed, at 20000 steps a revolution."""
     scene = CAM.with_parameters(speed=speed * 5.0, preload=force / speed**2)
     cell = LimitCase("cam-follower", scene, case(engine).settings(scene, LEAST_STEPS), revolutions)
-    watched = Extremes.of(cell.perform())
-    assert watched is not None
-    return watched
+    return extremes(cell.perform())
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
@@ -245,9 +244,7 @@ def test_a_recorded_run_shows_the_flight_that_it_measured() -> None:
     cell = GapCase("cam-follower", scene, case().settings(scene, LEAST_STEPS), 0.7)
     bare_case = LimitCase(cell.name, cell.scene, cell.settings, cell.revolutions)
     assert cell.key != bare_case.key
-    watched, bare = Extremes.of(cell.perform()), Extremes.of(bare_case.perform())
-    assert watched is not None
-    assert bare is not None
+    watched, bare = extremes(cell.perform()), extremes(bare_case.perform())
     assert replace(watched, gaps=()) == bare
     assert max(most for _, _, _, most in watched.gaps) == watched.flights[0].gap
     assert -min(least for angle, _, least, _ in watched.gaps if angle < 0.6) == watched.penetration

@@ -28,9 +28,8 @@ def watched(scene: Any, settings: Any, revolutions: float = 2.0) -> Measurement:
 
 
 def extremes(measurement: Measurement) -> Extremes:
-    found = Extremes.of(measurement)
-    assert found is not None
-    return found
+    assert measurement.extremes is not None
+    return Extremes.of(measurement)
 
 
 def coarse_cam(settings: Any) -> Any:

@@ -84,7 +84,9 @@ def no_change_point(setup: Setup) -> str | None:
     """Return None, or why a machine is not brought to a change point."""
     if isinstance(setup.scene, ShearPress | Saw):
         return None
-    return f"the {setup.scene.kind} has no change point, or which lengths bring it there is not known"
+    if setup.scene.closed_form:
+        return f"the {setup.scene.kind} has no change point"
+    return f"which lengths bring {setup.scene.kind}, from a file, to a change point is not known"
 
 
 @lru_cache(SCENES_KEPT)
@@ -161,7 +163,9 @@ def no_such_cam(setup: Setup) -> str | None:
     """Return None, or why a radius of the cam that ships is not varied on another machine."""
     if isinstance(setup.scene, CamFollower):
         return None
-    return f"the {setup.scene.kind} has no cam, or which of its radii go together is not known"
+    if setup.contact:
+        return f"which radii of {setup.scene.kind}, from a file, go together is not known"
+    return f"the {setup.scene.kind} has no cam"
 
 
 def at_float_speed(setup: Setup, share: float) -> Scene:

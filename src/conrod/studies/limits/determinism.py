@@ -72,14 +72,14 @@ def determinism_search(setup: Setup) -> Study[Determinism]:
 def determinism(setup: Setup, measurement: Measurement) -> Determinism:
     """Return the comparison, from the measurement of a repeated run of a setup."""
     recorded = Extremes.of(measurement)
-    prints = () if recorded is None else (recorded.fingerprint, *recorded.again)
+    prints = (recorded.fingerprint, *recorded.again)
     return Determinism(
         scene=setup.name,
         engine=setup.engine,
         preset=setup.preset,
         outcome=measurement.outcome,
         reason=measurement.reason,
-        fingerprints=dict(zip(RUNS, prints, strict=True)) if prints else {},
+        fingerprints=dict(zip(RUNS, prints, strict=True)) if recorded.again else {},
     )
 
 
@@ -96,16 +96,10 @@ def repeated(case: RepeatedCase, task: Task = stream_run) -> Measurement:
     elsewhere = isolated_once(task, once)
     if isinstance(elsewhere, Ended):
         return Measurement(elsewhere.outcome.slug, f"in another process: {elsewhere.reason}")
-    recorded = Extremes.of(first)
-    if recorded is None:
+    if first.extremes is None:
         return first
-    others = tuple(_fingerprint(run) for run in (again, after, elsewhere))
-    return replace(first, extremes=plain(replace(recorded, again=others)))
-
-
-def _fingerprint(measurement: Measurement) -> str:
-    recorded = Extremes.of(measurement)
-    return "" if recorded is None else recorded.fingerprint
+    others = tuple(Extremes.of(run).fingerprint for run in (again, after, elsewhere))
+    return replace(first, extremes=plain(replace(Extremes.of(first), again=others)))
 
 
 def _another(case: LimitCase) -> LimitCase:

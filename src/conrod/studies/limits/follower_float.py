@@ -27,7 +27,7 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import ExactFlight, Fall, exact_flight, float_speed
-from conrod.studies.limits.flights import LEAST_DEPTH, TIMES
+from conrod.studies.limits.recorders import LEAST_DEPTH, TIMES
 from conrod.studies.limits.records import Extremes, Flight, Gaps
 from conrod.studies.limits.stream_run import stream_run
 
@@ -188,8 +188,7 @@ def float_search(setup: Setup) -> Study[FollowerFloat]:
     length = next(probe.lengths[1] for probe in probes if probe.speed == LENGTH_SPEED)
     depth = visible = None
     if held is not None:
-        recorded = Extremes.of(runs[held][0])
-        depth = (None if recorded is None else recorded.penetration) or 0.0
+        depth = Extremes.of(runs[held][0]).penetration or 0.0
         threshold = bench.threshold(depth)
         visible = bench.speed_of(lambda exact: exact.gap - threshold)
     return replace(
@@ -251,8 +250,7 @@ def _tried(bench: _Bench, speeds: Sequence[float]) -> Study[Runs]:
 
 
 def _longest(measurement: Measurement) -> Flight | None:
-    recorded = Extremes.of(measurement)
-    return None if recorded is None else next(iter(recorded.flights), None)
+    return next(iter(Extremes.of(measurement).flights), None)
 
 
 class _Bench:
@@ -328,7 +326,7 @@ def _drawn(bench: _Bench) -> Study[GapCurve | None]:
     drawn = GapCase(case.name, case.scene, case.settings, case.revolutions)
     results = yield (drawn,)
     recorded, exact = Extremes.of(results[drawn.key]), bench.exact(DRAWN_SPEED)
-    if recorded is None or recorded.penetration is None or not recorded.gaps or exact is None:
+    if recorded.penetration is None or not recorded.gaps or exact is None:
         return None
     angles = np.linspace(exact.start, exact.landing, DRAWN_POINTS)
     gaps = Fall(bench.at(DRAWN_SPEED), exact.start).gap(angles)
@@ -349,7 +347,7 @@ class GapCase(LimitCase):
     def perform(self) -> Measurement:
         measurement = stream_run(self)
         recorded = Extremes.of(measurement)
-        if recorded is None or not recorded.finite:
+        if not recorded.samples or not recorded.finite:
             return measurement
         mechanism = self.machine.kinematics.mechanism
         trajectory = run(self.machine, self.settings, self.revolutions, self.start_angle)

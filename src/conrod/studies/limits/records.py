@@ -104,9 +104,10 @@ class Extremes:
     gaps: Gaps = ()
 
     @classmethod
-    def of(cls, measurement: Measurement) -> Extremes | None:
-        """Return what was recorded of a measured run; None where it ended before anything could be."""
-        return None if measurement.extremes is None else restore(cls, measurement.extremes)
+    def of(cls, measurement: Measurement) -> Extremes:
+        """Return what was recorded of a measured run; no sample where it ended before anything could be."""
+        nothing = cls(0, True, {}, None, None, None, (), (), "")
+        return nothing if measurement.extremes is None else restore(cls, measurement.extremes)
 
 
 # -- grades ----------------------------------------------------------------------------------------------------------
@@ -153,9 +154,9 @@ def level_of(measurement: Measurement) -> Level:
 def is_undetected(measurement: Measurement) -> bool:
     """Return whether a run is worse than rough, and neither a number that is not finite nor a warning shows it."""
     recorded = Extremes.of(measurement)
-    if level_of(measurement).slug in GOOD or measurement.outcome in LOUD or recorded is None:
+    if level_of(measurement).slug in GOOD or measurement.outcome in LOUD:
         return False
-    return recorded.finite and not recorded.warnings
+    return recorded.samples > 0 and recorded.finite and not recorded.warnings
 
 
 # A residual (normalised) above this is no rounding. MuJoCo's converged runs leave 1e-15 to 1e-13, and up to 2.2e-9

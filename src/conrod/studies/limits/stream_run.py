@@ -20,8 +20,17 @@ from conrod.runs.trajectory import BodyTracks, Outcome, Piece, concatenate_piece
 from conrod.studies.frame.measurement import QUANTITIES as MEASURED
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
-from conrod.studies.limits.flights import HELD, Flights, longest
-from conrod.studies.limits.recorders import ExactTorque, Fingerprint, History, RunningSize, looked, recorded
+from conrod.studies.limits.recorders import (
+    HELD,
+    ExactTorque,
+    Fingerprint,
+    Flights,
+    History,
+    RunningSize,
+    longest,
+    looked,
+    recorded,
+)
 from conrod.studies.limits.records import Extremes, SolverRecord
 
 if TYPE_CHECKING:

@@ -87,8 +87,8 @@ def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measuremen
         undetected=is_undetected(measurement),
         reason=measurement.reason,
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
-        torque=None if recorded is None else recorded.torque,
-        solver="" if recorded is None else solver_note(recorded.solver),
+        torque=recorded.torque,
+        solver=solver_note(recorded.solver),
         # The reference is in doubt only where an axis makes the machine ill-conditioned.
         reference_error=reference_error(case.scene) if axis.near_singular else None,
         key=case.key,
@@ -148,10 +148,8 @@ def length_search(axis: Axis, setup: Setup, revolutions: float) -> Study[tuple[W
     case = axis.case(setup, revolutions)
     measurement = (yield (case,))[case.key]
     recorded = Extremes.of(measurement)
-    marks = () if recorded is None else recorded.history
-    samples = math.inf if recorded is None else recorded.samples
-    probes = [_marked(axis, setup, mark, case.key) for mark in marks]
-    reached = min(case.revolutions, samples / case.settings.steps_per_revolution)
+    probes = [_marked(axis, setup, mark, case.key) for mark in recorded.history]
+    reached = min(case.revolutions, (recorded.samples or math.inf) / case.settings.steps_per_revolution)
     if not probes or probes[-1].value < reached:
         probes.append(probe_of(axis, setup, reached, case, measurement))
     of = setup.name, setup.engine, setup.preset
@@ -161,7 +159,7 @@ def length_search(axis: Axis, setup: Setup, revolutions: float) -> Study[tuple[W
     else:
         walk = yield from walk_search(axis, setup, axis.safe_end, revolutions)
     ended = measurement.outcome, measurement.reason
-    return walk, LongRun(*of, case.settings.steps_per_revolution, case.revolutions, *ended, marks)
+    return walk, LongRun(*of, case.settings.steps_per_revolution, case.revolutions, *ended, recorded.history)
 
 
 def _marked(axis: Axis, setup: Setup, mark: Mark, key: str) -> Probe:
