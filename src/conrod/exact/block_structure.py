@@ -27,10 +27,9 @@ def triangular_blocks(entries: Mapping[int, Sequence[int]]) -> tuple[Block, ...]
         return ((tuple(entries), tuple(sorted({c for columns in entries.values() for c in columns}))),)
     row_of = {column: row for row, column in matched.items()}
     needed = {row: [row_of[column] for column in columns] for row, columns in entries.items()}
-    components = _Components(needed).found
     place = {row: k for k, row in enumerate(entries)}
     blocks = []
-    for component in components:
+    for component in _components(needed):
         rows = sorted(component, key=place.__getitem__)
         blocks.append((tuple(rows), tuple(sorted(matched[row] for row in rows))))
     return tuple(blocks)
@@ -54,29 +53,28 @@ def _transversal(entries: Mapping[int, Sequence[int]]) -> dict[int, int]:
     return {row: column for column, row in taken.items()}
 
 
-class _Components:
+def _components(needed: Mapping[int, Sequence[int]]) -> list[list[int]]:
     """Strong components of a graph, each after those that it needs (Tarjan, 1972)."""
+    reached: dict[int, int] = {}
+    lowest: dict[int, int] = {}
+    pending: list[int] = []
+    found: list[list[int]] = []
 
-    def __init__(self, needed: Mapping[int, Sequence[int]]) -> None:
-        self._needed = needed
-        self._reached: dict[int, int] = {}
-        self._lowest: dict[int, int] = {}
-        self._open: list[int] = []
-        self.found: list[list[int]] = []
-        for node in needed:
-            if node not in self._reached:
-                self._visit(node)
+    def visit(node: int) -> None:
+        reached[node] = lowest[node] = len(reached)
+        pending.append(node)
+        for other in needed[node]:
+            if other not in reached:
+                visit(other)
+                lowest[node] = min(lowest[node], lowest[other])
+            elif other in pending:
+                lowest[node] = min(lowest[node], reached[other])
+        if lowest[node] == reached[node]:
+            first = pending.index(node)
+            found.append(pending[first:])
+            del pending[first:]
 
-    def _visit(self, node: int) -> None:
-        self._reached[node] = self._lowest[node] = len(self._reached)
-        self._open.append(node)
-        for other in self._needed[node]:
-            if other not in self._reached:
-                self._visit(other)
-                self._lowest[node] = min(self._lowest[node], self._lowest[other])
-            elif other in self._open:
-                self._lowest[node] = min(self._lowest[node], self._reached[other])
-        if self._lowest[node] == self._reached[node]:
-            first = self._open.index(node)
-            self.found.append(self._open[first:])
-            del self._open[first:]
+    for node in needed:
+        if node not in reached:
+            visit(node)
+    return found

@@ -143,11 +143,10 @@ def _link_size(mechanism: Mechanism) -> float:
     """
     far = [math.hypot(*body.centre_of_gravity) for body in mechanism.bodies]
     for joint in mechanism.joints:
-        for name in (joint.a, joint.b):
-            if name != GROUND:
-                point = joint.roller_centre if isinstance(joint, CamContact) and name == joint.b else None
-                point = getattr(joint, "point_a" if name == joint.a else "point_b", None) if point is None else point
-                far.append(math.hypot(*point) if point is not None else 0.0)
+        # A cam has its shaft at its origin.
+        second = joint.roller_centre if isinstance(joint, CamContact) else joint.point_b
+        ends = ((joint.a, getattr(joint, "point_a", (0.0, 0.0))), (joint.b, second))
+        far += [math.hypot(*point) for name, point in ends if name != GROUND]
     return max(far)
 
 

@@ -123,22 +123,6 @@ def _fill(zeros: Array, values: Array | float, factor: Array | float) -> None:
         np.multiply(values, factor, out=zeros)
 
 
-def breaks_between(left: Motion, right: Motion) -> tuple[Break, ...]:
-    """Breaks from the motion on both sides of the same angles."""
-    return tuple(
-        Break(
-            float(angle),
-            name,
-            left.point(name).acceleration[i],
-            right.point(name).acceleration[i],
-            left.point(name).jerk[i],
-            right.point(name).jerk[i],
-        )
-        for i, angle in enumerate(right.angle)
-        for name in right.points
-    )
-
-
 def diameter(points: Array) -> float:
     """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Break, Motion, Side, breaks_between
+from conrod.exact.motion import Break, Motion, Side
 from conrod.mechanism.mechanism import Mechanism
 
 
@@ -72,7 +72,12 @@ class ExactReference(ABC):
         angles = np.array(self.break_angles())
         if not len(angles):
             return ()
-        return breaks_between(self.motion(angles, self.speed, side="left"), self.motion(angles, self.speed))
+        left, right = self.motion(angles, self.speed, side="left").points, self.motion(angles, self.speed).points
+        return tuple(
+            Break(angle, name, before.acceleration[i], after.acceleration[i], before.jerk[i], after.jerk[i])
+            for i, angle in enumerate(angles.tolist())
+            for name, before, after in ((name, left[name], right[name]) for name in right)
+        )
 
 
 @dataclass(frozen=True)

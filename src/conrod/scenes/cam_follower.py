@@ -24,8 +24,7 @@ from conrod.mechanism.mechanism import (
     Prismatic,
     Revolute,
 )
-from conrod.scenes.rod import circular, combine, constant, projection
-from conrod.scenes.scene import Scene
+from conrod.scenes.scene import Scene, circular, combine, constant, projection
 
 TURN = 2.0 * math.pi
 # Document 004 works with flank radii down to the least one; a length this close to it counts as the least.

@@ -12,8 +12,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.mechanism import parameters
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Prismatic, Revolute
-from conrod.scenes.rod import circular, combine, constant, projection
-from conrod.scenes.scene import Scene
+from conrod.scenes.scene import Scene, circular, combine, constant, projection
 
 
 @dataclass(frozen=True)
