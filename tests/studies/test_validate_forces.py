@@ -95,12 +95,12 @@ def test_with_fewer_steps_the_bar_grows_by_the_order_and_says_so() -> None:
     assert found.reason_of_tolerance.endswith("at 250 times 16, by order 2")
 
 
-def test_time_stamps_are_told() -> None:
+def test_time_stamps_are_reported() -> None:
     first = [measured("shear-press", engine, preset, FEW).stamps for engine, preset in JUDGED]
     assert [(s.first, s.spacing, s.count) for s in first if s] == [(0.0, 1.0, 251), (3.0, 1.0, 248)]
 
 
-def test_what_has_no_peak_is_told_against_the_largest_of_its_unit() -> None:
+def test_what_has_no_peak_is_measured_against_the_largest_of_its_unit() -> None:
     peaks = peaks_of(scene_of("shear-press"))
     assert peaks["slide.moment"] == (peaks["drive torque"][0], False)
     assert all(own for name, (_, own) in peaks.items() if name != "slide.moment")
@@ -138,8 +138,8 @@ class Defective:
         mechanism = scene.kinematics.mechanism
         bodies = tuple(self._changed(body) for body in mechanism.bodies)
         wrong = Machine(replace(mechanism, bodies=bodies), scene.speed)
-        told: ForceTracks = self._engine.forces(wrong, settings, revolutions, start)
-        return told
+        made: ForceTracks = self._engine.forces(wrong, settings, revolutions, start)
+        return made
 
     def _changed(self, body: Body) -> Body:
         name, quality, change = self._wrong
@@ -197,10 +197,10 @@ def test_what_no_quantity_sees_is_listed() -> None:
     assert {"slider.centre_of_gravity.x", "slider.centre_of_gravity.y"} in hidden
 
 
-# -- what is not told ------------------------------------------------------------------------------------------------
+# -- what is not reported --------------------------------------------------------------------------------------------
 
 
-def test_what_an_engine_does_not_tell_is_unsupported_with_its_reason() -> None:
+def test_what_an_engine_does_not_report_is_unsupported_with_its_reason() -> None:
     mujoco = measured("planetary-gear", "mujoco", "hardened", FEW)
     assert (mujoco.outcome, mujoco.passed) == ("unsupported", None)
     assert "no force acts where the bodies meet" in mujoco.reason
@@ -218,8 +218,8 @@ class Broken(Defective):
     def forces(self, scene: Scene, settings: Any, revolutions: float, start: float) -> ForceTracks:
         none = np.zeros(0)
         joints = {joint.name: "it opened" for joint in scene.kinematics.mechanism.joints}
-        untold = {"drive torque": "it opened", **joints}
-        return ForceTracks(Instants(none, none, none, none), None, {}, untold, Outcome.OPENED)
+        unreported = {"drive torque": "it opened", **joints}
+        return ForceTracks(Instants(none, none, none, none), None, {}, unreported, Outcome.OPENED)
 
 
 def test_a_run_that_did_not_come_to_its_end_has_failed() -> None:
@@ -229,14 +229,14 @@ def test_a_run_that_did_not_come_to_its_end_has_failed() -> None:
     assert validate_forces("shear-press", scene_of("shear-press"), broken, "stock", FEW).passed is None
 
 
-def test_a_machine_with_change_points_is_told_away_from_them() -> None:
+def test_a_machine_with_change_points_is_measured_away_from_them() -> None:
     plan = ForcePlan(Plan(1000, 1.0), refined=False)
     for engine, preset in JUDGED:
         found = measured("parallelogram", engine, preset, plan)
         assert found.outcome == "completed"
         assert found.stamps is not None
         assert found.stamps.left_out > 0
-        # There the links lie in one line, and hardly tell what holds them.
+        # There the links lie in one line, and hardly show what holds them.
         assert (found.judged_error("torque") or 1.0) < 1e-3
         assert (found.judged_error("reactions") or 1.0) < 0.05
 
