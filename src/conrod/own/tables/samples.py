@@ -195,48 +195,52 @@ class Exact:
         exact: Array = getattr(self.motion(name).point(point), quantity)
         return samples.values - self.alignment.seen(exact, samples, placed=quantity == "position")
 
+    @cached_property
+    def errors(self) -> Errors:
+        """Normalised errors by point, and by name in `ERRORS` as far as the table has columns for them.
+
+        `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the
+        table's own columns say; where it has none, at the nominal ones, and `position` is then the same as `total`.
+        """
+        times, scene = self.observed.times, self.scene
+        errors: dict[str, dict[str, ErrorCurve]] = {point: {} for point in self.observed.points}
+        for point, samples in self.observed.points.items():
+            for name in ERRORS:
+                if (quantity := quantity_of(name)) in samples:
+                    norm = scene.lengths[point] * abs(scene.speed) ** QUANTITIES.index(quantity)
+                    sizes = np.linalg.norm(self.difference(name, point), axis=1) / norm
+                    errors[point][name] = error_curve((times - times[0]) / scene.period, sizes)
+        return errors
+
+    def largest(self, name: str) -> float | None:
+        """The largest error of a name over all points; None where no point has it."""
+        return largest(self.errors, name)
+
+    @property
+    def crank(self) -> Crank | None:
+        """Deviation of the table's crank from the nominal one; None where the table has no crank angle."""
+        observed, alignment, nominal = self.observed, self.alignment, self.scene.speed
+        if observed.angle is None:
+            return None
+        # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.
+        phase = np.unwrap(alignment.reached(observed, nominal)) - alignment.nominal(observed, nominal)
+        phase = phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))
+        speed = alignment.sense * nominal
+        rate, acceleration = alignment.rate(observed, nominal), alignment.acceleration(observed)
+        return Crank(
+            float(np.abs(phase).max()),
+            float(abs(phase[-1])),
+            None if observed.rate is None else float(np.abs(rate / speed - 1.0).max()),
+            None if observed.acceleration is None else float(np.abs(acceleration).max()) / speed**2,
+        )
+
 
 def quantity_of(name: str) -> str:
     """The quantity that an error is of."""
     return "position" if name == "total" else name
 
 
-def table_errors(observed: Observed, scene: Scene, alignment: Alignment) -> Errors:
-    """Normalised errors by point, and by name in `ERRORS` as far as the table has columns for them.
-
-    `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the table's
-    own columns say; where it has none, at the nominal ones, and `position` is then the same as `total`.
-    """
-    exact, revolutions = Exact(observed, scene, alignment), (observed.times - observed.times[0]) / scene.period
-    errors: dict[str, dict[str, ErrorCurve]] = {point: {} for point in observed.points}
-    for point, samples in observed.points.items():
-        for name in ERRORS:
-            if (quantity := quantity_of(name)) in samples:
-                norm = scene.lengths[point] * abs(scene.speed) ** QUANTITIES.index(quantity)
-                sizes = np.linalg.norm(exact.difference(name, point), axis=1) / norm
-                errors[point][name] = error_curve(revolutions, sizes)
-    return errors
-
-
 def largest(errors: Errors, name: str, measure: str = "max") -> float | None:
     """The largest error of a name over all points; None where no point has it. `measure`: max, rms or final."""
     sizes = [getattr(series[name].size, measure) for series in errors.values() if name in series]
     return max(sizes) if sizes else None
-
-
-def crank_of(observed: Observed, scene: Scene, alignment: Alignment) -> Crank | None:
-    """Deviation of the table's crank from the nominal one; None where the table has no crank angle."""
-    if observed.angle is None:
-        return None
-    # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.
-    angle = np.unwrap(alignment.reached(observed, scene.speed))
-    phase = angle - alignment.nominal(observed, scene.speed)
-    phase = phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))
-    speed = alignment.sense * scene.speed
-    rate, acceleration = alignment.rate(observed, scene.speed), alignment.acceleration(observed)
-    return Crank(
-        float(np.abs(phase).max()),
-        float(abs(phase[-1])),
-        None if observed.rate is None else float(np.abs(rate / speed - 1.0).max()),
-        None if observed.acceleration is None else float(np.abs(acceleration).max()) / speed**2,
-    )

@@ -19,10 +19,9 @@ from conrod.own.tables.samples import (
     Alignment,
     Crank,
     Errors,
+    Exact,
     Observed,
-    crank_of,
     largest,
-    table_errors,
 )
 from conrod.scenes import Scene
 
@@ -118,6 +117,7 @@ def study_table(
     estimation = estimate(observed, scene, asked) if asked else None
     alignment = estimation.alignment if estimation else Alignment()
     _check_pass(observed, scene, alignment)
+    table = Exact(observed, scene, alignment)
     found = TableStudy(
         file=file,
         scene_name=scene_name,
@@ -128,19 +128,19 @@ def study_table(
         rows=len(observed.times),
         span=(float(observed.times[0]), float(observed.times[-1])),
         step=observed.step,
-        errors=table_errors(observed, scene, alignment),
+        errors=table.errors,
         components={
             point: "".join(sorted({"xy"[axis] for samples in own.values() for axis in samples.axes}))
             for point, own in observed.points.items()
         },
-        crank=crank_of(observed, scene, alignment),
+        crank=table.crank,
         estimation=estimation,
         tolerance=dict(tolerance or {}),
         causes=(),
         notes=tuple(_notes(reading, scene)),
     )
     _check_tolerance(found)
-    return replace(found, causes=likely_causes(observed, scene, alignment, _wrong(found)))
+    return replace(found, causes=likely_causes(table, _wrong(found)))
 
 
 def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
