@@ -23,20 +23,7 @@ PLANTED: tuple[Ingredient[Any], ...] = (
         lambda s: replace(s, preset="custom", iterations=s.iterations - 50),
     ),
 )
-QUICK = (
-    "ablate",
-    "saw-500rpm",
-    "--engine",
-    "pymunk",
-    "--steps-per-rev",
-    "100",
-    "--rounds",
-    "2",
-    "--jobs",
-    "1",
-    "--ledger",
-    "l.sqlite",
-)
+QUICK = ("ablate", "saw-500rpm", "--engine", "pymunk", "--steps-per-rev", "100", "--rounds", "2", "--jobs", "1")
 
 
 def test_a_study_is_printed_written_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -103,6 +103,18 @@ def test_hardened_does_not_apply_to_contact_and_says_so() -> None:
     assert "contact" in done.stdout
 
 
+def test_a_machine_without_closures_is_validated_in_kinematic_and_dynamic_mode() -> None:
+    done = conrod("validate", "pendulum", "--steps-per-rev", "100")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("kinematic mode") == 2
+
+
+@pytest.mark.slow
+def test_a_machine_without_closures_is_swept() -> None:
+    done = conrod("sweep", "pendulum", "--grid", "coarse")
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize(
     ("given", "value", "unit"),
     [("crank=8cm", "80", "mm"), *((f"speed={text}", "-500", "rpm") for text in ("-500rpm", "-500 revolution/minute"))],

@@ -93,6 +93,7 @@ MISTAKES = {
     "ablate saw-500rpm --rounds 1": ("--rounds = 1 is out of range",),
     "ablate saw-500rpm --cluster tcp://x:1 --jobs 2": ("--jobs does not go with",),
     # Names of outputs, and what is there already.
+    "sweep saw-500rpm --ledger file": ("file is not a ledger of conrod",),
     "show --svg x.svg": ("SCENE",),
     "show saw-40rpm --svg a.png": ("a.png", ".svg"),
     "show saw-40rpm --figures ''": ("name of a folder",),

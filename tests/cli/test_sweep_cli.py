@@ -150,18 +150,6 @@ def test_an_expression_can_only_read(harm: str, folder: Path) -> None:
 # -- sweep -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_file_that_is_no_ledger_is_left_as_it_is(tmp_path: Path) -> None:
-    (tmp_path / "ledger.sqlite").write_text("my thesis\n" * 500)
-    other = sqlite3.connect(tmp_path / "other.sqlite")
-    other.execute("CREATE TABLE mine (x)")
-    other.commit()
-    other.close()
-    for name in ("ledger.sqlite", "other.sqlite"):
-        before = (tmp_path / name).read_bytes()
-        told_in_one_line(conrod("sweep", *QUICK, cwd=tmp_path, ledger=name), name)
-        assert (tmp_path / name).read_bytes() == before
-
-
 def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # A refused connection is tried again until patience ends, ten seconds unless told otherwise.
     monkeypatch.setitem(DaskCluster.__init__.__kwdefaults__, "patience", 1.0)
