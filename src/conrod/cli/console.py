@@ -10,7 +10,8 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
-from conrod.engines import engine_named, engine_names
+from conrod.engines import engine_names
+from conrod.engines.registry import presets_of
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, TurnQuantities
 from conrod.exact.linkage.centres import centre_count
@@ -42,18 +43,17 @@ def show_catalogue() -> None:
     out = console(WIDE)
     scenes = [(name, scene.title, scene.source) for name, scene in SCENES.items()]
     _listed(out, "scenes with a closed form", ("name", "title", "source"), scenes)
-    machines = []
-    for name in catalogue_names():
-        heading = catalogue_heading(name)
-        links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
-        machines.append((name, heading.title, links, heading.source))
-    _listed(out, "catalogue (machines from files)", ("name", "title", "moving links", "source"), machines)
-    loaded = []
-    for name in dynamics_names():
-        heading = catalogue_heading(name)
-        loaded.append((name, heading.title, str(heading.links), heading.source))
-    _listed(out, "dynamics (under loads, or in free motion)", ("name", "title", "moving links", "source"), loaded)
-    engines = [f"{name} (presets {', '.join(engine_named(name).presets)})" for name in engine_names()]
+    # What swings freely makes no pass.
+    for title, names, driven in (
+        ("catalogue (machines from files)", catalogue_names(), True),
+        ("dynamics (under loads, or in free motion)", dynamics_names(), False),
+    ):
+        machines = []
+        for name, heading in ((name, catalogue_heading(name)) for name in names):
+            links = f"{heading.links}, one pass" if driven and heading.one_pass else str(heading.links)
+            machines.append((name, heading.title, links, heading.source))
+        _listed(out, title, ("name", "title", "moving links", "source"), machines)
+    engines = [f"{name} (presets {', '.join(presets_of(name))})" for name in engine_names()]
     out.print(f"engines: {', '.join(engines)}")
 
 
