@@ -226,17 +226,11 @@ def test_steps_without_samples_at_the_kept_angles_are_refused(steps: tuple[int, 
 
 def test_order_plateau_and_floor_are_told_apart() -> None:
     steps = [20, 40, 80, 160, 320, 640]
-    falling = order_of(steps, [n**-2.0 for n in steps])
-    assert falling.claimed == pytest.approx(2.0)
-    assert falling.plateau is None
-    stopped = order_of(steps, [0.04 + n**-2.0 for n in steps])
-    assert stopped.claimed is None
-    assert stopped.plateau == pytest.approx(0.04, rel=1e-3)
+    falling, stopped = (order_of(steps, [rest + n**-2.0 for n in steps]) for rest in (0.0, 0.04))
+    assert (falling.claimed, falling.plateau) == (pytest.approx(2.0), None)
+    assert (stopped.claimed, stopped.plateau) == (None, pytest.approx(0.04, rel=1e-3))
     assert stopped.floor == pytest.approx(0.04, rel=1e-2)
-
-
-def test_a_rounding_floor_that_grows_again_is_no_plateau() -> None:
-    steps = [20, 40, 80, 160, 320, 640]
+    # A rounding floor that grows again is no plateau.
     assert order_of(steps, [1e-5, 6e-7, 4e-8, 2e-12, 4e-12, 8e-12]).plateau is None
 
 
