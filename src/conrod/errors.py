@@ -8,6 +8,11 @@ import traceback
 from collections.abc import Iterable
 
 
+# Of two names, by the share of letters in the same order: below the first they are not alike. Others than the nearest
+# are named where they are nearly as near; a name that was begun counts a little less than one typed to its end.
+LEAST_LIKENESS, AS_NEAR, BEGUN = 0.49, 0.95, 0.75
+
+
 class InvalidInput(ValueError):
     """A value that cannot be used; the message names it, what is allowed and the nearest valid choice."""
 
@@ -17,9 +22,26 @@ def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInpu
     names = sorted(choices)
     if not names:
         return InvalidInput(f"unknown {kind} {given!r}: there is none with a name")
-    near = difflib.get_close_matches(given, names, n=1, cutoff=0.4)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return InvalidInput(f"unknown {kind} {given!r}: choose from {', '.join(names)}{hint}")
+    near = " or ".join(repr(name) for name in nearest(given, names))
+    hint = f"did you mean {near}? " if near else ""
+    return InvalidInput(f"unknown {kind} {given!r}: {hint}choose from {', '.join(names)}")
+
+
+def nearest(given: str, names: Iterable[str], most: int = 2) -> list[str]:
+    """The names that are most like a mistyped one, the nearest first; none where none is like it."""
+    typed = given.casefold()
+
+    def likeness(name: str) -> float:
+        # A name that was only begun ("saw") is as near as one with a wrong letter.
+        whole, begun = name.casefold(), name.casefold()[: len(typed)]
+        return max(
+            difflib.SequenceMatcher(None, typed, whole).ratio(),
+            BEGUN * difflib.SequenceMatcher(None, typed, begun).ratio(),
+        )
+
+    likely = sorted(((likeness(name), name) for name in names), key=lambda pair: -pair[0])
+    best = likely[0][0] if likely else 0.0
+    return [name for alike, name in likely[:most] if alike >= max(LEAST_LIKENESS, AS_NEAR * best)]
 
 
 def portable(error: Exception) -> Exception:

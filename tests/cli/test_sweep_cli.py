@@ -138,6 +138,19 @@ def test_an_expression_with_an_unknown_column_names_the_nearest(expression: str,
 
 
 @pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("engine = mujoco", "engine = 'mujoco'"),
+        ('engine = "mujoco"', "engine = 'mujoco'"),
+        ("scene = saw-500rpm and position_max < 1", "scene = 'saw-500rpm' and position_max < 1"),
+    ],
+)
+def test_a_text_without_quotes_is_shown_with_them_and_then_selects(typed: str, meant: str, folder: Path) -> None:
+    told_in_one_line(conrod("results", "--where", typed, cwd=folder), f'single quotes: --where "{meant}"')
+    assert len(conrod("results", "--where", meant, cwd=folder).stdout.splitlines()) > 1
+
+
+@pytest.mark.parametrize(
     "harm",
     ["outcome = 'x') or (1", "1); DROP TABLE results; --", "(SELECT writefile('x', 'y'))", "load_extension('x')"],
 )

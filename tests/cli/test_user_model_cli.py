@@ -83,7 +83,7 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ({"crank": "moter"}, "unknown joint 'moter': choose from bed slide, motor, wrist; did you mean 'motor'?"),
+        ({"crank": "moter"}, "unknown joint 'moter': did you mean 'motor'? choose from bed slide, motor, wrist"),
         (
             {"crank": "bed slide"},
             "--crank bed slide: it is a slide joint, a crank is a hinge; its hinges: motor, wrist",

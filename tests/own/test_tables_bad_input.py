@@ -123,10 +123,10 @@ def test_more_rows_than_are_kept_are_refused(kind: str, tmp_path: Path, monkeypa
 
 
 @pytest.mark.parametrize(("columns", "units", "message"), [
-    (["C.z=px"], [], r"unknown quantity 'C.z': choose from .*did you mean 'C"),
+    (["C.z=px"], [], r"unknown quantity 'C.z': did you mean 'C"),
     (["C.x"], [], "give QUANTITY=..., e.g. --column time=t"),
     (["C.x=a", "C.x=b"], [], "--column C.x: given twice"),
-    (["C.x=pxx"], [], "unknown column in --column C.x= 'pxx': choose from .*did you mean 'px'"),
+    (["C.x=pxx"], [], "unknown column in --column C.x= 'pxx': did you mean 'px'\\? choose from "),
     ([], ["C.x=s"], "--unit C.x=s: 's' is no unit of length"),
     ([], ["parsec2"], "--unit parsec2: it is no unit of time, length"),
 ])  # fmt: skip

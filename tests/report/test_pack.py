@@ -84,7 +84,7 @@ def test_parameters_that_are_none_are_refused(tmp_path: Path) -> None:
     path = unpacked("saw-40rpm", Saw(), tmp_path) / "parameters.json"
     document = json.loads(path.read_text())
     for change, message in (
-        ({"kind": "sow"}, "unknown kind of scene 'sow': choose from .* did you mean 'saw'"),
+        ({"kind": "sow"}, "unknown kind of scene 'sow': did you mean 'saw'"),
         ({"parameters": document["parameters"] | {"rodd": {"value": 1.0}}}, "unknown parameter 'rodd'"),
         ({"parameters": {"rod": {"value": 1.0}}}, "there is no crank, "),
         ({"parameters": {"rod": 1.0}}, "does not hold the parameters of a pack"),
@@ -195,7 +195,7 @@ def test_the_trajectory_of_a_pack_is_as_long_as_asked_for(tmp_path: Path) -> Non
         (("--format", "pack"), "name it with -o DIR or -o FILE.zip"),
         (("--format", "pack", "-o", "mine"), "it holds a README.md that is not of a pack"),
         (("--format", "pack", "-o", "p", "--steps-per-rev", "0"), "--steps-per-rev = 0 is out of range"),
-        (("--format", "pakc"), "unknown format 'pakc': choose from csv, mjcf, npz, pack; did you mean 'pack'?"),
+        (("--format", "pakc"), "unknown format 'pakc': did you mean 'pack'? choose from csv, mjcf, npz, pack"),
     ],
 )
 def test_a_pack_that_cannot_be_written_writes_nothing(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
@@ -244,7 +244,7 @@ def test_a_pack_without_its_file_or_with_another_one_is_refused(tmp_path: Path) 
     with pytest.raises(InvalidInput, match=r"machine\.toml: "):
         read_parameters(pack / "parameters.json")
     (pack / "machine.toml").unlink()
-    with pytest.raises(InvalidInput, match=r"machine\.toml: it cannot be read"):
+    with pytest.raises(InvalidInput, match=r"machine\.toml: there is no such file"):
         read_parameters(pack / "parameters.json")
 
 

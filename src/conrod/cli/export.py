@@ -7,6 +7,7 @@ import click
 from conrod.cli import options
 from conrod.errors import InvalidInput
 
+FORMATS = ("mjcf", "csv", "npz", "pack")
 CSV_SAMPLES = 360  # a revolution
 PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 
@@ -16,7 +17,6 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 @click.option(
     "--format",
     "kind",
-    required=True,
     metavar="mjcf|csv|npz|pack",
     help="The model, the exact trajectory, or all that another tool needs to solve the scene and be judged.",
 )
@@ -26,7 +26,7 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 @click.option("--revolutions", type=int, metavar="K", help="Turns of the trajectory [1; of a pack 2].")
 def export(
     scene: str,
-    kind: str,
+    kind: str | None,
     output: str | None,
     assignments: tuple[str, ...],
     steps_per_rev: int | None,
@@ -38,6 +38,8 @@ def export(
     from conrod.studies.frame.resolve_arguments import check_model, check_table, machine_text, select_scene
 
     name, chosen = select_scene(scene, assignments)
+    if kind is None:
+        raise InvalidInput(f"say with --format what to write: one of {', '.join(FORMATS)}")
     if kind == "mjcf":
         check_model(steps_per_rev, revolutions)
     samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev
@@ -63,7 +65,7 @@ def export(
         columns = exact_columns(chosen, samples, turns)
         content = as_csv(columns) if kind == "csv" else as_npz(columns)
     else:
-        raise unknown_choice("format", kind, ("mjcf", "csv", "npz", "pack"))
+        raise unknown_choice("format", kind, FORMATS)
     if file:
         write_together([single(file, content)])
     elif isinstance(content, bytes):

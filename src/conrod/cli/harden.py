@@ -12,7 +12,7 @@ import click
 from conrod.cli import options as exit_status
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.harden.results import HardenedModel, Request
-from conrod.own.files import as_outputs_must_not_be
+from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.studies.frame.files import check_apart, files_to_write, naming, single, write_together
@@ -60,6 +60,7 @@ def harden(
     2: bad usage.
     """
     path = Path(model)
+    check_readable(path)
     files = _outputs(path, output, document)
     if integrator not in INTEGRATORS:
         raise unknown_choice("--integrator", integrator, INTEGRATORS)

@@ -15,7 +15,7 @@ from conrod.cli import options
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Request, Value
-from conrod.own.files import as_outputs_must_not_be
+from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import places_of
 from conrod.report.terminal import console, print_lines
 from conrod.studies.frame.files import files_to_write, naming, real_path, single, write_together
@@ -58,6 +58,7 @@ def lint(
     Exit status 0: no findings; 1: findings; 2: bad usage.
     """
     path = Path(model)
+    check_readable(path)
     files = files_to_write({"--json": document, "--fix": fixed}, as_outputs_must_not_be(path))
     speed, observed = None, list[str]()
     if seconds is not None:

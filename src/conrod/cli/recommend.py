@@ -46,8 +46,8 @@ def recommend(
     from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
 
-    allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
     name, chosen = select_scene(scene, assignments)
+    allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
     plan = plan_sweep(name, chosen, select_engines(engine), grid_named(grid))
     with Runner.of(how) as runner, runner.answering() as run:
         (answers,) = pursue([recommend_for(plan, allowed, runner.time)], run)

@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput
 )
 @click.option("--csv", "csv_file", metavar="FILE", help="Write comma-separated values.")
 @click.option("--json", "json_file", metavar="FILE", help="Write JSON, a list of objects.")
-@click.option("--parquet", "parquet_file", metavar="FILE", help="Write Apache Parquet; needs conrod[parquet].")
+@click.option("--parquet", "parquet_file", metavar="FILE", help="Write Apache Parquet; needs pyarrow.")
 def results(
     ledger: str | None,
     where: tuple[str, ...],

@@ -11,6 +11,7 @@ from conrod.cli import options
 from conrod.cli.options import RunOptions, refuse
 from conrod.cli.validate_request import HeadedCommand, ModelOptions, MotionOptions, Request, TableOptions
 from conrod.errors import InvalidInput
+from conrod.own.files import check_readable
 
 MECHANISMS = ".toml"
 MODELS = (".xml", ".mjcf", ".mjb")
@@ -56,6 +57,7 @@ def _validate_file(file: str, asked: Request) -> None:
     Raises:
         InvalidInput: also where options were given that are not for it.
     """
+    check_readable(Path(file))
     if len(asked.subjects) > 1:
         others = [name for name in asked.subjects if name != file]
         said = f"without {others[0]}" if others else "but it is named twice"

@@ -26,6 +26,8 @@ def read_tables(path: Path) -> dict[str, Any]:
         return parse(_content(path))
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from None
+    except FileNotFoundError:
+        raise InvalidInput(f"{path}: there is no such file") from None
     except OSError as error:
         raise InvalidInput(f"{path}: it cannot be read: {error.strerror or error}") from None
 

@@ -189,7 +189,7 @@ def open_parquet(path: Path) -> Source:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise InvalidInput("reading Parquet needs pyarrow: pip install 'conrod[parquet]'") from None
+        raise InvalidInput("reading Parquet needs pyarrow: pip install pyarrow") from None
     try:
         file = pyarrow.parquet.ParquetFile(path)
     except (pyarrow.ArrowException, OSError):

@@ -79,6 +79,8 @@ def _named(names: Sequence[str]) -> dict[str, Scene]:
     scenes: dict[str, Scene] = {}
     files: dict[str, str] = {}
     for given in _spelt_out(names):
+        if Path(given).suffix and not is_file(given):
+            raise InvalidInput(f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}")
         scene = _from_file(given) if is_file(given) else scene_named(given)
         name = scene.kind if is_file(given) else given
         if is_file(given) and (name in SCENES or name in scenes):
@@ -129,6 +131,12 @@ def select_presets(engines: Sequence[Engine[Any]], preset: str | None) -> dict[s
     """
     known = {name for engine in engines for name in engine.presets}
     if preset is not None and preset not in known:
+        others = [name for name in engine_names() if preset in engine_named(name).presets]
+        if others:
+            chosen = ", ".join(engine.name for engine in engines)
+            raise InvalidInput(
+                f"{chosen} has no preset {preset!r}, {' and '.join(others)} has: choose from {', '.join(sorted(known))}"
+            )
         raise unknown_choice("preset", preset, known)
     return {e.name: tuple(n for n in e.presets if preset in (None, n)) for e in engines}
 
