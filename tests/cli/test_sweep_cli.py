@@ -140,8 +140,8 @@ def test_an_expression_with_an_unknown_column_names_the_nearest(expression: str,
 @pytest.mark.parametrize(
     ("typed", "meant"),
     [
-        ("engine = mujoco", "engine = 'mujoco'"),
-        ('engine = "mujoco"', "engine = 'mujoco'"),
+        ("engine = pymunk", "engine = 'pymunk'"),
+        ('engine = "pymunk"', "engine = 'pymunk'"),
         ("scene = saw-500rpm and position_max < 1", "scene = 'saw-500rpm' and position_max < 1"),
     ],
 )
