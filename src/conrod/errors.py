@@ -7,7 +7,6 @@ import pickle
 import traceback
 from collections.abc import Iterable
 
-
 # Of two names, by the share of letters in the same order: below the first they are not alike. Others than the nearest
 # are named where they are nearly as near; a name that was begun counts a little less than one typed to its end.
 LEAST_LIKENESS, AS_NEAR, BEGUN = 0.49, 0.95, 0.75
