@@ -28,7 +28,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m audits", description=main.__doc__)
     parser.add_argument("--out", metavar="DIR", help="write a page for each document, an index and the findings")
     out = parser.parse_args().out
-    print_table(console(), counts_table({f"{n} {PAGES[n]}": audited(n) for n in DOCUMENTS}), framed=False)
+    print_table(console(), counts_table({f"{n} {PAGES[n]}": audited(n) for n in DOCUMENTS}))
     if out is not None:
         folder = folder_to_write(out, "--out")
         ReportFolder(folder, KIND).check(PAGES.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -44,8 +45,8 @@ def saw(keyframe: str | None) -> HardenedModel:
 def printed(found: HardenedModel, capsys: pytest.CaptureFixture[str]) -> dict[str, list[str]]:
     """Cells of the printed table by the heading of their row; of two rows the last."""
     print_hardened(found, None)
-    rows = [line.strip("│").split("│") for line in capsys.readouterr().out.splitlines() if line.startswith("│")]
-    return {heading.strip(): [cell.strip() for cell in cells] for heading, *cells in rows}
+    rows = (re.split(r"\s{2,}", line.strip()) for line in capsys.readouterr().out.splitlines())
+    return {heading: cells for heading, *cells in rows if cells}
 
 
 # -- what it is for --------------------------------------------------------------------------------------------------

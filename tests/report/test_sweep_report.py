@@ -15,7 +15,6 @@ import pytest
 from handmade import FAST, SENSITIVITY, STEPS, errors_of, handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich.console import Console
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
@@ -32,7 +31,6 @@ from conrod.report.sweep.tables import (
     counts_table,
     failures_table,
     findings,
-    front_table,
     fronts_table,
     knobs_table,
     presets_table,
@@ -40,7 +38,6 @@ from conrod.report.sweep.tables import (
 )
 from conrod.report.sweep.work_precision import name_offsets, work_precision_figure
 from conrod.report.table import Table
-from conrod.report.terminal import print_table
 from conrod.report.writer import report_batch
 from conrod.studies.frame.files import Batch
 from conrod.studies.frame.measurement import QUANTITIES
@@ -149,20 +146,6 @@ def test_every_point_that_is_named_is_in_the_table_and_those_on_fronts_in_theirs
     }
     fronts = {p.label for q in QUANTITIES for e in study.engines for p in study.front(q, e)}
     assert names <= fronts == set(column(fronts_table(study), "point"))
-
-
-def test_the_front_is_readable_on_a_terminal_of_80_columns(study: SweepStudy) -> None:
-    with (out := Console(width=80)).capture() as captured:
-        print_table(out, front_table(study), folding=("setting",), framed=False)
-    text = captured.get()
-    assert "*" not in text
-    assert "…" not in text
-    assert max(map(len, text.splitlines())) <= 80
-    first = [re.sub(r"\s.*", "", line) for line in text.splitlines()]
-    for point in (p for engine in study.engines for p in study.front("position", engine)):
-        line = text.splitlines()[first.index(point.label)]
-        assert f"{point.engine}: " in line
-        assert line.split()[-5:-2] == [numbers.measured(point.error(q)) for q in QUANTITIES]
 
 
 def test_every_point_is_drawn(study: SweepStudy, figure: Figure) -> None:

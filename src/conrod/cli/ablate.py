@@ -14,12 +14,10 @@ if TYPE_CHECKING:
     from conrod.studies.ablate.findings import AblationStudy
     from conrod.studies.frame.case import Case
 
-WIDE = 190  # where there is no terminal to fit
 CAPTION = (
     "cost: with it over without it, the median and the interval that holds it with 95 %; change: of the position, "
     "over the travel"
 )
-FOLDING = ("in words", "verdict", "drive torque", "needed by")
 ROUNDS = 200
 LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
 
@@ -115,11 +113,11 @@ def print_ablations(studies: Sequence[AblationStudy]) -> None:
     from conrod.report.ablate.tables import ingredients_table, speed_up
     from conrod.report.terminal import console, print_lines, print_table
 
-    out = console(WIDE)
+    out = console()
     for study in studies:
         for found in study.engines:
             if found.ingredients:
-                print_table(out, ingredients_table(found, f"{study.name}, {found.engine}"), folding=FOLDING)
+                print_table(out, ingredients_table(found, f"{study.name}, {found.engine}"))
                 print_lines(out, [CAPTION])
             print_lines(out, [speed_up(found).replace("**", "")])
         print_lines(out, [f"{name} unsupported: {why}" for name, why in study.unsupported.items()])

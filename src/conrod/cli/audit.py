@@ -35,7 +35,7 @@ def audit(files: tuple[str, ...], out: str | None) -> None:
     audits = {page: audit_file(Path(file)) for page, file in pages.items()}
     with naming("standard output"):
         terminal = console()
-        print_table(terminal, counts_table({one.document: one for one in audits.values()}), framed=False)
+        print_table(terminal, counts_table({one.document: one for one in audits.values()}))
         for audited in audits.values():
             print_lines(terminal, console_lines(audited, MOST_ITEMS))
     target.write(audits, reproduction("audit", pages, {}, (), target.folder))

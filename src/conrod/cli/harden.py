@@ -115,7 +115,8 @@ def print_hardened(found: HardenedModel, file: Path | None) -> None:
         print_table(out, figures_table(found))
         print_lines(out, reading_words(found))
     if found.lines and not found.refusals:
-        print_lines(out, ["", "in Python:", "", found.lines])
+        print_lines(out, ["", "in Python:", ""])
+        print_lines(out, [found.lines], verbatim=True)
     print_lines(out, (f"not hardened: {refusal}" for refusal in found.refusals))
     print_lines(out, (f"note: {warning}" for warning in found.warnings))
     if not found.refusals:

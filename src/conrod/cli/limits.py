@@ -28,7 +28,6 @@ Besides: mass-ratio-at-iterations, determinism; of a cam: flight.
 docs/limits.md says what each one does."""
 SEPARATOR = ".."
 MOST_REVOLUTIONS = 1e6
-WIDE = 170  # where there is no terminal to fit
 
 
 @click.command(epilog=EPILOG)
@@ -97,14 +96,12 @@ def limits(
 
 def print_limits(studies: Sequence[LimitStudy]) -> None:
     """Print, for each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
-    from conrod.report.limits.tables import BEYOND, by_axis, limits_table, listed_lines, refusals
+    from conrod.report.limits.tables import by_axis, limits_table, listed_lines, refusals
     from conrod.report.terminal import console, print_lines, print_table
 
-    out = console(WIDE)
+    out = console()
     for study in studies:
-        table = limits_table(study)
-        if table:
-            print_table(out, table, folding=(BEYOND,))
+        print_table(out, limits_table(study))
         refused = [f"{axis}: {line}" for axis, walks in by_axis(study.walks).items() for line in refusals(walks)]
         print_lines(out, [*listed_lines(study), *refused])
 

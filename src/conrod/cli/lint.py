@@ -109,7 +109,7 @@ def print_report(report: Report, out_file: Path | None) -> None:
 
 
 def _print_finding(out: Console, finding: Finding) -> None:
-    out.print(Text.assemble("\n", (finding.rule, COLOURS[finding.harm]), f" ({finding.harm.meaning})"), soft_wrap=True)
+    print_lines(out, ["", Text.assemble((finding.rule, COLOURS[finding.harm]), f" ({finding.harm.meaning})")])
     lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(v)}" for name, v in finding.evidence.items())]
     if finding.cost is not None:
         lines.append(f"cost: {_cost(finding.cost)}")

@@ -54,6 +54,8 @@ def recommend(
     with naming("standard output"):
         out = console()
         for answer in answers:
-            print_lines(out, [*answer_lines(answer, allowed), ""])
+            print_lines(out, answer_lines(answer, allowed))
+            pasted = answer.paste.splitlines() if isinstance(answer, Recommendation) else []
+            print_lines(out, [*pasted, ""], indent=4, verbatim=True)
     if not any(isinstance(answer, Recommendation) for answer in answers):
         sys.exit(options.FAILED)

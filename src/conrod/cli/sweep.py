@@ -13,8 +13,6 @@ from conrod.cli import options
 if TYPE_CHECKING:
     from conrod.studies.sweep.findings import SweepStudy
 
-WIDE = 170  # where there is no terminal to fit
-
 
 @click.command()
 @click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
@@ -64,9 +62,9 @@ def print_fronts(studies: Sequence[SweepStudy]) -> None:
     from conrod.report.sweep.tables import RATIO, front_table
     from conrod.report.terminal import console, print_lines, print_table
 
-    out = console(WIDE)
+    out = console()
     for study in studies:
-        print_table(out, front_table(study), folding=("setting",), framed=False)
+        print_table(out, front_table(study))
         counts = Counter(point.outcome for point in study.points)
         ended = ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
         unsupported = [f"{name} unsupported: {why}" for name, why in study.unsupported.items()]

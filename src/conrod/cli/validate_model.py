@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from rich.text import Text
+
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
@@ -28,13 +30,12 @@ DEFAULT_REVOLUTIONS = 2
 def print_model_study(found: ModelStudy) -> None:
     """Verdict, frame, wiring, paths, runs."""
     out, style = console(), "green" if found.passed else "red"
-    out.print(f"{found.file}: {verdict(found)}", style=style, markup=False, soft_wrap=True)
+    print_lines(out, [Text(f"{found.file}: {verdict(found)}", style)])
     for title, lines in findings(found).items():
         print_lines(out, ("", title))
         print_lines(out, lines, indent=2)
-    out.print()
-    if found.runs:
-        print_table(out, runs_table(found), folding=("verdict",))
+    print_lines(out, [""])
+    print_table(out, runs_table(found))
     print_lines(out, drive(found), indent=2)
 
 

@@ -39,7 +39,6 @@ DEFAULT_REVOLUTIONS = 2
 # On the pages of so many machines: where it is, and how far off.
 FEW_FIGURES = "mechanism,error"
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
-WIDE = 180  # where there is no terminal to fit
 
 
 @dataclass(frozen=True)
@@ -131,7 +130,7 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     from conrod.report.validation.tables import verdicts_table
 
     out = console()
-    print_table(out, verdicts_table(studies, fine_order), folding=("verdict",))
+    print_table(out, verdicts_table(studies, fine_order))
     reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)
         for study in studies
@@ -183,7 +182,7 @@ def print_forces(found: Sequence[ForceStudy]) -> None:
     from conrod.report.forces import hidden_words, tolerance_reasons, unseen_words, verdicts_table
 
     out = console()
-    print_table(out, verdicts_table(found, fine_order), folding=("verdict",))
+    print_table(out, verdicts_table(found, fine_order))
     print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
     for one in found:
         unseen = [*unseen_words(one.effects), *hidden_words(one.hidden)]
@@ -222,6 +221,6 @@ def print_motions(studies: Sequence[MotionStudy]) -> None:
     """Errors in time, and what is to be said of the exact motion."""
     from conrod.report.free_motion import exact_words, loads_words, verdicts_table
 
-    out = console(WIDE)
-    print_table(out, verdicts_table(studies, with_clock=True), folding=("verdict",))
+    out = console()
+    print_table(out, verdicts_table(studies, with_clock=True))
     print_lines(out, (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from rich.text import Text
+
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
@@ -28,7 +30,7 @@ def print_table_study(study: TableStudy) -> None:
     """Print the table's columns, the estimates, the errors, their causes and the verdict."""
     out = console()
     print_lines(out, [words.summary_line(study)])
-    print_table(out, words.columns_table(study), framed=False)
+    print_table(out, words.columns_table(study))
     if study.estimation is not None:
         print_lines(out, [f"estimated from {study.estimation.rows} rows"])
         if estimates := words.estimates_table(study.estimation):
@@ -43,9 +45,8 @@ def print_table_study(study: TableStudy) -> None:
     lines += [words.cause_line(cause) for cause in study.causes]
     if study.causes == () and study.passed is False:
         lines.append("none of the common causes reproduces the difference")
-    print_lines(out, filter(None, lines))
     colour = {True: "green", False: "red", None: "default"}[study.passed]
-    out.print(words.verdict_text(study), style=colour, markup=False, soft_wrap=True)
+    print_lines(out, [*filter(None, lines), Text(words.verdict_text(study), colour)])
 
 
 def validate_table(file: str, scene: str, asked: Request) -> None:

@@ -34,7 +34,6 @@ def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
     yield _savings(found, allowed)
     yield f"  depends on: {_groups(choice.case)}"
     yield "  to paste:"
-    yield from (f"    {line}" for line in found.paste.splitlines())
 
 
 def _refused(found: Refusal, allowed: Allowed) -> Iterator[str]:

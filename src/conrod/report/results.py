@@ -9,7 +9,7 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Page
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import VERDICT, Cell, Table, Toned, table
 from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result, SceneResults
@@ -87,7 +87,7 @@ def results_table(
         for study in studies
         for r in study.results
     ]
-    return table(("scene", "engine", "preset", *columns, "verdict"), rows, columns, title)
+    return table(("scene", "engine", "preset", *columns, VERDICT), rows, columns, title, names=3)
 
 
 def refinement_table(

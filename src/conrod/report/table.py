@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 Tone = Literal["good", "bad", "odd"]
+VERDICT = "verdict"  # the heading of what a row comes to
 
 
 @dataclass(frozen=True)
@@ -29,18 +30,22 @@ class Table:
         rows: cells, as many as there are headings.
         right: headings of the columns that are set flush right, as numbers are.
         title: above the table; empty where what stands around it says enough.
+        names: number of the first columns, which name a row; the last of them alone does so within a group.
     """
 
     headings: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     right: frozenset[str] = frozenset()
     title: str = ""
+    names: int = 1
 
     def __bool__(self) -> bool:
         return bool(self.rows)
 
 
-def table(headings: Sequence[str], rows: Iterable[Sequence[Cell]], right: Iterable[str] = (), title: str = "") -> Table:
+def table(
+    headings: Sequence[str], rows: Iterable[Sequence[Cell]], right: Iterable[str] = (), title: str = "", names: int = 1
+) -> Table:
     """A table of rows of any kind.
 
     Raises:
@@ -49,7 +54,7 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[Cell]], right: Iterab
     body = tuple(tuple(row) for row in rows)
     if any(len(row) != len(headings) for row in body):
         raise ValueError(f"rows do not fit the headings {', '.join(headings)}")
-    return Table(tuple(headings), body, frozenset(right), title)
+    return Table(tuple(headings), body, frozenset(right), title, names)
 
 
 def text_of(cell: Cell) -> str:

@@ -1,60 +1,122 @@
-"""Tables on a terminal, or as plain text where there is none."""
+"""Tables and sentences on a terminal of any width, or as plain text where there is none; nothing of them is cut."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 
-from rich import box
+from rich.cells import cell_len
 from rich.console import Console
-from rich.table import Table as RichTable
 from rich.text import Text
 
-from conrod.report.table import Cell, Table, Toned
+from conrod.report.table import VERDICT, Cell, Table, Toned, text_of
 
-# Without a terminal there is no width to fit; tables then keep their columns whole.
-PLAIN_WIDTH = 140
+UNBOUNDED = 100_000  # columns where there is no terminal to fit
+FOLDED = 24  # columns: sentences are not folded narrower, so that verdicts of two words stay on a line
+GAP, INDENT = "  ", "  "
 STYLES = {"good": "green", "bad": "red", "odd": "yellow"}
-FRAME = box.HEAVY_HEAD
 
 
-def console(plain_width: int = PLAIN_WIDTH) -> Console:
-    """Standard output, as wide as the terminal, or wide enough where there is none."""
+def console() -> Console:
+    """Standard output, as wide as the terminal, or without bounds where there is none."""
     # A user's file or body may be called ":key:".
     out = Console(highlight=False, emoji=False)
-    return out if out.is_terminal else Console(highlight=False, emoji=False, width=plain_width)
+    return out if out.is_terminal else Console(highlight=False, emoji=False, width=UNBOUNDED)
 
 
-def print_table(out: Console, table: Table, *, folding: Iterable[str] = (), framed: bool = True) -> None:
-    """Print a table.
+def print_table(out: Console, table: Table) -> None:
+    """Print a table as a grid.
+
+    Where the terminal is too narrow for it, what repeats down its first columns becomes a line above the rows, and
+    where that is not enough, each row becomes a record: its name and verdict on a line, the figures below.
+    """
+    if table:
+        print_lines(out, [Text(table.title, "bold")] if table.title else [])
+        lines = _grid(out, table, 0) or _grid(out, table, table.names - 1) or _records(out, table)
+        for line in lines:
+            line.rstrip()
+            out.print(line, soft_wrap=True)
+
+
+def print_lines(out: Console, lines: Iterable[str | Text], indent: int = 0, *, verbatim: bool = False) -> None:
+    """Print sentences, each on a line of its own; a terminal's lines end between words.
 
     Args:
-        folding: headings of the columns whose cells may take several lines; others keep to one.
-        framed: with lines around it.
+        verbatim: of what is to be copied: no line is ended.
     """
-    shown = RichTable(
-        title=Text(table.title) if table.title else None,
-        title_justify="left",
-        title_style="italic" if framed else "bold",
-        box=FRAME if framed else None,
-        pad_edge=framed,
-    )
-    folds = set(folding)
-    for heading in table.headings:
-        shown.add_column(
-            Text(heading),  # brackets are units, not markup
-            justify="right" if heading in table.right else "left",
-            no_wrap=heading not in folds,
-            overflow="fold" if heading in folds else "ellipsis",
-        )
-    for row in table.rows:
-        shown.add_row(*(_text(cell) for cell in row))
-    out.print(shown)
-
-
-def print_lines(out: Console, lines: Iterable[str], indent: int = 0) -> None:
-    """Print sentences as they are, each on a line of its own; a terminal wraps them."""
     for line in lines:
-        out.print(" " * indent + line, markup=False, soft_wrap=True)
+        text = line if isinstance(line, Text) else Text(line)
+        begin = indent + len(text.plain) - len(text.plain.lstrip())
+        for part in [text] if verbatim else _wrapped(out, text[begin - indent :], out.width - begin):
+            part.rstrip()
+            out.print(" " * (indent if verbatim else begin) if part else "", part, sep="", soft_wrap=True)
+
+
+def _grid(out: Console, table: Table, grouped: int) -> list[Text] | None:
+    """The lines of a table without its first columns, which stand above the rows; None where it is too wide."""
+    columns = range(grouped, len(table.headings))
+    natural = [max(cell_len(text_of(row[k])) for row in (table.headings, *table.rows)) for k in columns]
+    widths = [min(whole, _least(table, k)) for k, whole in zip(columns, natural, strict=True)]
+    spare = out.width - sum(widths) - len(GAP) * (len(widths) - 1)
+    if spare < 0:
+        return None
+    for k, whole in enumerate(natural):
+        more = min(whole - widths[k], spare)
+        widths[k], spare = widths[k] + more, spare - more
+    rows = [_row(out, table, columns, table.headings, widths), [Text(GAP.join("─" * width for width in widths))]]
+    for above, row in _with_groups(table, grouped):
+        rows += [above, _row(out, table, columns, row, widths)]
+    return [line for lines in rows for line in lines]
+
+
+def _least(table: Table, column: int) -> int:
+    """The narrowest that a column may be: words stay whole, and so do cells but for long sentences."""
+    cells = [text_of(row[column]) for row in table.rows]
+    heading, longest = table.headings[column], max(map(cell_len, cells))
+    if column >= table.names and heading not in table.right and longest > FOLDED:
+        longest = max(FOLDED, *(cell_len(word) for cell in cells for word in cell.split()))
+    return max(longest, *map(cell_len, heading.split() or [""]))
+
+
+def _row(out: Console, table: Table, columns: Iterable[int], row: Sequence[Cell], widths: Sequence[int]) -> list[Text]:
+    """The lines of a row whose cells may take several."""
+    cells = [_wrapped(out, _text(row[k]), width) for k, width in zip(columns, widths, strict=True)]
+    lines = []
+    for k in range(max(map(len, cells))):
+        parts = [cell[k] if k < len(cell) else Text() for cell in cells]
+        for part, column, width in zip(parts, columns, widths, strict=True):
+            part.align("right" if table.headings[column] in table.right else "left", width)
+        lines.append(Text(GAP).join(parts))
+    return lines
+
+
+def _with_groups(table: Table, grouped: int) -> Iterator[tuple[list[Text], tuple[Cell, ...]]]:
+    """Each row with the line above it, if its first cells are others than those of the row before."""
+    before: tuple[Cell, ...] = ()
+    for row in table.rows:
+        group = row[:grouped]
+        yield ([Text(", ".join(map(text_of, group)), "bold")] if group != before else []), row
+        before = group
+
+
+def _records(out: Console, table: Table) -> list[Text]:
+    """The rows as records."""
+    name, lines = table.names - 1, list[Text]()
+    for above, row in _with_groups(table, name):
+        verdict = [k for k, heading in enumerate(table.headings) if heading == VERDICT]
+        head = Text(": ").join(filter(None, (_text(row[k]) for k in (name, *verdict))))
+        figures = Text("; ").join(
+            Text(": ").join(filter(None, (Text(heading), _text(cell))))
+            for k, (heading, cell) in enumerate(zip(table.headings, row, strict=True))
+            if k > name and k not in verdict and text_of(cell)
+        )
+        lines += [*above, *_wrapped(out, head, out.width)]
+        lines += [Text(INDENT) + line for line in _wrapped(out, figures, out.width - len(INDENT)) if line]
+    return lines
+
+
+def _wrapped(out: Console, text: Text, width: int) -> Sequence[Text]:
+    """The text in lines that end between words."""
+    return list(text.wrap(out, width)) or [text]
 
 
 def _text(cell: Cell) -> Text:

@@ -131,7 +131,7 @@ def limits_table(study: LimitStudy) -> Table:
     """Return the boundaries of all walks of a scene, for a terminal."""
     rows = [(walk.axis, *who(walk), *bounded(walk)) for walk in study.walks if walk.boundaries]
     title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
-    return table(("axis", *WHO, *BOUNDED), rows, title=title)
+    return table(("axis", *WHO, *BOUNDED), rows, title=title, names=3)
 
 
 def listed_lines(study: LimitStudy) -> list[str]:

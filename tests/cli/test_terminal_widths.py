@@ -1,0 +1,186 @@
+"""At any width from 60 columns on, and in a pipe, what verbs print is whole: names, verdicts, numbers."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import click
+import pytest
+from rich.table import Table as CutTable
+
+from conrod.cli.ablate import print_ablations
+from conrod.cli.harden import print_hardened
+from conrod.cli.limits import print_limits
+from conrod.cli.lint import print_report
+from conrod.cli.sweep import print_fronts
+from conrod.cli.validate_scenes import print_forces, print_motions, print_verdicts
+from conrod.mjcf.harden.results import Request as HardenRequest
+from conrod.mjcf.harden.study import harden_file
+from conrod.mjcf.lint.findings import Request as LintRequest
+from conrod.mjcf.lint.linting import lint
+from conrod.report import terminal
+from conrod.report.kind import kind_named
+from conrod.report.saved import restore
+from conrod.report.table import Table, Toned, table
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_names, dynamics_names
+from tests.support.command_line import conrod
+
+ROOT = Path(__file__).parents[2]
+WIDTHS = (60, 80, 100, 120)
+VERDICTS = ("within tolerance", "measured, not judged", "out of tolerance", "unsupported")
+# Headings that a record does without: of its name, of what stands above it, of its verdict.
+UNTITLED = {
+    "scene",
+    "engine",
+    "preset",
+    "axis",
+    "verdict",
+    "name",
+    "parameter",
+    "point",
+    "link",
+    "driven",
+    "ingredient",
+}
+NUMBER = re.compile(r"[<>-]?\d[\d.]*(e-?\d+)?")
+Print = Callable[[], object]
+
+
+@cache
+def saved(folder: str, kind: str) -> list[Any]:
+    """All findings of a committed report."""
+    files = sorted((ROOT / "reports" / folder / "data").glob("*.json"))
+    return [restore(kind_named(kind).findings, json.loads(file.read_text())) for file in files]
+
+
+@cache
+def found_in_model() -> tuple[Any, Any]:
+    file = ROOT / "mjcf" / "saw-500rpm.xml"
+    return harden_file(file, HardenRequest(seconds=0.024, content=False)), lint(file, LintRequest(seconds=0.024))
+
+
+@cache
+def measured(kind: str, *arguments: str) -> list[Any]:
+    """Findings of a validation of other quantities, of which no report is committed."""
+    with TemporaryDirectory() as folder:
+        conrod("validate", *arguments, "--json", f"{folder}/found.json")
+        parts = json.loads(Path(folder, "found.json").read_text())["parts"]
+    return [restore(kind_named(kind).findings, part["findings"]) for part in parts.values()]
+
+
+# The same as in studies/test_validate_ledger.py, which keeps its runs.
+FORCES = ["saw-40rpm", "--quantity", "torque", "--steps-per-rev", "200", "--revolutions", "1", "--preset", "tuned"]
+MOTION = ["pendulum", "--motion", "free", "--seconds", "0.5", "--engine", "pymunk", "--preset", "tuned"]
+PRINTED: dict[str, Print] = {
+    "validate": lambda: print_verdicts([*saved(".", "validation"), *saved("catalogue", "validation")]),
+    "validate --quantity": lambda: print_forces(measured("forces", *FORCES)),
+    "validate --motion": lambda: print_motions(measured("motion", *MOTION)),
+    "sweep": lambda: print_fronts(saved("sweep", "sweep")),
+    "limits": lambda: print_limits(saved("limits", "limits")),
+    "ablate": lambda: print_ablations(saved("ablate", "ablate")),
+    "harden": lambda: print_hardened(found_in_model()[0], None),
+    "lint": lambda: print_report(found_in_model()[1], None),
+}
+COMMANDS = {
+    "show": ("show",),
+    "show SCENE": ("show", "inverted-slider-crank", "--angle", "60deg"),
+    "results": ("results",),
+}
+
+
+def lines_of(what: Print, width: int | None, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Lines that something prints on a terminal of a width, or in a pipe."""
+    with pytest.MonkeyPatch.context() as patch:
+        if width is not None:
+            for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", str(width)), ("LINES", "40")):
+                patch.setenv(name, value)
+        capsys.readouterr()
+        done = what()
+    text = done.stdout if hasattr(done, "stdout") else capsys.readouterr().out
+    return click.unstyle(text).splitlines()
+
+
+def numbers_in(lines: Sequence[str]) -> Counter[str]:
+    words = (word.strip("();:,") for line in lines for word in line.split())
+    return Counter(word for word in words if NUMBER.fullmatch(word))
+
+
+def check_whole(narrow: Sequence[str], piped: Sequence[str], width: int) -> None:
+    """Every word of the pipe is on the terminal, no number or verdict less often, and no line is too long."""
+    assert max(map(len, narrow)) <= width
+    words, wanted = ({word.strip(";:,") for line in lines for word in line.split()} for lines in (narrow, piped))
+    assert {word for word in wanted - words - UNTITLED if "─" not in word} == set()
+    assert not numbers_in(piped) - numbers_in(narrow)
+    for verdict in VERDICTS:
+        assert " ".join(narrow).count(verdict) >= " ".join(piped).count(verdict), verdict
+    for lines in (narrow, piped):
+        assert not any("…" in line for line in lines)
+
+
+@pytest.mark.parametrize("verb", [*PRINTED, *COMMANDS])
+def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    what = PRINTED[verb] if verb in PRINTED else lambda: conrod(*COMMANDS[verb])
+    piped = lines_of(what, None, capsys)
+    assert [line for line in piped if line != line.rstrip()] == []
+    code = found_in_model()[0].lines.splitlines() if verb == "harden" else []
+    for width in (60, 100) if verb == "show SCENE" else WIDTHS:
+        narrow = [line for line in lines_of(what, width, capsys) if line not in code]
+        if verb == "results":
+            assert narrow == piped  # comma-separated values, for programs
+        else:
+            check_whole(narrow, [line for line in piped if line not in code], width)
+
+
+def test_every_name_is_listed_and_sources_are_in_the_detail_view(capsys: pytest.CaptureFixture[str]) -> None:
+    for width in (None, *WIDTHS):
+        lines = lines_of(lambda: conrod("show"), width, capsys)
+        firsts = [line.split()[0] for line in lines if line and not line.startswith(" ")]
+        assert {*SCENES, *catalogue_names(), *dynamics_names()} <= set(firsts)
+        assert max(map(len, lines)) <= (width or 120)
+    assert "document 002" not in "\n".join(lines)
+    assert "source: document 002" in conrod("show", "saw-40rpm").stdout
+
+
+# -- the renderer ----------------------------------------------------------------------------------------------------
+
+ROWS = [
+    ("saw", "engine", preset, "1.2e-7", "3.4e-11", Toned("within tolerance", "good")) for preset in ("stock", "tuned")
+]
+TABLE = table(("scene", "engine", "preset", "position", "velocity", "verdict"), ROWS, ("position", "velocity"), names=3)
+
+
+def test_a_table_is_a_grid_where_it_fits_then_grouped_then_records(capsys: pytest.CaptureFixture[str]) -> None:
+    def printed(width: int) -> list[str]:
+        return lines_of(lambda: terminal.print_table(terminal.console(), TABLE), width, capsys)
+
+    whole = "saw    engine  stock     1.2e-7   3.4e-11  within tolerance"
+    assert whole in printed(len(whole))
+    grouped = printed(len(whole) - 1)
+    assert grouped[2:4] == ["saw, engine", "stock     1.2e-7   3.4e-11  within tolerance"]
+    records = printed(len(grouped[3]) - 1)
+    assert records[:3] == ["saw, engine", "stock: within tolerance", "  position: 1.2e-7; velocity: 3.4e-11"]
+
+
+def test_a_table_of_cut_cells_is_found(capsys: pytest.CaptureFixture[str]) -> None:
+    """Control: rich's own table, which conrod printed before, loses exponents and verdicts at 40 columns."""
+
+    def cut(shown: Table) -> None:
+        made = CutTable()
+        for heading in shown.headings:
+            made.add_column(heading, no_wrap=True)
+        for row in shown.rows:
+            made.add_row(*(cell if isinstance(cell, str) else cell.text for cell in row))
+        terminal.console().print(made)
+
+    piped = lines_of(lambda: terminal.print_table(terminal.console(), TABLE), None, capsys)
+    with pytest.raises(AssertionError):
+        check_whole(lines_of(lambda: cut(TABLE), 40, capsys), piped, 40)
+    check_whole(lines_of(lambda: terminal.print_table(terminal.console(), TABLE), 40, capsys), piped, 40)
