@@ -8,6 +8,7 @@ from importlib import import_module
 from importlib.metadata import version
 
 import click
+from click.shell_completion import CompletionItem
 
 from conrod.cli import options as exit_status
 from conrod.errors import InvalidInput, unknown_choice
@@ -17,18 +18,18 @@ CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 # In the order of a first look: each with the line that `conrod --help` shows, so that it need load none of them.
 VERBS = {
-    "show": "What there is, one line each; or all about one SCENE.",
-    "validate": "Compare engines with the exact motion: scenes, mechanism files, own models, tables.",
-    "sweep": "Measure the trade of speed for accuracy over a grid of settings.",
-    "recommend": "Find the cheapest setting of each engine within given tolerances, ready to paste.",
-    "limits": "Find where each engine stops being trustworthy, and how it fails there.",
-    "ablate": "Measure what a model requires, and what each unnecessary ingredient costs.",
-    "audit": "Hold published figures against the exact motion: a verdict for each printed value.",
-    "lint": "Find what a MuJoCo model carries needlessly, and what makes it fail.",
-    "harden": "Make the closed loops of a MuJoCo model stay closed, and show what that changes.",
-    "report": "Render a folder's reports again from their own JSON; needs no engine.",
-    "results": "Write the ledger as a tidy table: a row for each run and machine that timed it.",
-    "export": "Write a scene's MJCF model, its exact trajectory, or a pack for other tools.",
+    "show": "List what there is, one line each; or describe one SCENE.",
+    "validate": "Compare engines, a model or a table with the exact motion.",
+    "sweep": "Measure the trade of speed for accuracy over many settings.",
+    "recommend": "Find the cheapest settings within tolerances, ready to paste.",
+    "limits": "Find where each engine stops being trustworthy, and how.",
+    "ablate": "Measure what each ingredient of a model costs and changes.",
+    "audit": "Check published figures of a textbook: a verdict for each.",
+    "lint": "Find what a MuJoCo model has in excess, and what makes it fail.",
+    "harden": "Make the closed loops of a MuJoCo model stay closed.",
+    "report": "Render a folder's reports again from their own JSON.",
+    "results": "Write the ledger of all runs as a table.",
+    "export": "Write a scene's model, its exact motion, or a pack for others.",
 }
 
 
@@ -38,11 +39,17 @@ class Verbs(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command:
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in VERBS:
+            if ctx.resilient_parsing:
+                return None  # a shell that completes a line asks, and wants no error
             raise unknown_choice("command", cmd_name, VERBS)
         command: click.Command = getattr(import_module(f"conrod.cli.{cmd_name}"), cmd_name)
         return command
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        # Without loading the verbs, for their help.
+        return [CompletionItem(name, help=said) for name, said in VERBS.items() if name.startswith(incomplete)]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -58,7 +65,7 @@ def cli() -> None:
 def main() -> None:
     """Run the command line; a user's error is one line and exit status 2."""
     try:
-        cli.main(standalone_mode=False)
+        cli.main(prog_name="conrod", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
     except click.ClickException as error:

@@ -22,8 +22,8 @@ ROUNDS = 200
 LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
 
 
-@click.command()
-@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
+@options.verb()
+@options.scene_argument("scenes", nargs=-1, required=True, metavar="SCENE...")
 @options.engine
 @options.assignments
 @click.option(
@@ -33,8 +33,8 @@ LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
     "--rounds", type=int, default=ROUNDS, show_default=True, metavar="N", help="How often each cost is taken."
 )
 @options.of_timed_runs
-@click.option("--out", metavar="DIR", help="Write the report there.")
-@click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
+@options.out
+@options.document
 def ablate(
     scenes: tuple[str, ...],
     engine: str | None,

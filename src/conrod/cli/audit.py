@@ -8,15 +8,17 @@ from pathlib import Path
 
 import click
 
+from conrod.cli import options
 from conrod.errors import InvalidInput
 
 MOST_ITEMS = 20  # of a file that are printed one by one
 
 
-@click.command()
+@options.verb()
 @click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
-@click.option("--out", metavar="DIR", help="Write a page for each file, an index and the findings as JSON.")
-def audit(files: tuple[str, ...], out: str | None) -> None:
+@options.out
+@options.document
+def audit(files: tuple[str, ...], out: str | None, document: str | None) -> None:
     """Judge printed values of a textbook by the exact motion, each with a verdict.
 
     A file is a table of printed values, each tied to a machine by its name or its mechanism file; docs/audit.md
@@ -31,7 +33,7 @@ def audit(files: tuple[str, ...], out: str | None) -> None:
     from conrod.studies.frame.files import naming
 
     pages = _pages(files)
-    target = outputs(KIND, pages, out, None, {file: Path(file) for file in files})
+    target = outputs(KIND, pages, out, document, {file: Path(file) for file in files})
     audits = {page: audit_file(Path(file)) for page, file in pages.items()}
     with naming("standard output"):
         terminal = console()

@@ -12,13 +12,14 @@ CSV_SAMPLES = 360  # a revolution
 PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 
 
-@click.command()
-@click.argument("scene")
+@options.verb()
+@options.scene_argument()
 @click.option(
     "--format",
     "kind",
     metavar="mjcf|csv|npz|pack",
-    help="The model, the exact trajectory, or all that another tool needs to solve the scene and be judged.",
+    shell_complete=options.completed(lambda: FORMATS),
+    help="Model, exact trajectory, or a pack for others to solve.",
 )
 @click.option("-o", "--output", metavar="FILE", help="File to write [standard output]; of a pack a folder or a .zip.")
 @options.assignments

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from conrod.cli import options as exit_status
+from conrod.cli import options
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.own.files import as_outputs_must_not_be, check_readable
@@ -24,7 +24,7 @@ AUTO, KEEP = "auto", "keep"
 INTEGRATORS = ("RK4", KEEP)
 
 
-@click.command()
+@options.verb()
 @click.argument("model", metavar="MODEL.xml")
 @click.option("-o", "--output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
 @click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
@@ -39,7 +39,7 @@ INTEGRATORS = ("RK4", KEEP)
     "--integrator", default="RK4", show_default=True, metavar="RK4|keep", help="Integrator of the hardened model."
 )
 @click.option("--force", is_flag=True, help="Harden what seems to be soft on purpose, or breaks off when hard.")
-@click.option("--json", "document", metavar="FILE", help="Write the figures as JSON.")
+@options.document
 def harden(
     model: str,
     output: str | None,
@@ -80,7 +80,7 @@ def harden(
     }
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:
-        sys.exit(exit_status.FAILED)
+        sys.exit(options.FAILED)
 
 
 def _time_constant(text: str) -> str | float:

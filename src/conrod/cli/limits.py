@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -30,22 +30,33 @@ SEPARATOR = ".."
 MOST_REVOLUTIONS = 1e6
 
 
-@click.command(epilog=EPILOG)
-@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+def _axis_names() -> Iterable[str]:
+    from conrod.studies.limits.plan import ITEMS
+
+    return ITEMS
+
+
+@options.verb(epilog=EPILOG)
+@options.scene_argument("scenes", nargs=-1, metavar="[SCENE]...")
 @click.option(
-    "--axis", "axes", multiple=True, metavar="AXIS", help="One axis or pair of axes only; may be given again [all]."
+    "--axis",
+    "axes",
+    multiple=True,
+    metavar="AXIS",
+    help="One axis or pair only, again for others [all].",
+    shell_complete=options.completed(_axis_names),
 )
-@click.option("--range", "span", metavar="FROM..TO", help="Other ends for the one axis, in its unit, e.g. 200..2.")
+@click.option("--range", "span", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
 @options.engine
-@click.option("--preset", metavar="PRESET", help="One preset only.")
+@options.preset
 @options.assignments
 @click.option("--revolutions", type=float, metavar="N", help="Length of the runs of run-length [1000].")
 @click.option(
     "--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse what may need more."
 )
 @options.of_runs
-@click.option("--out", metavar="DIR", help="Write the report there.")
-@click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
+@options.out
+@options.document
 def limits(
     scenes: tuple[str, ...],
     axes: tuple[str, ...],

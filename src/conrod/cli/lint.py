@@ -26,9 +26,11 @@ REVOLUTIONS = 2  # of a crank whose speed a scene gives
 COLOURS = {Harm.WRONG: "red", Harm.LATENT: "yellow", Harm.WASTE: "cyan"}
 
 
-@click.command()
+@options.verb()
 @click.argument("model", metavar="MODEL.xml")
-@click.option("--scene", metavar="SCENE", help="Drive the crank at the speed that this machine has.")
+@click.option(
+    "--scene", metavar="SCENE", help="Drive the crank at this machine's speed.", shell_complete=options.complete_scene
+)
 @options.assignments
 @click.option("--crank", metavar="JOINT", help="With --scene: the hinge that is driven [the only one on the frame].")
 @click.option(
@@ -37,7 +39,7 @@ COLOURS = {Harm.WRONG: "red", Harm.LATENT: "yellow", Harm.WASTE: "cyan"}
 @click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
 @click.option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps; 2 turns of the crank].")
 @click.option("--ignore", "ignored", multiple=True, metavar="RULE", help="Leave a rule out.")
-@click.option("--json", "document", metavar="FILE", help="Write what was found as JSON.")
+@options.document
 @click.option("--fix", "fixed", metavar="OUT.xml", help="Write the model with the safe fixes made.")
 def lint(
     model: str,

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from conrod.errors import InvalidInput
 
@@ -21,19 +23,151 @@ FAILED, USAGE, INTERRUPTED = 1, 2, 130
 
 CELL_TIMEOUT = 600.0  # [s]
 DEFAULT_GRID = "default"
+HEADING = "Options"
+ALL = "conrod.help-all"  # set in a context whose whole help is asked for
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-assignments = click.option(
-    "--set", "assignments", multiple=True, metavar="NAME=VALUE", help="Override a parameter, e.g. --set crank=80mm."
-)
-engine = click.option("--engine", metavar="ENGINE", help="One engine only; `conrod show` lists them.")
-grid = click.option("--grid", default=DEFAULT_GRID, show_default=True, metavar="GRID", help="coarse, default or fine.")
-LEDGER = "Where finished runs are kept [a file in the user's cache folder]."
-ledger = click.option("--ledger", metavar="FILE", help=LEDGER)
+
+# -- help --------------------------------------------------------------------------------------------------------------
+
+
+class Verb(click.Command):
+    """A command whose --help is one screen; --help-all is all of it, with every option under its heading."""
+
+    def __init__(self, *arguments: Any, **attributes: Any) -> None:
+        super().__init__(*arguments, **attributes)
+
+        def show(context: click.Context, _: click.Parameter, asked: bool) -> None:
+            if asked and not context.resilient_parsing:
+                context.meta[ALL] = True
+                click.echo(context.get_help())
+                context.exit()
+
+        words = "Show every option; -h, --help shows this."
+        self.params.append(
+            click.Option(["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=show, help=words)
+        )
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        paragraphs = inspect.cleandoc(self.help or "").split("\n\n")
+        formatter.write_paragraph()
+        with formatter.indentation():
+            formatter.write_text("\n\n".join(paragraphs if ALL in ctx.meta else paragraphs[:1]))
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        headings: dict[str, list[tuple[str, str]]] = {HEADING: []}
+        names: dict[str, list[str]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
+            if record is not None and (ALL in ctx.meta or "--help" not in parameter.opts):
+                heading = getattr(parameter, "heading", HEADING)
+                headings.setdefault(heading, []).append(record)
+                names.setdefault(heading, []).append(parameter.opts[-1])
+        for heading, records in headings.items():
+            if ALL in ctx.meta or heading == HEADING:
+                with formatter.section(heading):
+                    formatter.write_dl(records)
+        if ALL not in ctx.meta and len(headings) > 1:
+            others = (f"{one.split(' (')[0]}: {', '.join(names[one])}." for one in headings if one != HEADING)
+            formatter.write_paragraph()
+            formatter.write_text(" ".join(["More with --help-all.", *others]))
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        if ALL in ctx.meta:
+            super().format_epilog(ctx, formatter)
+
+
+class HeadedOption(click.Option):
+    """An option under a heading of its own, which --help-all shows."""
+
+    def __init__(self, *arguments: Any, heading: str = "", **attributes: Any) -> None:
+        super().__init__(*arguments, **attributes)
+        self.heading = heading
+
+
+verb = partial(click.command, cls=Verb)
+
+
+# -- completion --------------------------------------------------------------------------------------------------------
+
+Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+
+
+def completed(names: Callable[[], Iterable[str]], files: bool = False) -> Complete:
+    """A completion by names, which are looked up when a shell asks; and by files, where one may stand there."""
+
+    def complete(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+        found = [CompletionItem(name) for name in names() if name.startswith(begun)]
+        return [*found, *([CompletionItem(begun, type="file")] if files else [])]
+
+    return complete
+
+
+def _scene_names() -> Iterable[str]:
+    from conrod.scenes import SCENES
+    from conrod.scenes.catalogue import CATALOGUE, catalogue_names, dynamics_names
+
+    return (*SCENES, *catalogue_names(), *dynamics_names(), CATALOGUE)
+
+
+def _engine_names() -> Iterable[str]:
+    from conrod.engines import engine_names
+
+    return engine_names()
+
+
+def _preset_names() -> Iterable[str]:
+    from conrod.engines import engine_names
+    from conrod.engines.registry import presets_of
+
+    return dict.fromkeys(preset for engine in engine_names() for preset in presets_of(engine))
+
+
+complete_scene = completed(_scene_names, files=True)
+
+# -- options that mean the same in every verb --------------------------------------------------------------------------
+
+SHARED: Mapping[str, Mapping[str, Any]] = {
+    "--out": {"metavar": "DIR", "help": "Write the report there."},
+    "--json": {"metavar": "FILE", "help": "Write the results as JSON."},
+    "--engine": {
+        "metavar": "ENGINE",
+        "help": "One engine only; `conrod show` lists them.",
+        "shell_complete": completed(_engine_names),
+    },
+    "--preset": {
+        "metavar": "PRESET",
+        "help": "One preset only; `conrod show` lists them.",
+        "shell_complete": completed(_preset_names),
+    },
+    "--set": {"multiple": True, "metavar": "NAME=VALUE", "help": "Override a parameter, e.g. --set crank=80mm."},
+    "--grid": {
+        "default": DEFAULT_GRID,
+        "show_default": True,
+        "metavar": "GRID",
+        "help": "coarse, default or fine.",
+        "shell_complete": completed(lambda: ("coarse", DEFAULT_GRID, "fine")),
+    },
+    "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
+    "--jobs": {"type": int, "metavar": "N", "help": "Runs at a time on this machine [one a core]."},
+}
+assignments = click.option("--set", "assignments", **SHARED["--set"])
+engine = click.option("--engine", **SHARED["--engine"])
+preset = click.option("--preset", **SHARED["--preset"])
+grid = click.option("--grid", **SHARED["--grid"])
+ledger = click.option("--ledger", **SHARED["--ledger"])
+out = click.option("--out", **SHARED["--out"])
+document = click.option("--json", "document", **SHARED["--json"])
+
+
+def scene_argument(name: str = "scene", **attributes: Any) -> Callable[[Command], Command]:
+    """An argument that takes scenes, or files where a verb does."""
+    return click.argument(name, shell_complete=complete_scene, **attributes)
 
 
 def option(name: str, **attributes: Any) -> Any:
     """A field that is an option, with attributes as of `click.option`; None where it is not given, or empty."""
+    attributes = {**SHARED.get(name, {}), **attributes}
     default: Any = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
     return field(default=default, metadata={"option": name, **attributes})
 
@@ -46,6 +180,8 @@ def gathered(name: str, kind: type[Any]) -> Callable[[Command], Command]:
         kind: a dataclass, each `option` of which is one.
     """
     fields = dataclasses.fields(kind)
+    bases: list[Any] = [base for base in kind.__mro__ if dataclasses.is_dataclass(base)]
+    home = {one.name: base.heading for base in bases for one in dataclasses.fields(base)}
 
     def decorate(command: Command) -> Command:
         @wraps(command)
@@ -56,7 +192,7 @@ def gathered(name: str, kind: type[Any]) -> Callable[[Command], Command]:
         decorated: Any = called
         for one in reversed(fields):
             if one.metadata:
-                attributes = dict(one.metadata)
+                attributes = {**one.metadata, "cls": HeadedOption, "heading": home[one.name]}
                 decorated = click.option(attributes.pop("option"), one.name, **attributes)(decorated)
         result: Command = decorated
         return result
@@ -92,11 +228,11 @@ def as_given(asked: Any, *left_out: type | str) -> dict[str, object]:
 class RunOptions:
     """Options on how runs are made and where they are kept; None where nothing was given."""
 
-    heading: ClassVar[str] = "Runs and the ledger that keeps them"
+    heading: ClassVar[str] = "Runs and the ledger"
 
-    ledger: str | None = option("--ledger", metavar="FILE", help=LEDGER)
+    ledger: str | None = option("--ledger")
     fresh: bool = option("--fresh", is_flag=True, help="Do again what the ledger has.")
-    jobs: int | None = option("--jobs", type=int, metavar="N", help="Runs at a time on this machine [one a core].")
+    jobs: int | None = option("--jobs")
     cluster: str | None = option(
         "--cluster", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."
     )

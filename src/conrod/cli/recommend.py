@@ -9,8 +9,8 @@ import click
 from conrod.cli import options
 
 
-@click.command()
-@click.argument("scene")
+@options.verb()
+@options.scene_argument()
 @click.option("--position", type=float, metavar="E", help="Largest error of position, over the travel L.")
 @click.option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
 @click.option("--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L.")

@@ -6,16 +6,18 @@ from pathlib import Path
 
 import click
 
+from conrod.cli import options
 from conrod.errors import InvalidInput
 
 
-@click.command()
+@options.verb()
 @click.argument("directory")
-@click.option("--out", metavar="DIR", help="Folder to write instead of DIRECTORY.")
+@options.out
 def report(directory: str, out: str | None) -> None:
     """Render the reports in DIRECTORY again, from their own JSON: no engine runs, none need be installed.
 
-    Reports in folders below it are rendered one by one, e.g. reports/sweep.
+    With --out they are written there, and DIRECTORY is left as it is. Reports in folders below it are rendered one by
+    one, e.g. reports/sweep.
     """
     from conrod.report.writer import rendered_again
     from conrod.studies.frame.files import folder_to_write, write_together

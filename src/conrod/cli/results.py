@@ -10,19 +10,19 @@ from conrod.cli import options
 from conrod.errors import InvalidInput
 
 
-@click.command()
+@options.verb()
 @options.ledger
 @click.option(
     "--where", multiple=True, metavar="SQL", help="Rows to keep, e.g. \"engine = 'mujoco'\"; may be repeated."
 )
 @click.option("--csv", "csv_file", metavar="FILE", help="Write comma-separated values.")
-@click.option("--json", "json_file", metavar="FILE", help="Write JSON, a list of objects.")
+@options.document
 @click.option("--parquet", "parquet_file", metavar="FILE", help="Write Apache Parquet; needs pyarrow.")
 def results(
     ledger: str | None,
     where: tuple[str, ...],
     csv_file: str | None,
-    json_file: str | None,
+    document: str | None,
     parquet_file: str | None,
 ) -> None:
     """The ledger as a tidy table: a row for each run and machine that timed it; for pandas, polars or DuckDB.
@@ -34,7 +34,7 @@ def results(
     from conrod.studies.frame.results_table import results_table
 
     path = default_path() if ledger is None else Path(ledger)
-    files = files_to_write({"--csv": csv_file, "--json": json_file, "--parquet": parquet_file}, {"the ledger": path})
+    files = files_to_write({"--csv": csv_file, "--json": document, "--parquet": parquet_file}, {"the ledger": path})
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         raise InvalidInput(
             f"there is no ledger {path}: `conrod validate` and the studies make one; --ledger names another"

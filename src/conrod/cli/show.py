@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 USUAL_ANGLE = math.radians(60.0)
 
 
-@click.command()
-@click.argument("scene", required=False)
+@options.verb()
+@options.scene_argument(required=False)
 @options.assignments
 @click.option("--angle", metavar="ANGLE", help="Show velocities, accelerations, instant centres here, e.g. 60deg.")
 @click.option("--svg", "drawing", metavar="FILE", help="Draw the scene to an SVG file.")
 @click.option("--figures", metavar="FOLDER", help="Draw instant centres and polygons at --angle [60deg] as SVG.")
-@click.option("--json", "document", metavar="FILE", help="Write the quantities as JSON.")
+@options.document
 def show(
     scene: str | None,
     assignments: tuple[str, ...],

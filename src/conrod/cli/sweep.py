@@ -6,22 +6,20 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import click
-
 from conrod.cli import options
 
 if TYPE_CHECKING:
     from conrod.studies.sweep.findings import SweepStudy
 
 
-@click.command()
-@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
+@options.verb()
+@options.scene_argument("scenes", nargs=-1, required=True, metavar="SCENE...")
 @options.engine
 @options.grid
 @options.assignments
 @options.of_timed_runs
-@click.option("--out", metavar="DIR", help="Write the report there.")
-@click.option("--json", "document", metavar="FILE", help="Write the results as JSON.")
+@options.out
+@options.document
 def sweep(
     scenes: tuple[str, ...],
     engine: str | None,

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import click
-
 from conrod.cli import options
 from conrod.cli.options import RunOptions, refuse
-from conrod.cli.validate_request import HeadedCommand, ModelOptions, MotionOptions, Request, TableOptions
+from conrod.cli.validate_request import ModelOptions, MotionOptions, Request, TableOptions
 from conrod.errors import InvalidInput
 from conrod.own.files import check_readable
 
@@ -18,15 +16,15 @@ MODELS = (".xml", ".mjcf", ".mjb")
 TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
 
 
-@click.command(cls=HeadedCommand)
-@click.argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
+@options.verb()
+@options.scene_argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
 @options.gathered("asked", Request)
 def validate(asked: Request) -> None:
-    """Compare engines with the exact motion: the SCENEs named, or all that have a closed form, in both engines.
+    """Compare engines with the exact motion of SCENEs, or judge a model or table.
 
-    A SCENE is one that `conrod show` lists, or a mechanism file of one's own (.toml); the word `catalogue` stands for
-    all machines of the catalogue. Results are kept in the ledger: the same command goes on where it stopped, and asked
-    again it runs nothing.
+    All scenes that have a closed form are compared where none is named. A SCENE is one that `conrod show` lists, or a
+    mechanism file of one's own (.toml); the word `catalogue` stands for all machines of the catalogue. Results are kept
+    in the ledger: the same command goes on where it stopped, and asked again it runs nothing.
 
     A FILE is judged instead, against the machine that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of
     any tool as a table (.csv, .parquet, .npz).

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-import click
-
-from conrod.cli.options import RunOptions, as_given, option
+from conrod.cli.options import HEADING, RunOptions, as_given, complete_scene, option
 
 
 @dataclass(frozen=True)
 class MotionOptions:
     """A motion that no drive prescribes; None where nothing was given."""
 
-    heading: ClassVar[str] = "Motion without a prescribed crank (--motion)"
+    heading: ClassVar[str] = "Motion without a drive"
 
     motion: str | None = option(
         "--motion",
@@ -30,7 +27,7 @@ class MotionOptions:
 class TableOptions:
     """Options on the columns and units of a table of any tool; None or empty where nothing was given."""
 
-    heading: ClassVar[str] = "A table that another tool wrote (FILE.csv and the like)"
+    heading: ClassVar[str] = "Of a table (FILE.csv and the like)"
 
     columns: tuple[str, ...] = option("--column", multiple=True, metavar="Q=NAME", help="Column of a quantity, C.x=px.")
     units: tuple[str, ...] = option(
@@ -45,7 +42,7 @@ class TableOptions:
 class ModelOptions:
     """Options on the joints, points and frame of a user's own model; None or empty where nothing was given."""
 
-    heading: ClassVar[str] = "A MuJoCo model (FILE.xml and the like)"
+    heading: ClassVar[str] = "Of a MuJoCo model (FILE.xml and the like)"
 
     crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
     points: tuple[str, ...] = option(
@@ -73,52 +70,30 @@ class Request(TableOptions, ModelOptions, MotionOptions, RunOptions):
         document: the file that --json names.
     """
 
-    heading: ClassVar[str] = "Options"
+    heading: ClassVar[str] = HEADING
 
     subjects: tuple[str, ...] = ()
     scene: str | None = option(
-        "--scene", metavar="SCENE", help="What a FILE is to be: the machine it is judged against."
+        "--scene", metavar="SCENE", help="Machine that a FILE is judged against.", shell_complete=complete_scene
     )
-    engine: str | None = option("--engine", metavar="ENGINE", help="One engine only; `conrod show` lists them.")
-    preset: str | None = option("--preset", metavar="PRESET", help="One preset only; `conrod show` lists them.")
-    quantity: str | None = option(
-        "--quantity", metavar="NAME,...", help="Forces in place of motion: torque, reactions, contact."
-    )
+    engine: str | None = option("--engine")
+    preset: str | None = option("--preset")
+    quantity: str | None = option("--quantity", metavar="NAME,...", help="Forces instead: torque, reactions, contact.")
     steps_per_rev: int | None = option(
-        "--steps-per-rev", type=int, metavar="N", help="Time steps a revolution [1000; for contact 62832]."
+        "--steps-per-rev", type=int, metavar="N", help="Time steps a turn [1000; contact 62832]."
     )
     revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
-    assignments: tuple[str, ...] = option(
-        "--set", multiple=True, metavar="NAME=VALUE", help="Override a parameter, e.g. --set crank=80mm."
-    )
+    assignments: tuple[str, ...] = option("--set")
     figures: str | None = option(
         "--figures",
         metavar="NAME,...",
-        help="Figures of the report: mechanism, motion, error, order [all; of the catalogue mechanism,error].",
+        help="Figures of the report: mechanism, motion, error, order.",
     )
-    tolerance: str | None = option(
-        "--tolerance", metavar="Q=T,...", help="Judge every preset by these, e.g. position=1e-4,velocity=1e-3."
-    )
-    out: str | None = option("--out", metavar="DIR", help="Write the report there.")
-    document: str | None = option("--json", metavar="FILE", help="Write the results as JSON.")
+    tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")
+    out: str | None = option("--out")
+    document: str | None = option("--json")
 
     @property
     def given(self) -> dict[str, object]:
         """What was given of all that the result follows from, by the options' names."""
         return as_given(self, RunOptions, "assignments", "out", "document")
-
-
-class HeadedCommand(click.Command):
-    """`conrod validate`, whose help has options under the headings of their classes."""
-
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        kinds: list[Any] = [kind for kind in Request.__mro__ if dataclasses.is_dataclass(kind)]
-        home = {one.name: kind.heading for kind in kinds for one in dataclasses.fields(kind)}
-        headings: dict[str, list[tuple[str, str]]] = {Request.heading: []}
-        for parameter in self.get_params(ctx):
-            record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
-            if record is not None:
-                headings.setdefault(home.get(str(parameter.name), Request.heading), []).append(record)
-        for heading, records in headings.items():
-            with formatter.section(heading):
-                formatter.write_dl(records)
