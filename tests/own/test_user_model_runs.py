@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -149,6 +150,24 @@ def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: objec
     assert own.outcome is outcome
     assert (own.errors is None) == (outcome is not Outcome.COMPLETED)
     assert study.passed == (outcome is Outcome.COMPLETED)
+
+
+@pytest.mark.parametrize(
+    "clock",
+    [lambda run: run.times + run.timestep, lambda run: run.times * 1.0001],
+    ids=["stamps a step late", "steps too short"],
+)
+@pytest.mark.parametrize("tolerance", [None, {"position": 1e-4}])
+def test_a_wrong_clock_is_out_of_tolerance(tmp_path: Path, clock: Any, tolerance: dict[str, float] | None) -> None:
+    assert judged(tmp_path, "saw", SAW, points=("C",), tolerance=tolerance).passed
+    study = judged(
+        tmp_path, "saw", SAW, points=("C",), tolerance=tolerance, spoil=lambda run: replace(run, times=clock(run))
+    )
+    assert not study.passed
+    assert set(study.exceeded()) == ({"phase", "total"} if tolerance else {"phase"})
+    assert "out of tolerance: phase" in words.verdict(study)
+    # Who asks for a phase and a total is held to these.
+    assert replace(study, tolerance={"position": 1e-4, "total": 0.1, "phase": 0.1}).passed
 
 
 def test_a_run_of_too_many_samples_is_refused(tmp_path: Path) -> None:

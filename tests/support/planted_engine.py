@@ -13,7 +13,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE, STOCK, Engine, Machine, Preset, step_length
+from conrod.engines.numerics import largest_derivatives
 from conrod.exact.motion import Array
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track, Trajectory
@@ -59,7 +61,14 @@ def preset(name: str, judged: bool) -> Preset[PlantedSettings]:
 
 
 class PlantedEngine(Engine[PlantedSettings]):
-    """The generic solver's poses, a little ahead of themselves."""
+    """The generic solver's poses, a little ahead of themselves.
+
+    Attributes:
+        step_error: share by which its steps are longer than they are said to be.
+        late: steps by which its time stamps are.
+    """
+
+    step_error, late = 0.0, 0
 
     name = NAME
     version = "1.0"
@@ -85,20 +94,32 @@ class PlantedEngine(Engine[PlantedSettings]):
     def _piece(
         self, machine: Machine, settings: PlantedSettings, revolutions: float, first: int, times: Array
     ) -> Piece:
-        kinematics, speed = machine.kinematics, machine.speed
+        kinematics, speed = machine.kinematics, machine.speed * (1.0 + self.step_error)
         poses, slopes, bends = kinematics.derivatives(speed * times + settings.lead, 2)
-        instants = Instants(times, speed * times, np.full_like(times, speed), np.zeros_like(times))
+        stamps = times + self.late * settings.timestep
+        instants = Instants(stamps, speed * times, np.full_like(times, speed), np.zeros_like(times))
         states = BodyStates(instants, poses, speed * slopes, speed**2 * bends)
         points = {
             name: PointTracks(*(Track(instants, values) for values in told))
             for name, told in kinematics.point_derivatives([states.poses, states.rates, states.accelerations]).items()
         }
         tracks = BodyTracks(states, states, states)
-        verdict = judge(kinematics, tracks, speed)
+        verdict = judge(kinematics, tracks, machine.speed)
         trajectory = Trajectory(
-            NAME, self.version, settings, speed, revolutions, verdict.outcome, verdict.reason, points, tracks
+            NAME, self.version, settings, machine.speed, revolutions, verdict.outcome, verdict.reason, points, tracks
         )
         return Piece(trajectory, first, times, {}, None, None)
+
+
+class LawfulEngine(PlantedEngine):
+    """The same with the law of its errors: the way that a point goes in the lead."""
+
+    def __init__(self, step_error: float = 0.0, late: int = 0) -> None:
+        self.step_error, self.late = step_error, late
+
+    def expected_error(self, machine: Machine, settings: PlantedSettings) -> ExpectedError:
+        position = settings.lead * largest_derivatives(machine.kinematics, 1)[1]
+        return ExpectedError(position, None, None, law="the way gone in the lead")
 
 
 ENGINE = PlantedEngine()

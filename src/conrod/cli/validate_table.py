@@ -57,7 +57,7 @@ def validate_table(file: str, scene: str, asked: Request) -> None:
     """
     refuse(asked, "a table: it is for runs of an engine", "engine", "preset", "steps_per_rev", "revolutions")
     machine, table = select_scene(scene, asked.assignments)[1], Path(file)
-    allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, (*TOLERANCES, "phase"))
+    allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
     estimate = () if asked.estimate is None else parse_estimate(asked.estimate)
     points = tuple(machine.lengths)
     wanted = request(asked.columns, asked.units, points)

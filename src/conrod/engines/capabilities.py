@@ -25,6 +25,7 @@ class ExpectedError:
     Attributes:
         position, velocity, acceleration: bounds on the max norm.
         velocity_rms: bound on the rms norm, where the max norm has none.
+        ripple: largest share by which a turn changes the drive's rate; 0 where the crank's angle is written.
         law: where the bounds come from, for the report.
     """
 
@@ -33,6 +34,7 @@ class ExpectedError:
     acceleration: float | None
     velocity_rms: float | None = None
     law: str = ""
+    ripple: float = 0.0
 
 
 @dataclass(frozen=True)

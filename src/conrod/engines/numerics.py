@@ -78,6 +78,20 @@ def rounding(kinematics: Kinematics, steps: int) -> float:
     return float(np.finfo(float).eps) * steps * max(1.0, kinematics.size / kinematics.travel)
 
 
+def phase_bound(steps: float, turns: float, start_angle: float = 0.0, ripple: float = 0.0) -> float:
+    """Bound on the crank's deviation from its nominal angle [rad], in a run at a prescribed speed.
+
+    A clock and an angle that are summed step by step round by eps of themselves at each; a rate that every turn may
+    change by `ripple` is off by that of each turn before.
+
+    Args:
+        steps: of the whole run.
+        start_angle: [rad].
+    """
+    turned = 2.0 * math.pi * turns
+    return float(np.finfo(float).eps) * steps * (abs(start_angle) + turned) + ripple * max(turns, 1.0) * turned
+
+
 # A kinematic mode's own angles are a degree apart; an iteration begun farther off may find another assembly.
 LONGEST_STEP = 0.05  # [rad]
 # So near [rad] to a change point, where assemblies meet, joints hardly tell the pose. pymunk solves them one after the

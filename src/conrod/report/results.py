@@ -14,7 +14,7 @@ from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result, SceneResults
 
-PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
+PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t", "phase": "phase [rad]"}
 KINEMATIC = "kinematic mode"
 
 R = TypeVar("R", bound=Result)

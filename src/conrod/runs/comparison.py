@@ -119,18 +119,26 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
         raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
     speed = abs(trajectory.speed)
     peaks = _peaks(trajectory.points, reference)
-    position, velocity = trajectory.bodies.position.instants, trajectory.bodies.velocity.instants
-    phase = np.abs(position.angle - trajectory.speed * position.times)
+    velocity = trajectory.bodies.velocity.instants
+    phase = [np.abs(instants.angle - trajectory.speed * instants.times) for instants in _stamps(trajectory)]
     closure = closure_series(trajectory.bodies, reference.mechanism(), max(reference.lengths.values()), speed)
     return Comparison(
         points=point_errors(trajectory, reference),
         peaks=peaks,
         closure=Closure(**{name: float(gaps.max()) for name, gaps in closure.items()}),
-        phase_max=float(phase.max()),
-        phase_final=float(phase[-1]),
+        phase_max=max(float(one.max()) for one in phase),
+        phase_final=float(phase[0][-1]),
         drive_speed=float(np.abs(velocity.rate / trajectory.speed - 1.0).max()),
         drive_acceleration=float(np.abs(trajectory.bodies.acceleration.instants.acceleration).max()) / speed**2,
     )
+
+
+def _stamps(trajectory: Trajectory) -> list[Instants]:
+    """All instants that samples belong to, those of the bodies' positions first."""
+    held: list[BodyTracks | PointTracks] = [*trajectory.points.values()]
+    held = held if trajectory.bodies is None else [trajectory.bodies, *held]
+    found = [part.instants for tracks in held for part in (tracks.position, tracks.velocity, tracks.acceleration)]
+    return list({id(instants): instants for instants in found}.values())  # most are one object
 
 
 def point_errors(trajectory: Trajectory, reference: ExactReference) -> dict[str, PointErrors]:

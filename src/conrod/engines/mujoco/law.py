@@ -33,7 +33,7 @@ from conrod.engines.engine import Machine
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.mujoco.settings import MuJoCoSettings, exchanged_inertia
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.kinematics import Kinematics
@@ -49,7 +49,15 @@ LAW = "regularisation (1 - d) A f tc^2 of the exact reactions; RK4's local error
 
 
 def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
-    """Bounds for RK4 with a constant impedance, for links as bodies that have their weight and carry nothing else."""
+    """Bounds for RK4 with a constant impedance, for links as bodies that have their weight and carry nothing else.
+
+    The drive is a flywheel, whose rate varies by what the crank exchanges with the links over what it holds.
+    """
+    bounds = _bounds(machine, settings)
+    return replace(bounds, ripple=exchanged_inertia(machine) / settings.armature) if settings.armature > 0.0 else bounds
+
+
+def _bounds(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     none = ExpectedError(None, None, None)
     if settings.dressing:
         return none

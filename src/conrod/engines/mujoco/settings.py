@@ -214,15 +214,23 @@ def flywheel(machine: Machine) -> float:
     velocity of an observed point, and falling through its whole travel, exchange more than any turn does, but for the
     work of loads; the armature bounds the ripple by 1e-13 of that.
     """
+    exchanged = exchanged_inertia(machine)
+    if not math.isfinite(exchanged):
+        raise InvalidInput(
+            f"{machine.kinematics.mechanism.name}: a force is not finite: do the two points of a load meet?"
+        )
+    return 10.0 ** math.ceil(math.log10(1e13 * exchanged))
+
+
+def exchanged_inertia(machine: Machine) -> float:
+    """Bound on the energy that the crank exchanges in a turn over the square of its speed [kg m^2], see `flywheel`."""
     kinematics = machine.kinematics
     mass = sum(body.mass for body in kinematics.mechanism.bodies)
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
     weight += sum(math.hypot(*force.force) for force in kinematics.mechanism.forces)
     kinetic = mass * kinematics.travel**2
     potential = (weight * kinematics.travel + load_work(kinematics, machine.speed)) / machine.speed**2
-    if not math.isfinite(potential):
-        raise InvalidInput(f"{kinematics.mechanism.name}: a force is not finite: do the two points of a load meet?")
-    return 10.0 ** math.ceil(math.log10(1e13 * (kinetic + potential)))
+    return kinetic + potential
 
 
 PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {

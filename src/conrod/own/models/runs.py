@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -46,6 +47,12 @@ class JudgedRun:
         if self.errors is None:
             return None
         return max(float(getattr(curves[quantity].size, measure)) for curves in self.errors.values())
+
+    def judged_error(self, name: str) -> float:
+        """The error that a tolerance of this name is compared with; not a number where the run did not complete."""
+        quantity, _, measure = name.partition("_")
+        found = self.phase if quantity == "phase" else self.worst(quantity, measure or "max")
+        return math.nan if found is None else found
 
 
 @dataclass(frozen=True)

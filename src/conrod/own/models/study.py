@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
 from conrod.own.models.references import other_branches
@@ -72,17 +73,30 @@ class ModelStudy:
         exact, own = self.runs.get(EXACT_SOLVER), self.runs.get(OWN)
         return exact if exact is not None and exact.outcome is Outcome.COMPLETED else own
 
+    @property
+    def limits(self) -> Mapping[str, float]:
+        """What is allowed: the tolerance asked for, and what follows from it and the drive for the clock.
+
+        The drive keeps the speed to `RIPPLE`. The position at the nominal time may be off by the tolerance of the
+        position and by what the phase moves the point.
+        """
+        asked, own = self.tolerance or {}, self.own
+        if own is None:
+            return asked
+        kept = phase_bound(own.steps_per_revolution * self.revolutions, self.revolutions)
+        phase = kept + RIPPLE * 2.0 * np.pi * self.revolutions
+        clock = {"phase": phase}
+        if "position" in asked:
+            clock["total"] = asked["position"] + phase * largest_derivatives(self.scene.kinematics, 1)[1]
+        return {**clock, **asked}
+
     def exceeded(self) -> dict[str, tuple[float, float]]:
-        """Quantities that are out of the tolerance asked for: found and allowed."""
-        own, over = self.own, dict[str, tuple[float, float]]()
+        """Quantities that are out of tolerance: found and allowed."""
+        own = self.own
         if own is None or own.errors is None:
-            return over
-        for name, allowed in (self.tolerance or {}).items():
-            quantity, _, measure = name.partition("_")
-            found = own.worst(quantity, measure or "max")
-            if found is not None and found > allowed:
-                over[name] = (found, allowed)
-        return over
+            return {}
+        found = {name: (own.judged_error(name), allowed) for name, allowed in self.limits.items()}
+        return {name: pair for name, pair in found.items() if not pair[0] <= pair[1]}
 
     @property
     def passed(self) -> bool:

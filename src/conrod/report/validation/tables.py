@@ -18,7 +18,7 @@ from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MEASURES = ("max", "rms", "final")
-JUDGED = (*QUANTITIES, "total", "velocity_rms")
+JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
 
 
@@ -154,7 +154,17 @@ def kinematic_table(study: SceneStudy) -> Table:
 
 def tolerances_table(study: SceneStudy) -> Table:
     """The errors allowed in dynamic mode, and why."""
-    head = ["engine", "preset", "position", "velocity", "acceleration", "total", "velocity, rms", "because"]
+    head = [
+        "engine",
+        "preset",
+        "position",
+        "velocity",
+        "acceleration",
+        "total",
+        "velocity, rms",
+        "phase [rad]",
+        "because",
+    ]
     rows = []
     for r in dynamic(study):
         unsupported = r.outcome == Outcome.UNSUPPORTED.slug

@@ -10,6 +10,7 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps, run_of
 from conrod.engines.follower import follower_lift
+from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import (
     Comparison,
@@ -27,6 +28,9 @@ from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
 from conrod.studies.frame.run import errors_of, prediction_sizes
 from conrod.studies.validation.results import Curve, RefinementPoint, Tolerance, ValidationResult
+
+CLOCK_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
+RIPPLE_LAW = CLOCK_LAW.replace(";", ", and the drive's ripple, energy exchanged / (flywheel ω²), of every turn;")
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     trajectory = whole_run(engine, scene, settings, revolutions, start)
     result = replace(
         empty, settings=settings.as_dict(), revolutions=revolutions, outcome=trajectory.outcome.slug,
-        reason=trajectory.reason, tolerance=_tolerance(scene, engine, preset, settings),
+        reason=trajectory.reason, tolerance=_tolerance(scene, engine, preset, settings, revolutions, start),
     )  # fmt: skip
     comparison = compare(trajectory, scene) if result.completed else None
 
@@ -99,14 +103,25 @@ def started(name: str, scene: Scene, engine: Engine[Any], preset: str | None, pl
     )  # fmt: skip
 
 
-def _tolerance(scene: Scene, engine: Engine[Any], preset: str, settings: Any) -> Tolerance:
-    """Tolerance of a run: what the engine's own law allows a judged preset."""
+def _tolerance(
+    scene: Scene, engine: Engine[Any], preset: str, settings: Any, revolutions: float, start_angle: float
+) -> Tolerance:
+    """Tolerance of a run: what the engine's own law allows a judged preset.
+
+    Errors are compared at the crank angle reached, which says nothing of a wrong clock. So the angle itself is judged,
+    and the position at the nominal time: it may be off by the position's error and by what the phase moves the point.
+    """
     if not engine.presets[preset].judged:
         return Tolerance()
     law = expected_error(engine, scene, settings)
+    if law.position is None:
+        return Tolerance(reason=law.law)
+    phase = phase_bound(settings.steps_per_revolution * revolutions, revolutions, start_angle, law.ripple)
+    clock = {"phase": phase, "total": law.position + phase * largest_derivatives(scene.kinematics, 1)[1]}
+    reason = "; ".join((law.law, RIPPLE_LAW if law.ripple else CLOCK_LAW))
     if scene.kinematics.mechanism.cam_contacts:
-        return Tolerance(position=law.position, velocity_rms=law.velocity_rms, reason=law.law)
-    return Tolerance(law.position, law.velocity, law.acceleration, reason=law.law)
+        return Tolerance(law.position, velocity_rms=law.velocity_rms, reason=reason, **clock)
+    return Tolerance(law.position, law.velocity, law.acceleration, reason=reason, **clock)
 
 
 def _point(steps: int, run: Trajectory, errors: Mapping[str, PointErrors] | None) -> RefinementPoint:

@@ -22,11 +22,12 @@ class Tolerance:
     acceleration: float | None = None
     total: float | None = None
     velocity_rms: float | None = None
+    phase: float | None = None  # [rad]
     reason: str = ""
 
     def judged(self) -> dict[str, float]:
         """The quantities that are judged."""
-        names = (*QUANTITIES, "total", "velocity_rms")
+        names = (*QUANTITIES, "total", "velocity_rms", "phase")
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
 
@@ -119,6 +120,8 @@ class ValidationResult(Result):
         return max((size[measure] for size in sizes if size is not None), default=None)
 
     def judged_error(self, name: str) -> float | None:
+        if name == "phase":
+            return None if self.phase is None else self.phase["max"]
         return self.largest(name.removesuffix("_rms"), "rms" if name.endswith("_rms") else "max")
 
     def _held_to(self, asked: Mapping[str, float]) -> Self:

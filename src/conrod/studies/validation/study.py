@@ -25,6 +25,7 @@ class ValidationCase(EngineCase[ValidationResult]):
     study: ClassVar[str] = "validate"
     kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = COMPARED
+    version: ClassVar[int] = 2  # since the clock is judged
 
     plan: Plan
 
