@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import click
 import pytest
 from click.shell_completion import ShellComplete
-from command_line import conrod
+from command_line import conrod, conrod_process
 
 from conrod.cli import VERBS, cli
 from conrod.cli.options import HEADING, SHARED
@@ -98,4 +98,4 @@ def test_the_shells_script_asks_conrod(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("_CONROD_COMPLETE", "bash_complete")
     monkeypatch.setenv("COMP_WORDS", "conrod show six")
     monkeypatch.setenv("COMP_CWORD", "2")
-    assert conrod().stdout.split() == ["plain,six-bar", "plain,six-bar-swing", "file,six"]
+    assert conrod_process().stdout.split() == ["plain,six-bar", "plain,six-bar-swing", "file,six"]
