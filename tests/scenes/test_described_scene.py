@@ -60,7 +60,7 @@ def test_files_fit_the_schema(whole: Mapping[str, Any]) -> None:
         ("bodies.rod.points.B", [0, 0, 0]),
         ("bodies.rod.points.turn", [0, 0]),
         ("bodies.rod.points.origin", [0, 0]),
-        ("bodies.rod.mass", "heavy"),
+        ("bodies.rod.mass", "<heavy>"),
         ("bodies.world", {"mass": 1, "inertia": 1}),
         ("joints.slide.offset", 0.1),
         ("joints.shaft.offset", "1 mm"),

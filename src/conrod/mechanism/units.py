@@ -26,8 +26,10 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 # Products and quotients of unit names with one-digit powers: all that units need, and no expression to evaluate.
 TERM = r"[A-Za-zµμ°]+(\^[+-]?\d)?"
 UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
-# As reports write them.
+# As reports write them, and as people do who have no such keys: m/s², m/s2, kg.m2, m*s**-2.
 RAISED = str.maketrans({"²": "^2", "³": "^3"})
+POWER = re.compile(r"(?<=[A-Za-zµμ°])([+-]?\d)")
+DOT = re.compile(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])")
 COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
@@ -61,7 +63,7 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
         raise InvalidInput(
             f"{name} = {text!r}: decimals are written with a point, as in {stripped.replace(',', '.')!r}"
         )
-    written = stripped[number.end() :].strip().translate(RAISED)
+    written = _plain_unit(stripped[number.end() :].strip())
     if not written:
         return float(number.group())
     if not UNIT.fullmatch(written):
@@ -69,6 +71,10 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
     if unit == "rad/s" and re.search(r"\b[kM]?Hz\b|hertz", written):
         raise InvalidInput(f"{name} = {text!r}: Hz may mean turns or radians per second; give rpm or rad/s")
     return _convert(name, text, float(number.group()), written, unit)
+
+
+def _plain_unit(text: str) -> str:
+    return POWER.sub(r"^\1", DOT.sub("*", text.translate(RAISED).replace("**", "^")))
 
 
 def _convert(name: str, text: str, value: float, written: str, unit: str) -> float:

@@ -18,7 +18,7 @@ from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side, diameter
 from conrod.mechanism.files import Description, read_description
-from conrod.mechanism.files.toml_file import read_tables
+from conrod.mechanism.files.toml_file import line_of, read_tables
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.parameters import Parameter
 from conrod.scenes.scene import CANONICAL, SAMPLES_PER_TURN, Scene
@@ -214,7 +214,8 @@ def read_scene(path: Path) -> DescribedScene:
     try:
         return scene_of(tables)
     except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}") from None
+        line = line_of(path.read_text(encoding="utf-8-sig"), str(error))
+        raise InvalidInput(f"{path}: {error}{'' if line is None else f' (line {line})'}") from None
 
 
 def scene_of(tables: Mapping[str, Any]) -> DescribedScene:

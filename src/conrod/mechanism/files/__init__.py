@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.files.bodies import Places, read_bodies, read_ground
-from conrod.mechanism.files.fields import SHOWN, Fields, Numbers, check_name
+from conrod.mechanism.files.fields import PARAMETERS, SHOWN, SPEED_NAME, Fields, Numbers, check_name
 from conrod.mechanism.files.joints import read_drive, read_joints
 from conrod.mechanism.files.loads import read_loads
 from conrod.mechanism.files.start_poses import Hint, fitted, placed, read_start
@@ -61,6 +61,7 @@ def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) 
     """
     numbers = Numbers(given_anew)
     fields = Fields(given, "", numbers)
+    numbers.named = _parameters(fields)
     name = fields.text("name")
     check_name("name", name)
     title, source = fields.text("title"), fields.text("source")
@@ -70,12 +71,26 @@ def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) 
     frame = fields.text("frame", FRAME.format(sense=sense))
     output = _output(fields, mechanism)
     fields.end()
+    unused = [one for one in numbers.named if one not in numbers.values]
+    if unused:
+        raise InvalidInput(f"{PARAMETERS}.{unused[0]}: nothing in the file uses it")
     unknown = given_anew.keys() - numbers.values.keys()
     if unknown:
         raise unknown_choice("parameter", min(unknown)[:SHOWN], numbers.values)
-    return Description(
-        name, title, source, about, assumptions, frame, mechanism, speed, output, hints, numbers.values, numbers.facts
-    )
+    # What has a name is looked for first.
+    values = {name: numbers.values[name] for name in numbers.named} | numbers.values
+    facts = {name: numbers.facts[name] for name in values}
+    return Description(name, title, source, about, assumptions, frame, mechanism, speed, output, hints, values, facts)
+
+
+def _parameters(fields: Fields) -> dict[str, object]:
+    """What [parameters] gives, by name."""
+    table = fields.table(PARAMETERS)
+    for name in table.names():
+        if name == SPEED_NAME or name[0].isdigit():
+            why = "all machines call the crank's speed so" if name == SPEED_NAME else "it begins with a digit"
+            raise InvalidInput(f"{table.at(name)}: {why}; give the parameter another name")
+    return {name: table.raw(name) for name in table.names()}
 
 
 def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, Hint]]:

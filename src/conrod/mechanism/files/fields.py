@@ -20,8 +20,12 @@ from conrod.mechanism.units import parse_quantity
 LENGTH = Parameter("m", 1e-9, 1e6)
 COORDINATE = Parameter("m", 0.0, 1e6, magnitude=True)
 ANGLE = Parameter("rad", 0.0, 1e3, magnitude=True)
+SPEED_NAME = "speed"  # what all scenes call that of the crank
 SPEED = Parameter("rad/s", 1e-6, 1e6, magnitude=True)
 
+PARAMETERS = "parameters"
+# A name where a number stands: that of a parameter, or of its negative.
+REFERENCE = re.compile(r"(?P<sign>-?)\s*(?P<name>[A-Za-z][A-Za-z0-9_-]{0,39})")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 LONGEST_TEXT = 2000
 SHOWN = 60  # characters of a value in a message
@@ -33,12 +37,13 @@ _KINDS: dict[type, str] = {
 
 @dataclass
 class Numbers:
-    """All numbers that were read, by their place in the file.
+    """All numbers that were read, by their place in the file; those of [parameters] by their names.
 
     `given_anew` count instead of the file's own; `values` are those that count, all SI; `facts` their unit and range.
     """
 
     given_anew: Mapping[str, float] = field(default_factory=dict)
+    named: Mapping[str, object] = field(default_factory=dict)
     values: dict[str, float] = field(default_factory=dict)
     facts: dict[str, Parameter] = field(default_factory=dict)
 
@@ -49,14 +54,42 @@ class Numbers:
             InvalidInput: it is none, has another unit's dimension, or is out of range.
         """
         fact = replace(kind, name=place, meaning=meaning)
-        value = _number(place, given, kind.unit)
+        value = self._value(place, given, fact)
         fact.check(value)
+        if not name and self._reference(given):
+            return value  # its place is no parameter of its own
         name = name or place
         if name in self.given_anew:
             value = self.given_anew[name]
             fact.check(value)
-        self.values[name], self.facts[name] = float(value), replace(fact, name=name)
-        return float(value)
+        self.values[name], self.facts[name] = value, replace(fact, name=name)
+        return value
+
+    def _reference(self, given: object) -> re.Match[str] | None:
+        return REFERENCE.fullmatch(given.strip()) if self.named and isinstance(given, str) else None
+
+    def _value(self, place: str, given: object, fact: Parameter, passed: tuple[str, ...] = ()) -> float:
+        """The number itself, or that of the parameter that is named [SI].
+
+        Raises:
+            InvalidInput: as `take`; or there is no such parameter, it leads back to itself, or has another dimension.
+        """
+        reference = self._reference(given)
+        if reference is None:
+            return _number(place, given, fact.unit)
+        name = reference["name"]
+        if name not in self.named:
+            raise unknown_choice(f"parameter in {place}", name, self.named)
+        own, known = f"{PARAMETERS}.{name}", self.facts.get(name, fact)
+        if name in passed:
+            raise InvalidInput(f"{own}: it leads back to itself: {', '.join((*passed, name))}")
+        if known.unit != fact.unit:
+            here, there = (f"in {one}" if one else "a plain number" for one in (fact.unit, known.unit))
+            raise InvalidInput(f"{place} = {name!r}: it is {here}, but {own} is {there} elsewhere")
+        value = self._value(own, self.named[name], fact, (*passed, name))
+        value = float(self.given_anew.get(name, value))
+        self.values[name], self.facts[name] = value, replace(known, name=name)
+        return -value if reference["sign"] else value
 
 
 def _number(place: str, given: object, unit: str) -> float:

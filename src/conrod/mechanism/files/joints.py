@@ -8,7 +8,7 @@ from collections.abc import Callable
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.files.bodies import ORIGIN, BodyPoint, Places, check_apart
 from conrod.mechanism.files.cams import read_profile
-from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, SHOWN, SPEED, Fields
+from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, SHOWN, SPEED, SPEED_NAME, Fields
 from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Rack, Revolute, Rolling
 
 MOST_JOINTS = 200
@@ -163,8 +163,7 @@ def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float
         )
     sense = SENSES[table.choice("sense", SENSES, "counter-clockwise")]
     meaning = "crank speed; negative is the other sense of rotation"
-    # All scenes call it speed.
-    speed = table.numbers.take(table.at("speed"), table.raw("speed"), SPEED, meaning, "speed")
+    speed = table.numbers.take(table.at("speed"), table.raw("speed"), SPEED, meaning, SPEED_NAME)
     start = table.number("start", ANGLE, "turn of the crank at crank angle 0", 0.0)
     span = None
     if "from" in table or "to" in table:

@@ -17,6 +17,11 @@ MOST_BYTES = 256 * 1024
 MOST_DEPTH = 20
 _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_DEPTH}}}")
+# A table's heading and a field at the beginning of a line; a place in a message, without the index in a list.
+HEADING = re.compile(rf"\s*\[+\s*(?P<place>{_PART}(?:\s*\.\s*{_PART})*)\s*\]")
+FIELD = re.compile(rf"\s*(?P<place>{_PART}(?:\s*\.\s*{_PART})*)\s*=")
+PLACE = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
+UNKNOWN_FIELD = re.compile(r"^unknown field(?: in ([^ ]+))? '([^']+)'")
 DECIMAL_COMMA = re.compile(r"=\s*[+-]?\d+,\d")
 
 
@@ -47,6 +52,26 @@ def parse(content: bytes) -> dict[str, Any]:
         raise InvalidInput(f"it is no TOML: {' '.join(str(error).split())[:200]}{_comma(text, error)}") from None
     _check_depth(tables)
     return tables
+
+
+def line_of(text: str, message: str) -> int | None:
+    """Line in which the first field stands that a message names by its place; None where it names none."""
+    lines, table = dict[str, int](), ""
+    for number, line in enumerate(text.splitlines(), 1):
+        heading, field = HEADING.match(line), FIELD.match(line)
+        table = heading["place"] if heading else table
+        place = table if heading else f"{table}.{field['place']}".lstrip(".") if field else ""
+        lines.setdefault(re.sub(r"[\s\"']", "", place), number)
+    unknown = [f"{place}.{field}".lstrip(".") for place, field in UNKNOWN_FIELD.findall(message)]
+    for named in (*unknown, *PLACE.findall(message)):
+        parts = named.split(".")
+        # What stands in an inline table is in the line of that: the nearest place that has one of its own.
+        around = (lines.get(".".join(parts[:k])) for k in range(len(parts), 0, -1))
+        found = next((line for line in around if line is not None), None)
+        # A single word may be any word of a sentence but the first.
+        if found is not None and (len(parts) > 1 or named in unknown or message.startswith(named)):
+            return found
+    return None
 
 
 def _comma(text: str, error: ValueError) -> str:

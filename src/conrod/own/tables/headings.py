@@ -41,7 +41,6 @@ BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*")
 BEHIND = re.compile(r"(?P<name>.*\S)(\s*/\s*|\s+in\s+|\s*,\s*)(?P<unit>\(?[^\s_,]+\)?)\s*")
 # Behind an underscore stands many a name that some unit has as well.
 SUFFIX = re.compile(r"(?P<name>.*[^\W_])_(?P<unit>s|ms|us|m|mm|cm|um|in|inch|deg|rad|rev|rpm|sec)", re.IGNORECASE)
-POWER = re.compile(r"(?<=[A-Za-zµμ])(-?[1-9])\b")
 INDEX = re.compile(r"[\d\s,:]*")
 NONE = ("", "-", "1", "none")
 
@@ -98,10 +97,8 @@ def factor(unit: str, dimension: str) -> float | None:
 
 
 def _tidy(unit: str) -> str:
-    """A unit as `parse_quantity` takes it, from what tools write: m/s², m/s2, m.s-2, m*s**-2, °."""
-    text = unit.strip().replace("²", "^2").replace("**", "^").replace("°", "deg").replace("(", "").replace(")", "")
-    text = re.sub(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])", "*", text).replace("·", "*")
-    return POWER.sub(r"^\1", text)
+    """A unit as `parse_quantity` takes it, from what tools write: °, m/(s²)."""
+    return unit.strip().replace("°", "deg").replace("(", "").replace(")", "")
 
 
 # -- quantities ------------------------------------------------------------------------------------------------------

@@ -1,0 +1,137 @@
+"""Numbers of a mechanism file by name: the same machine, changed everywhere at once, and refused with the line."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from command_line import conrod
+
+import conrod as package
+from conrod.errors import InvalidInput
+from conrod.mechanism.files.toml_file import line_of
+from conrod.mechanism.units import parse_quantity
+from conrod.scenes.described_scene import DescribedScene, read_scene
+
+DOCS = Path(__file__).parents[2] / "docs" / "mechanism-files.md"
+EXAMPLE = re.findall(r"```toml\n(name = .*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)[0]
+PARAMETERS = '[parameters]\ncrank = "80 mm"\ncoupler = "250 mm"\n\n'
+PLAIN = EXAMPLE.replace(PARAMETERS, "").replace('"crank", 0]', '"80 mm", 0]').replace('"coupler", 0]', '"250 mm", 0]')
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Path:
+    return tmp_path / "machine.toml"
+
+
+def scene_of_text(text: str, file: Path) -> DescribedScene:
+    file.write_text(text, encoding="utf-8")
+    return read_scene(file)
+
+
+def test_a_named_number_makes_the_same_machine_with_the_same_key(write: Path) -> None:
+    named, plain = scene_of_text(EXAMPLE, write), scene_of_text(PLAIN, write)
+    assert "[parameters]" not in PLAIN
+    assert named.parameters_text == plain.parameters_text
+    assert list(named.parameters)[:2] == ["coupler", "crank"]
+    # Its place is no parameter beside it, and all others are as before.
+    assert set(plain.parameters) - set(named.parameters) == {"bodies.crank.points.A.x", "bodies.coupler.points.B.x"}
+    longer = named.with_parameters(crank=0.085)
+    assert longer.parameters_text == plain.with_parameters(**{"bodies.crank.points.A.x": 0.085}).parameters_text
+    assert longer.parameters_text != plain.parameters_text
+    assert named.parameter_facts()["crank"].unit == "m"
+
+
+def test_one_name_in_several_places_changes_all_and_may_be_negative(write: Path) -> None:
+    text = EXAMPLE.replace('["300 mm", 0]', '["base", "-lift"]').replace(
+        PARAMETERS, PARAMETERS[:-1] + 'base = "frame"\nframe = "300 mm"\nlift = "10 mm"\n\n'
+    )
+    text = text.replace('speed = "120 rpm"', 'speed = "rate"').replace("lift = ", 'rate = "120 rpm"\nlift = ')
+    text = text.replace('P = ["150 mm", "100 mm"]', 'P = ["150 mm", "lift"]')
+    scene = scene_of_text(text, write).with_parameters(lift=0.02, base=0.31, rate=13.0)
+    assert scene.mechanism().joints[-1].name == "pivot"
+    points = json.loads(scene.parameters_text)["mechanism"]
+    assert [0.31, -0.02] in [joint.get("point_a") for joint in points["joints"]]
+    assert [0.15, 0.02] in [one["point"] for one in points["observed"]]
+    assert scene.speed == 13.0
+    # Studies change the speed of every scene by this name.
+    assert scene.with_parameters(speed=12.0).speed == 12.0
+
+
+REFUSED = {
+    "an unknown name": ('["crank", 0]', '["crnk", 0]', "bodies.crank.points.A.x 'crnk': did you mean 'crank'?", "{ A"),
+    "a cycle": ('"250 mm"\n', '"-coupler"\n', "parameters.coupler: it leads back to itself", "coupler ="),
+    "another unit": ('crank = "80 mm"', 'crank = "80 deg"', "'deg' is not a unit of m", "crank ="),
+    "two units": ('mass = "3 kg"', 'mass = "crank"', "it is in kg, but parameters.crank is in m elsewhere", "mass ="),
+    "out of range": ('mass = "3 kg"', 'mass = "m"', "bodies.crank.mass = -3 kg is out of range", "mass ="),
+    "no use": ('["coupler", 0]', '["250 mm", 0]', "parameters.coupler: nothing in the file uses it", "coupler ="),
+    "the speed": ('coupler = "250', 'speed = "250', "parameters.speed: all machines call", "speed ="),
+    "no number": ('"80 mm"\n', "true\n", "parameters.crank = true is not a number", "crank ="),
+    "an unknown field": ('radius = "90 mm"', 'radios = "90 mm"', "is 'radios' meant for it", "[bodies.crank]"),
+    "a field too many": ('mass = "3 kg"', 'mass = "3 kg"\nmas = 3', "in bodies.crank 'mas'", "mas ="),
+}
+
+
+@pytest.mark.parametrize("defect", REFUSED)
+def test_what_cannot_be_used_is_refused_with_its_line(defect: str, write: Path) -> None:
+    old, new, message, there = REFUSED[defect]
+    assert EXAMPLE.count(old) == 1
+    text = EXAMPLE.replace(old, new)
+    if defect == "out of range":
+        text = text.replace("[parameters]\n", '[parameters]\nm = "-3 kg"\n')
+    with pytest.raises(InvalidInput, match=re.escape(message)) as refused:
+        scene_of_text(text, write)
+    number = int(re.findall(r"\(line (\d+)\)$", str(refused.value))[0])
+    assert there in text.splitlines()[number - 1]
+
+
+def test_a_message_without_a_place_has_no_line() -> None:
+    assert line_of(EXAMPLE, "mobility 3: give it another name") is None
+    assert line_of("[a]\nb = 1\n[c.d]\n'e' = { f = 2 }", "c.d.e.f = 2 is wrong") == 4
+
+
+def test_set_changes_a_named_number_on_the_command_line(write: Path) -> None:
+    write.write_text(EXAMPLE, encoding="utf-8")
+    shown = conrod("show", str(write), "--set", "crank=90mm")
+    assert shown.returncode == 0, shown.stderr
+    assert re.search(r"^crank +90 +mm ", shown.stdout, re.MULTILINE)
+    wrong = conrod("show", str(write), "--set", "crnak=90mm")
+    assert "did you mean 'crank'? choose from" in wrong.stderr
+
+
+def test_the_schema_knows_parameters() -> None:
+    from jsonschema import Draft202012Validator
+
+    schema = Path(package.__file__).parent / "mechanism" / "files" / "schema.json"
+    validator = Draft202012Validator(json.loads(schema.read_text(encoding="utf-8")))
+    import tomllib
+
+    assert validator.is_valid(tomllib.loads(EXAMPLE))
+    assert not validator.is_valid(tomllib.loads(EXAMPLE.replace('coupler = "250 mm"', 'speed = "250 mm"')))
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("0.02 kg m2", "kg*m^2", 0.02),
+        ("20 g*m2", "kg*m^2", 0.02),
+        ("20 g.m^2", "kg*m^2", 0.02),
+        ("20 g m²", "kg*m^2", 0.02),
+        ("9.81 m/s2", "m/s^2", 9.81),
+        ("9.81 m s-2", "m/s^2", 9.81),
+        ("9.81 m*s**-2", "m/s^2", 9.81),
+        ("3 N m/rad", "N*m/rad", 3.0),
+        ("3 N m s/rad", "N*m*s/rad", 3.0),
+        ("2 N s/mm", "N*s/m", 2000.0),
+    ],
+)
+def test_a_unit_is_read_however_it_is_written(text: str, unit: str, value: float) -> None:
+    assert parse_quantity("it", text, unit) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "unit"), [("1 kg m3", "kg*m^2"), ("1 m2", "m"), ("1 m23", "m"), ("1 m-", "m")])
+def test_another_power_is_another_unit(text: str, unit: str) -> None:
+    with pytest.raises(InvalidInput):
+        parse_quantity("it", text, unit)
