@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep limits ablate audit test test-all lint types mjcf golden golden-write bench wheel check clean
+.PHONY: validate catalogue sweep prior limits ablate audit test test-all lint types mjcf golden golden-write bench wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -18,6 +18,11 @@ catalogue: $(READY) ## the same for the machines of the catalogue: rewrite repor
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep
 	$(BIN)/conrod sweep shear-press saw-40rpm saw-500rpm --out reports/sweep
+	$(MAKE) prior
+
+prior: $(READY) ## rewrite the table that `conrod recommend` starts from, from reports/sweep/
+	$(BIN)/python -m conrod.studies.sweep.prior reports/sweep/data/*.json > prior.json
+	mv prior.json src/conrod/studies/sweep/prior.json
 
 limits: $(READY) ## find where the engines stop being trustworthy and rewrite reports/limits/; hours, can be interrupted
 	$(BIN)/conrod limits shear-press saw-500rpm cam-follower --out reports/limits

@@ -17,6 +17,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import command_line
+import mujoco
+import numpy as np
 import pytest
 
 from conrod import SCENES, PymunkSettings, compare, run
@@ -56,8 +58,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_recommendation_is_ready_to_paste_and_was_confirmed(folder: Path) -> None:
     text = (folder / "first.txt").read_text()
     for words in ("pymunk: error_bias 0", "largest errors: position", "allowed 0.001", "margin", "ms of CPU time",
-                  "confirmed: start at 37 deg", "five revolutions", "speed -10%", "speed +10%", "against stock",
-                  "steps per revolution", "mass ratio", "transmission angle", "space.iterations = ",
+                  "confirmed: as pasted", "start at 37 deg", "five revolutions", "speed -10%", "speed +10%",
+                  "against stock", "steps per revolution", "mass ratio", "transmission angle", "space.iterations = ",
                   "constraint.error_bias = 0.0", "space.step("):  # fmt: skip
         assert words in text, words
 
@@ -73,6 +75,56 @@ def test_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
     set_to = {"iterations": space.iterations, "error_bias": space.constraints[0].error_bias}
     settings = PymunkSettings("custom", round(saw.period / step), step, **set_to)
     assert compare(run(saw, settings), saw).worst("position") <= 1e-3
+
+
+@pytest.fixture(scope="module")
+def quick(folder: Path) -> dict[str, Any]:
+    """What the quick search for MuJoCo writes as JSON; its lines, its model and its report stand beside it."""
+    files = ("--model", "saw.xml", "--json", "saw.json", "--out", "report")
+    done = conrod("recommend", "saw-500rpm", "--engine", "mujoco", "--position", "1e-6", *files, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    (folder / "quick.txt").write_text(done.stdout)
+    found: dict[str, Any] = json.loads((folder / "saw.json").read_text())["parts"]["saw-500rpm"]["findings"]
+    return found["answers"]["mujoco"]
+
+
+def test_a_quick_recommendation_takes_few_runs_and_says_so(folder: Path, quick: dict[str, Any]) -> None:
+    text = (folder / "quick.txt").read_text()
+    assert "found from the shipped sweeps of saw-500rpm, by " in text
+    assert "--thorough makes 831" in text
+    assert "as pasted position" in text
+    assert text.startswith(f"mujoco: {quick['rule']}, {quick['steps']} steps per revolution")
+    assert (folder / "report" / "README.md").read_text().count(quick["paste"].splitlines()[0]) == 1
+
+
+def test_the_model_and_what_is_pasted_keep_the_promise_in_plain_mujoco(folder: Path, quick: dict[str, Any]) -> None:
+    model = mujoco.MjModel.from_xml_path(str(folder / "saw.xml"))
+    elements, _, statements = quick["paste"].partition("# after compiling")
+    # All lines for a model stand in the file, with short numbers.
+    written = "".join((folder / "saw.xml").read_text().split())
+    for element in re.findall(r"<(?:option|connect) [^>]*?/?>", elements):
+        assert "".join(element.split()) in written
+    assert max(len(n) for n in re.findall(r"[\d.]+", elements)) <= 10
+    assert error_in_plain_mujoco(model) > 1e-6  # the negative control: what no file can say is needed
+    exec(statements.partition("\n")[2], {"model": model})
+    assert error_in_plain_mujoco(model) <= 1e-6
+
+
+def error_in_plain_mujoco(model: Any) -> float:
+    """Largest position error over two turns from the keyframe, over the travel, by nothing but MuJoCo's own API."""
+    saw, data, angles, places = SCENES["saw-500rpm"], mujoco.MjData(model), [], []
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    for _ in range(round(2.0 * saw.period / model.opt.timestep)):
+        angles.append(float(data.qpos[model.joint("crank").qposadr[0]]))
+        mujoco.mj_step(model, data)  # sensors belong to the instant before it
+        places.append(data.sensor("C.position").data[:2].copy())
+    exact = saw.motion(np.array(angles), saw.speed).point("C").position
+    return float(np.linalg.norm(np.array(places) - exact, axis=1).max() / saw.lengths["C"])
+
+
+def test_a_model_of_an_engine_without_files_is_refused(tmp_path: Path) -> None:
+    arguments = ("recommend", "saw-500rpm", "--engine", "pymunk", "--position", "1e-3", "--model", "a.xml")
+    told_in_one_line(conrod(*arguments, cwd=tmp_path), "--model", "pymunk")
 
 
 def test_an_output_that_is_the_ledger_or_another_output_is_refused(folder: Path) -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from conrod.engines import engine_named
+from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.scenes import SCENES
@@ -16,15 +21,16 @@ from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
+from conrod.studies.sweep.prior import shipped, table_of
 from conrod.studies.sweep.recommend import (
-    Choice,
     Recommendation,
     Refusal,
     check_tolerances,
     recommend_for,
     savings_of,
 )
-from conrod.studies.sweep.study import plan_sweep
+from conrod.studies.sweep.step_search import Choice, Tried
+from conrod.studies.sweep.study import SweepPlan, plan_sweep
 
 SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
 
@@ -68,9 +74,13 @@ def elsewhere(cell: RunCase) -> bool:
     return cell.start_angle != 0.0 or cell.revolutions != 2.0 or cell.scene.speed != SAW.speed
 
 
+@cache
+def grid_of_saw() -> SweepPlan:
+    return plan_sweep("saw-500rpm", SAW, [PYMUNK], "default")
+
+
 def recommended(runs: PretendedRuns, **allowed: float) -> Any:
-    plan = plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default")
-    ((answer,),) = pursue([recommend_for(plan, allowed, runs.time)], runs.run)
+    (answer,) = pursue(recommend_for(grid_of_saw(), allowed, runs.time), runs.run)
     return answer
 
 
@@ -120,18 +130,18 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) 
     assert answer.choice.case.settings.iterations == 3
     assert {"1 iterations" in rejected.choice.swept.rule.name for rejected in answer.rejected} == {True}
     assert all(one.excess({"position": 1e-4}) <= 1.0 for one in answer.confirmations)
-    assert len(answer.confirmations) == 4
+    assert len(answer.confirmations) == 5
 
 
-def test_after_a_rejection_the_same_rule_is_tried_at_its_next_finer_step() -> None:
-    """Errors a tenth larger outside the grid: what only just does is rejected, the next step of the grid is not."""
+def test_after_a_rejection_the_same_rule_is_tried_at_a_finer_step() -> None:
+    """Errors a tenth larger outside the grid: what only just does is rejected, the step mended by as much is not."""
 
     # At 2000 steps the error is 1e-5: it just does in the grid, and there is no room for a step in between.
     answer = recommended(
         PretendedRuns(lambda c: second_order(c) * (1.1 if elsewhere(c) else 1.0), per_step), position=1.05e-5
     )
     assert isinstance(answer, Recommendation)
-    assert answer.choice.case.settings.steps_per_revolution == 4000
+    assert 2000 < answer.choice.case.settings.steps_per_revolution < 2400
     assert {rejected.choice.steps for rejected in answer.rejected} == {2000}
 
 
@@ -154,10 +164,17 @@ def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
     assert all("exploded" in {one.measurement.outcome for one in rejected.why} for rejected in answer.rejected)
 
 
+def test_an_error_that_is_no_number_is_within_nothing() -> None:
+    nan, fine = {"max": math.nan}, {"max": 1e-9}
+    found = Tried(Measurement("completed", errors={"C": {"position": fine, "velocity": nan}}))
+    assert found.excess({"position": 1e-6}) < 1.0
+    assert found.excess({"position": 1e-6, "velocity": 1e-6}) == math.inf
+
+
 def test_confirming_runs_are_none_of_the_grid() -> None:
     runs = PretendedRuns(second_order, per_step)
     answer = recommended(runs, position=1e-4)
-    grid = {cell.key for cell in plan_sweep("saw-500rpm", SAW, [engine_named("pymunk")], "default").grid_cases}
+    grid = {cell.key for cell in grid_of_saw().grid_cases}
     others = [c for c in runs.ran if elsewhere(c)]
     assert len({c.key for c in others} - grid) == 4
     assert answer.choice.case.key not in {c.key for c in others}
@@ -184,6 +201,93 @@ def test_where_nothing_completes_or_can_be_timed_that_is_said(error: Any, clock:
     answer = recommended(runs, position=1e-4)
     assert isinstance(answer, Refusal)
     assert why in answer.why
+
+
+# -- from the shipped sweeps -------------------------------------------------------------------------------------------
+
+
+def quickly(runs: PretendedRuns, prior: Mapping[str, Any] | None = None, **allowed: float) -> Any:
+    (answer,) = pursue(
+        recommend_for(grid_of_saw(), allowed, runs.time, shipped() if prior is None else prior), runs.run
+    )
+    return answer
+
+
+def shifted(decibels: int, cost: float = 1.0) -> dict[str, Any]:
+    """The shipped table with all errors and costs wrong by factors."""
+    return {
+        name: {
+            engine: rules
+            if engine == "steps"
+            else {
+                rule: [row[0] * cost, *([None if e is None else e + decibels for e in errors] for errors in row[1:])]
+                for rule, row in rules.items()
+            }
+            for engine, rules in swept.items()
+        }
+        for name, swept in shipped().items()
+    }
+
+
+def test_the_shipped_table_is_that_of_the_committed_sweeps() -> None:
+    data = Path(__file__).parents[2] / "reports" / "sweep" / "data"
+    studies = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(data.glob("*.json"))]
+    assert table_of(studies) == shipped()
+    for study in studies:
+        assert study["parameters"] == pytest.approx(SCENES[study["name"]].parameters, rel=1e-9)
+
+
+def test_the_shipped_sweeps_save_nearly_all_runs_and_lose_little() -> None:
+    slow, quick = PretendedRuns(second_order, per_step), PretendedRuns(second_order, per_step)
+    thorough, answer = recommended(slow, position=1e-4), quickly(quick, position=1e-4)
+    assert answer.choice.steps <= 1.1 * thorough.choice.steps
+    assert answer.margin >= 1.0
+    assert len(quick.ran) < 50
+    assert len(slow.ran) > 300
+    assert "the shipped sweeps of saw-500rpm" in answer.how
+    assert "--thorough makes 360" in answer.how
+
+
+@pytest.mark.parametrize("decibels", [-20, 20])
+@pytest.mark.parametrize("cost", [0.01, 100.0])
+def test_a_table_that_is_wrong_by_a_hundredfold_breaks_no_promise(decibels: int, cost: float) -> None:
+    """The planted defect: the answer still keeps the tolerance, and is as coarse as it can be."""
+    answer = quickly(PretendedRuns(second_order, per_step), shifted(decibels, cost), position=1e-4)
+    assert isinstance(answer, Recommendation)
+    assert 1.0 <= answer.margin < 1.6
+    assert all(one.excess({"position": 1e-4}) <= 1.0 for one in answer.confirmations)
+
+
+def test_a_table_of_no_such_machine_or_engine_leaves_a_search_from_the_usual_steps() -> None:
+    answer = quickly(PretendedRuns(second_order, per_step), {"": {"steps": []}}, position=1e-3)
+    assert 1.0 <= answer.margin < 10.0
+    assert "no machine like it" in answer.how
+
+
+@pytest.mark.parametrize(
+    "error",
+    [lambda c: 1e-3, lambda c: math.nan, lambda c: second_order(c) * (1e9 if elsewhere(c) else 1.0)],
+    ids=["a plateau", "nothing completes", "elsewhere nothing holds"],
+)
+def test_where_nothing_near_does_the_thorough_search_is_named(error: Any) -> None:
+    runs = PretendedRuns(error, per_step)
+    answer = quickly(runs, position=1e-4)
+    assert isinstance(answer, Refusal)
+    assert "--thorough makes 360" in answer.how
+    assert len(runs.ran) < 360
+
+
+def test_numbers_to_paste_are_short_and_a_pass_does_not_go_beyond_its_end() -> None:
+    tuned, driver = engine_named("mujoco").presets["tuned"], SimpleNamespace(span=(0.0, 1.0))
+    one_pass: Any = SimpleNamespace(kinematics=SimpleNamespace(mechanism=SimpleNamespace(driver=driver)))
+    for steps in range(76, 100):
+        settings = tuned(SAW, steps)
+        for machine in (SAW, one_pass):
+            pasted = shortened(machine, settings)
+            assert len(f"{pasted.timestep!r}") <= len("0.00123456")
+            assert pasted.timestep == pytest.approx(settings.timestep, rel=1e-5)
+        assert pasted.timestep <= settings.timestep
+    assert shortened(SAW, tuned(SAW, 100)).timestep == 0.0012
 
 
 def test_savings_against_stock_are_read_off_the_stock_runs() -> None:

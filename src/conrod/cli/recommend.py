@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from itertools import product
 
 import click
 
@@ -15,47 +16,76 @@ from conrod.cli import options
 @click.option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
 @click.option("--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L.")
 @options.engine
-@options.grid
+@click.option("--thorough", is_flag=True, help="Run the whole grid: minutes to an hour.")
+@click.option("--grid", metavar="GRID", help="The same with this grid: coarse, default or fine.")
 @options.assignments
 @options.of_timed_runs
+@click.option("--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF).")
+@options.out
+@options.document
 def recommend(
     scene: str,
     position: float | None,
     velocity: float | None,
     acceleration: float | None,
     engine: str | None,
-    grid: str,
+    thorough: bool,
+    grid: str | None,
     assignments: tuple[str, ...],
     how: options.TimedRunOptions,
+    model: str | None,
+    out: str | None,
+    document: str | None,
 ) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
-    Runs that the grid needs and the ledger lacks are made first. The setting is confirmed on runs that the grid does
-    not contain: another start angle, five revolutions, speeds 10 % off; of an input that makes one pass, that pass
+    Sweeps that ship with conrod say which settings to try; each is run on the machine itself, some dozens of runs.
+    With --thorough all settings of a grid are. Either way the answer is confirmed on other runs: with the numbers as
+    they are pasted, another start angle, five revolutions, speeds 10 % off; of an input that makes one pass, that pass
     backwards, and those speeds.
 
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """
+    from conrod.cli.outputs import outputs, reproduction
     from conrod.cli.runner import Runner
+    from conrod.engines.capabilities import Lacking, ModelFile, capability
     from conrod.engines.rule import grid_named
-    from conrod.report.recommendation import answer_lines
+    from conrod.errors import InvalidInput
+    from conrod.report.recommendation import KIND, advice_of
     from conrod.report.terminal import console, print_lines
     from conrod.studies.frame.case import pursue
-    from conrod.studies.frame.files import naming
+    from conrod.studies.frame.files import files_to_write, naming, single, write_together
     from conrod.studies.frame.resolve_arguments import select_engines, select_scene
+    from conrod.studies.sweep.prior import shipped
     from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
 
-    name, chosen = select_scene(scene, assignments)
+    (name, chosen), engines = select_scene(scene, assignments), select_engines(engine)
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
-    plan = plan_sweep(name, chosen, select_engines(engine), grid_named(grid))
-    with Runner.of(how) as runner, runner.answering() as run:
-        (answers,) = pursue([recommend_for(plan, allowed, runner.time)], run)
+    swept = grid_named(grid or options.DEFAULT_GRID)
+    wanted = files_to_write({"--model": model}, {"the ledger": how.ledger_file})
+    files = outputs(KIND, [name], out, document, {"the ledger": how.ledger_file, **wanted})
+    writers = {one.name: made for one in engines if not isinstance(made := capability(one, ModelFile), Lacking)}
+    if model and not writers:
+        raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
+    plan = plan_sweep(name, chosen, engines, swept)
+    prior = None if thorough or grid else shipped()
+    with Runner.of(how, files.file) as runner, runner.answering() as run:
+        answers = pursue(recommend_for(plan, allowed, runner.time, prior), run)
+    found = advice_of(name, chosen, allowed, answers)
     with naming("standard output"):
-        out = console()
-        for answer in answers:
-            print_lines(out, answer_lines(answer, allowed))
-            pasted = answer.paste.splitlines() if isinstance(answer, Recommendation) else []
-            print_lines(out, [*pasted, ""], indent=4, verbatim=True)
-    if not any(isinstance(answer, Recommendation) for answer in answers):
+        for one in found.answers.values():
+            print_lines(console(), one["lines"])
+            print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)
+    qualified = [one for one in answers if isinstance(one, Recommendation)]
+    searched = grid or (options.DEFAULT_GRID if thorough else None)
+    given = {f"--{quantity}": value for quantity, value in allowed.items()} | {"--engine": engine, "--grid": searched}
+    files.write({name: found}, reproduction("recommend", (scene,), given, assignments, files.folder))
+    written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
+    for path, settings in product(wanted.values(), written):
+        write_together([single(path, writers[settings.engine].model(name, chosen, settings))])
+        click.echo(f"model: {path}")
+    if wanted and not written:
+        click.echo("conrod: no model is written: nothing qualifies", err=True)
+    if not qualified or (wanted and not written):
         sys.exit(options.FAILED)

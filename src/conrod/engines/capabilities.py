@@ -168,6 +168,13 @@ class Pasted(Protocol):
     def paste(self, machine: Machine, settings: Any) -> str: ...
 
 
+@runtime_checkable
+class ModelFile(Protocol):
+    """A scene with settings as a file of the engine's own; how to apply what the file cannot say stands in it."""
+
+    def model(self, name: str, machine: Any, settings: Any) -> str: ...
+
+
 MEANINGS: Mapping[type, str] = {
     KinematicMode: "kinematic mode",
     ErrorLaw: "law of its errors",
@@ -179,6 +186,7 @@ MEANINGS: Mapping[type, str] = {
     Varied: "variations of its settings",
     HasIngredients: "ingredients",
     Pasted: "settings to paste",
+    ModelFile: "file of a model",
 }
 
 Wanted = TypeVar("Wanted")

@@ -33,6 +33,7 @@ class Machine(Protocol):
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
 LAW_STEPS = CONTACT_STEPS // 8
+PASTED_DIGITS = 6
 PIECE = 4096  # steps recorded at a time where a run is streamed
 
 
@@ -85,6 +86,23 @@ CUSTOM = "custom"  # the name of settings that are those of no preset
 def with_fields(settings: AnyFields, **fields: Any) -> AnyFields:
     """The settings with these values, which are then those of no preset."""
     return replace(settings, preset=CUSTOM, **fields)
+
+
+def shortened(machine: Machine, settings: AnySettings) -> AnySettings:
+    """The settings with numbers of so few digits that people paste them; a step is not longer where a pass ends."""
+
+    def short(value: Any) -> Any:
+        match value:
+            case float():
+                return float(f"{value:.{PASTED_DIGITS}g}")
+            case tuple():
+                return tuple(map(short, value))
+        return value
+
+    values = {name: short(value) for name, value in vars(settings).items()} | {"preset": CUSTOM}
+    if values["timestep"] > settings.timestep and machine.kinematics.mechanism.driver.span is not None:
+        values["timestep"] = short(settings.timestep * (1.0 - 0.5 * 10.0 ** (1 - PASTED_DIGITS)))
+    return type(settings)(**values)
 
 
 def as_preset(

@@ -12,7 +12,7 @@ from conrod.mechanism.units import check_number
 from conrod.runs.trajectory import Settings, Trajectory, concatenate_pieces
 
 # Settings made for another speed or step would put every sample at a wrong angle.
-SAME_STEP = 1e-9
+SAME_STEP = 1e-5  # as settings are pasted: a step of another speed is off by more than its sixth digit
 SAME_ANGLE = 1e-9  # [rad], rounding of what a run takes
 
 

@@ -45,6 +45,7 @@ KINDS: dict[str, str] = {
     "model": "conrod.report.user_model",
     "motion": "conrod.report.free_motion",
     "validation": "conrod.report.validation.report",
+    "recommendation": "conrod.report.recommendation",
     "sweep": "conrod.report.sweep.report",
 }
 

@@ -1,17 +1,89 @@
-"""Recommendations in lines for a terminal."""
+"""Recommendations in lines for a terminal, and as a report."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from conrod.engines.engine import CUSTOM, STOCK
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.linkage.transmission import least_transmission_angle
+from conrod.report.kind import Kind, Page, Part
+from conrod.report.template import rendered
+from conrod.scenes import Scene
 from conrod.studies.frame.run import RunCase
-from conrod.studies.sweep.recommend import Answer, Choice, Recommendation, Refusal, Rejected
+from conrod.studies.sweep.recommend import Answer, Recommendation, Refusal, Rejected
+from conrod.studies.sweep.step_search import Choice
 
 Allowed = Mapping[str, float]  # largest error by quantity
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Settings recommended for one scene, as plain values.
+
+    Attributes:
+        engines: name -> version.
+        answers: by engine, with the lines that a terminal shows.
+    """
+
+    name: str
+    title: str
+    parameters: Mapping[str, Any]
+    allowed: Allowed
+    engines: Mapping[str, str]
+    answers: Mapping[str, Any]
+
+
+def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]) -> Advice:
+    """The answers of all engines for a scene."""
+    engines = [(one.choice if isinstance(one, Recommendation) else one.nearest).swept.engine for one in found]
+    answers = {engine.name: _values(one, allowed) for engine, one in zip(engines, found, strict=True)}
+    versions = {engine.name: engine.version for engine in engines}
+    return Advice(name, scene.title, dict(scene.parameters), allowed, versions, answers)
+
+
+def _values(found: Answer, allowed: Allowed) -> dict[str, Any]:
+    def tried(choice: Choice) -> dict[str, Any]:
+        return {"rule": choice.swept.rule.name, "steps": choice.steps, "errors": choice.errors(allowed)}
+
+    values: dict[str, Any] = {"qualifies": isinstance(found, Recommendation)}
+    if isinstance(found, Recommendation):
+        values |= tried(found.choice) | {
+            "margin": found.margin,
+            "settings": found.pasted.as_dict(),
+            "timing": asdict(found.timing),
+            "confirmations": {one.what: one.errors(allowed) for one in found.confirmations},
+            "savings": asdict(found.savings),
+            "paste": found.paste,
+        }
+    else:
+        values |= {"why": found.why, "nearest": tried(found.nearest)}
+    return values | {
+        "rejected": [
+            {**tried(one.choice), "why": {c.what: c.errors(allowed) or c.measurement.outcome for c in one.why}}
+            for one in found.rejected
+        ],
+        "how": found.how,
+        "lines": answer_lines(found, allowed),
+    }
+
+
+def _page(part: Part[Advice]) -> Page:
+    found = part.findings
+    limits = ", ".join(f"{quantity} {value:g}" for quantity, value in found.allowed.items())
+    return Page(rendered("recommendation", advice=found, limits=limits, command=part.command))
+
+
+KIND = Kind(
+    name="recommendation",
+    findings=Advice,
+    title=lambda found: found.title,
+    summary=lambda found: {name: one["qualifies"] for name, one in found.answers.items()},
+    page=_page,
+)
 
 
 def answer_lines(found: Answer, allowed: Allowed) -> list[str]:
@@ -33,6 +105,7 @@ def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
     yield from _rejected(found.rejected, allowed)
     yield _savings(found, allowed)
     yield f"  depends on: {_groups(choice.case)}"
+    yield f"  found {found.how}"
     yield "  to paste:"
 
 
@@ -45,6 +118,7 @@ def _refused(found: Refusal, allowed: Allowed) -> Iterator[str]:
     yield f"{found.engine}: nothing qualifies: {over or 'what the grid allows was not confirmed'}"
     yield f"  nearest: {_setting(found.nearest)}: {_errors_allowed(found.nearest, allowed)}"
     yield from _rejected(found.rejected, allowed)
+    yield f"  sought {found.how}"
 
 
 def _setting(choice: Choice) -> str:

@@ -14,6 +14,7 @@ from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
+from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
 from conrod.engines.tree import tree_of
 
 
@@ -36,6 +37,9 @@ class MuJoCo(Engine[MuJoCoSettings]):
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
     mobility = staticmethod(kinematic.model_mobility)
+
+    def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
+        return standalone_mjcf(name, machine, settings=settings)
 
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         mechanism = machine.kinematics.mechanism

@@ -6,14 +6,17 @@ import math
 import re
 import textwrap
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
-from conrod.engines.engine import Machine, default_steps, run_of
+from conrod.engines.engine import CUSTOM, Machine, default_steps, run_of
+from conrod.engines.massless_rod import model_form
 from conrod.engines.mujoco.loads import by_program, moves_nothing
 from conrod.engines.mujoco.mjcf import Dress, mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.mujoco.variations import after_compiling
 from conrod.engines.tree import Tree, spanning_tree
 
 
@@ -38,22 +41,29 @@ class DescribedMachine(Machine, Protocol):
     def start_rates(self) -> Mapping[str, float]: ...
 
 
-def standalone_mjcf(name: str, machine: DescribedMachine, steps_per_revolution: int | None = None) -> str:
-    """MJCF text of a machine with the tuned settings, geoms to look at and a keyframe to start from."""
+def standalone_mjcf(
+    name: str,
+    machine: DescribedMachine,
+    steps_per_revolution: int | None = None,
+    settings: MuJoCoSettings | None = None,
+) -> str:
+    """MJCF text of a machine with geoms to look at and a keyframe to start from, tuned unless settings are given."""
+    if settings is None:
+        settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
     kinematics = machine.kinematics
+    form = model_form(kinematics.mechanism, settings.rod)
     poses, slopes = kinematics.derivatives(np.array([run_of(machine, 1, 1.0)[0]]), 1)
     # Coordinates count from the poses that the model begins in: an input that makes one pass begins where that does.
     turns = kinematics.mechanism.driver.span is None
-    tree = spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
-    rates = tree.rates(poses, slopes * machine.speed)[0]
-    settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
+    tree = spanning_tree(form.mechanism, form.kept(kinematics.start[0] if turns else poses[0]))
+    tree = replace(tree, distances=form.distances)
+    rates = tree.rates(form.kept(poses), form.kept(slopes) * machine.speed)[0]
     dress = Dress(_header(name, machine, settings, tree), tuple(float(rate) for rate in rates))
     return mjcf(tree, settings, f"conrod-{name}", dress)
 
 
 def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: Tree) -> str:
-    mechanism = machine.kinematics.mechanism
-    points = " and ".join(point.name for point in mechanism.observed)
+    points = " and ".join(point.name for point in tree.mechanism.observed)
     values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
     paragraphs = [
         f"{machine.title}, scene {name} of conrod. Source: {machine.source}.",
@@ -67,14 +77,26 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree
         f"Without it the machine stands still.{_pass(machine)}",
         *_loads(tree),
         *_free(machine),
-        f"Settings: conrod's preset 'tuned' at {settings.steps_per_revolution} steps a revolution. The solver "
-        "tolerance of 0 is needed: with this armature MuJoCo's default ends the solver before its first iteration, and "
-        "what closes the joints does not act.",
-        "Written by the export command of conrod, format mjcf.",
+        *_settings(settings),
     ]
     text = "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)
     # Two hyphens would end the comment, and what a machine's file says after them would be part of the model.
     return re.sub("-(?=-)", "- ", text)
+
+
+def _settings(settings: MuJoCoSettings) -> list[str]:
+    """Paragraphs on the settings, and who wrote them."""
+    at = f"at {settings.steps_per_revolution} steps a revolution"
+    if settings.preset == CUSTOM:
+        lines = after_compiling(settings)
+        after = [f"AFTER COMPILING, IN PYTHON, because MJCF has no words for it: {'; '.join(lines)}"] if lines else []
+        return [f"Settings: {settings.integrator}, {at}, of the recommend command of conrod.", *after]
+    return [
+        f"Settings: conrod's preset 'tuned' {at}. The solver "
+        "tolerance of 0 is needed: with this armature MuJoCo's default ends the solver before its first iteration, and "
+        "what closes the joints does not act.",
+        "Written by the export command of conrod, format mjcf.",
+    ]
 
 
 def _loads(tree: Tree) -> list[str]:

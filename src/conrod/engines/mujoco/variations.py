@@ -107,14 +107,8 @@ def paste(machine: Machine, settings: MuJoCoSettings) -> str:
     ]
     crank = model.find(".//joint[@name='crank']")
     lines = [_text(element) for element in [*parts, *([] if crank is None else [crank])]]
-    if settings.hardening is not None:
-        lines += [
-            "# after compiling, in Python; or conrod.harden(model)",
-            f"model.body_invweight0[:] *= {settings.hardening:g}",
-            f"model.dof_invweight0[:] *= {settings.hardening:g}",
-        ]
-        if settings.rod == DISTANCE_JOINT:
-            lines.append(f"model.tendon_invweight0[:] *= {settings.hardening:g}")
+    if after := after_compiling(settings):
+        lines += [f"# after compiling, in Python; or conrod.harden(model, {settings.hardening:g})", *after]
     if settings.rounded_state:
         lines += [
             "# after each step, in Python",
@@ -122,6 +116,12 @@ def paste(machine: Machine, settings: MuJoCoSettings) -> str:
             "data.qvel[:] = data.qvel.astype(np.float32)",
         ]
     return "\n".join(lines)
+
+
+def after_compiling(settings: MuJoCoSettings) -> list[str]:
+    """Statements on a compiled model, of what MJCF cannot say: hardening."""
+    parts = ["body", "dof", *(["tendon"] if settings.rod == DISTANCE_JOINT else [])]
+    return [] if (factor := settings.hardening) is None else [f"model.{p}_invweight0[:] *= {factor:g}" for p in parts]
 
 
 def _text(element: ET.Element) -> str:

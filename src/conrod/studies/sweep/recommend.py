@@ -9,54 +9,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
-from conrod.engines.engine import STOCK
+from conrod.engines.engine import STOCK, shortened
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.studies.frame.case import Results, Study
-from conrod.studies.frame.measurement import Measurement
+from conrod.runs.trajectory import Settings
+from conrod.scenes import Scene
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
+from conrod.studies.sweep.prior import Swept, guesses
+from conrod.studies.sweep.step_search import Choice, StepSearch, Tolerances, Tried, finer_than, follow, run_at
 from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan
 
 LARGEST_TOLERANCE = 1e6
 SMALLEST_TOLERANCE = 1e-15
-# Between two steps of the grid, one is tried at which the error should be this much below what is allowed.
-AIMED_MARGIN = 1.25
-STEP_UNIT = 4  # steps per revolution are multiples of this
+ROUNDS = 6  # of a quick search
+WAVE, WAVES = 6, 3  # rules tried at once, and how often, where some should do
+FORLORN = 3  # and where none should
+STOCK_STEPS = (20, 40, 100, 200, 400, 1000, 2000, 20000)  # that a quick search compares with
+MOST_FINER = 3  # steps that one rule is tried at after a rejection
 # Runs that the grid does not contain.
 OTHER_START = math.radians(37.0)
 MORE_REVOLUTIONS = 5.0
 OTHER_SPEEDS = (0.9, 1.1)
-
-Tolerances = Mapping[str, float]  # largest normalised error by quantity
-
-
-@dataclass(frozen=True)
-class Tried:
-    """A run that a choice rests on."""
-
-    measurement: Measurement
-
-    def errors(self, allowed: Tolerances) -> dict[str, float]:
-        """Largest error of each quantity that a tolerance was given for; none unless the run completed."""
-        return {q: error for q in allowed if (error := self.measurement.largest(q)) is not None}
-
-    def excess(self, allowed: Tolerances) -> float:
-        """Largest error over what is allowed; infinite unless the run completed."""
-        return max((error / allowed[q] for q, error in self.errors(allowed).items()), default=math.inf)
-
-
-@dataclass(frozen=True)
-class Choice(Tried):
-    """A setting of an engine's grid, or between two of its steps."""
-
-    swept: RulePlan
-    case: RunCase
-
-    @property
-    def steps(self) -> int:
-        """Steps per revolution."""
-        return self.case.settings.steps_per_revolution
 
 
 @dataclass(frozen=True)
@@ -95,7 +70,9 @@ class Recommendation:
 
     Attributes:
         margin: least of allowed over found.
+        pasted: the settings of the paste.
         paste: the setting as lines for a model or a program; the reason where the engine gives none.
+        how: where the search began, and what else there is to try.
     """
 
     choice: Choice
@@ -104,7 +81,9 @@ class Recommendation:
     confirmations: tuple[Confirmation, ...]
     rejected: tuple[Rejected, ...]
     savings: Savings
+    pasted: Settings
     paste: str
+    how: str
 
 
 @dataclass(frozen=True)
@@ -112,14 +91,16 @@ class Refusal:
     """No setting of one engine qualifies.
 
     Attributes:
-        nearest: of the grid.
-        rejected: settings that the grid allows.
+        nearest: of those that were tried.
+        rejected: settings that only confirming runs do not allow.
+        how: as of a recommendation.
         why: in words where nothing completed, or could be timed.
     """
 
     engine: str
     nearest: Choice
     rejected: tuple[Rejected, ...]
+    how: str
     why: str = ""
 
 
@@ -142,79 +123,95 @@ def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]
     return given
 
 
-def recommend_for(plan: SweepPlan, allowed: Tolerances, time: Clock) -> Study[list[Answer]]:
-    """For each engine of the plan its cheapest confirmed setting, or what is nearest.
+def recommend_for(
+    plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapping[str, Swept] | None = None
+) -> list[Study[Answer]]:
+    """For each engine of the plan a study that finds its cheapest confirmed setting, or what is nearest.
 
     Args:
         plan: of the sweep of one scene.
         allowed: largest error by quantity.
         time: takes costs.
+        prior: errors and costs of other sweeps, which then say what is tried; None to run the whole grid.
     """
-    measured = dict((yield plan.grid_cases))
-    answers = list[Answer]()
-    for engine in dict.fromkeys(rule.engine.name for rule in plan.rules):
-        rules = [rule for rule in plan.rules if rule.engine.name == engine]
-        answers.append((yield from _for_engine(rules, measured, allowed, time)))
-    return answers
+    engines = dict.fromkeys(rule.engine.name for rule in plan.rules)
+    of_engines = [[rule for rule in plan.rules if rule.engine.name == name] for name in engines]
+    return [
+        _thorough(rules, allowed, time) if prior is None else _quick(rules, plan.scene, allowed, time, prior)
+        for rules in of_engines
+    ]
 
 
-def _for_engine(rules: Sequence[RulePlan], measured: Results, allowed: Tolerances, time: Clock) -> Study[Answer]:
-    grid = [[Choice(measured[case.key], rule, case) for case in rule.cases] for rule in rules]
-    found = yield from _candidates(grid, allowed)
-    waiting = {candidate.case.key: candidate for candidate in found}
-    timings = dict(time([candidate.case for candidate in waiting.values()]))
+def _thorough(rules: Sequence[RulePlan], allowed: Tolerances, time: Clock) -> Study[Answer]:
+    cases = {case.key: case for rule in rules for case in rule.cases}
+    measured = yield list(cases.values())
+    searches = [StepSearch(rule, [Choice(measured[case.key], rule, case) for case in rule.cases]) for rule in rules]
+    yield from follow(searches, allowed, rounds=1)
+    stock = [one for search in searches for one in search.stock]
+    return (yield from _answer(searches, stock, allowed, time, f"by all {len(cases)} runs of the grid"))
+
+
+def _quick(
+    rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, Swept]
+) -> Study[Answer]:
+    """Waves of the rules that are cheapest by the prior, until one of a wave qualifies."""
+    ranked = guesses(rules, scene, allowed, prior)
+    hopeful = [guess for guess in ranked if math.isfinite(guess.cost)][: WAVES * WAVE] or ranked[:FORLORN]
+    machines = " and ".join(dict.fromkeys(guess.machine for guess in hopeful if guess.machine)) or "no machine like it"
+    every = len({case.key for rule in rules for case in rule.cases})
+    stock = [StepSearch(rule, []) for rule in rules if rule.cases[0].settings.preset == STOCK]
+    answer: Answer | None = None
+    done = list[StepSearch]()
+    for first in range(0, len(hopeful), WAVE):
+        done += (wave := [StepSearch(g.rule, [], g.steps, g.order) for g in hopeful[first : first + WAVE]])
+        yield from follow(wave, allowed, rounds=ROUNDS)
+        if any(search.within(allowed) for search in wave) and not any(search.tried for search in stock):
+            yield from run_at([(search, n) for search in stock for n in STOCK_STEPS])
+        count = sum(len(search.tried) for search in (*done, *stock))
+        how = f"from the shipped sweeps of {machines}, by {count} runs; --thorough makes {every}"
+        answer = yield from _answer(wave, [one for search in stock for one in search.tried], allowed, time, how, answer)
+        if isinstance(answer, Recommendation):
+            return answer
+    assert answer is not None
+    return answer
+
+
+def _answer(
+    searches: Sequence[StepSearch],
+    stock: Sequence[Choice],
+    allowed: Tolerances,
+    time: Clock,
+    how: str,
+    before: Answer | None = None,
+) -> Study[Answer]:
+    """The cheapest of the searches that runs elsewhere confirm, or a refusal, with that of a wave before."""
+    found = [(search, one) for search in searches for one in search.within(allowed)[:1]]
+    waiting = {one.case.key: (search, one) for search, one in found}
+    timings = dict(time([one.case for _, one in waiting.values()]))
     rejected: list[Rejected] = []
     # What cannot be timed cannot be called the cheapest.
     while timings and (waiting := {key: c for key, c in waiting.items() if key in timings}):
-        candidate = waiting.pop(min(waiting, key=lambda key: timings[key].ratio))
+        search, candidate = waiting.pop(min(waiting, key=lambda key: timings[key].ratio))
         confirmations = yield from _confirmed(candidate)
         lost = tuple(one for one in confirmations if one.excess(allowed) > 1.0)
         if not lost:
-            return _recommendation(candidate, grid, allowed, time, confirmations, tuple(rejected))
+            return _recommendation(candidate, stock, allowed, time, confirmations, tuple(rejected), how)
         rejected.append(Rejected(candidate, lost))
-        # The next finer step of the same rule that the grid has within tolerance.
-        own = next(choices for choices in grid if choices[0].swept is candidate.swept)
-        finer = [one for one in own if one.steps > candidate.steps and one.excess(allowed) <= 1.0]
-        if finer and finer[0].case.key not in waiting:
-            waiting[finer[0].case.key] = finer[0]
-            timings |= time([finer[0].case])
-    nearest, why = min((one for own in grid for one in own), key=lambda one: one.excess(allowed)), ""
+        if sum(one.choice.swept is search.rule for one in rejected) <= MOST_FINER:
+            finer = yield from finer_than(search, candidate, max(one.excess(allowed) for one in lost), allowed)
+            if finer and finer.case.key not in waiting:
+                waiting[finer.case.key] = search, finer
+                timings |= time([finer.case])
+    nearest, why = min((one for own in searches for one in own.tried), key=lambda one: one.excess(allowed)), ""
+    if isinstance(before, Refusal):
+        nearest = min(before.nearest, nearest, key=lambda one: one.excess(allowed))
+        rejected = [*before.rejected, *rejected]
     if nearest.measurement.errors is None:
-        why = "no run of the grid completed"
+        why = "no run completed"
     elif found and not timings:
-        clock = capability(rules[0].engine, Timed)
+        clock = capability(searches[0].rule.engine, Timed)
         why = clock.reason if isinstance(clock, Lacking) else "nothing within the tolerances could be timed"
-    return Refusal(rules[0].engine.name, nearest, tuple(rejected), why)
-
-
-# -- candidates ------------------------------------------------------------------------------------------------------
-
-
-def _candidates(grid: Sequence[Sequence[Choice]], allowed: Tolerances) -> Study[list[Choice]]:
-    """The coarsest step of each rule that is within tolerance: of the grid, or better between two of the grid."""
-    of_grid, between = list[Choice](), dict[str, tuple[RulePlan, RunCase]]()
-    for own in grid:
-        k = next((k for k, one in enumerate(own) if one.excess(allowed) <= 1.0), None)
-        if k is None:
-            continue
-        of_grid.append(own[k])
-        if k > 0 and (case := _between(own[k - 1], own[k], allowed)) is not None:
-            between[case.key] = (own[k].swept, case)
-    found = (yield [case for _, case in between.values()]) if between else {}
-    tried = [Choice(found[key], swept, case) for key, (swept, case) in between.items()]
-    return [*of_grid, *(one for one in tried if one.excess(allowed) <= 1.0)]
-
-
-def _between(coarse: Choice, fine: Choice, allowed: Tolerances) -> RunCase | None:
-    """The step between the last one that is out and the first one within, at which the error should just do."""
-    out, within = (one.excess(allowed) for one in (coarse, fine))
-    if not math.isfinite(out) or within <= 0.0:
-        return None
-    share = math.log(out * AIMED_MARGIN) / math.log(out / within)
-    steps = STEP_UNIT * math.ceil(coarse.steps * (fine.steps / coarse.steps) ** share / STEP_UNIT)
-    if not coarse.steps < steps < fine.steps:
-        return None
-    return replace(fine.case, settings=fine.swept.rule.settings(fine.case.scene, steps))
+    return Refusal(nearest.swept.engine.name, nearest, tuple(rejected), how, why)
 
 
 # -- confirmation ----------------------------------------------------------------------------------------------------
@@ -227,10 +224,11 @@ def _confirmed(candidate: Choice) -> Study[tuple[Confirmation, ...]]:
 
 
 def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunCase]]:
-    """Runs that the grid does not contain: another start, more revolutions, other speeds.
+    """Runs that the grid does not contain: the settings as pasted, another start, more revolutions, other speeds.
 
     An input that makes one pass has one start and one length of a run: it makes the pass backwards instead.
     """
+    yield "as pasted", replace(case, settings=shortened(case.scene, case.settings))
     speeds = {f"speed {factor - 1.0:+.0%}": factor for factor in OTHER_SPEEDS}
     if case.scene.kinematics.mechanism.driver.span is None:
         yield "start at 37 deg", replace(case, start_angle=OTHER_START)
@@ -247,15 +245,16 @@ def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunC
 
 def _recommendation(
     choice: Choice,
-    grid: Sequence[Sequence[Choice]],
+    stock: Sequence[Choice],
     allowed: Tolerances,
     time: Clock,
     confirmations: tuple[Confirmation, ...],
     rejected: tuple[Rejected, ...],
+    how: str,
 ) -> Recommendation:
-    stock = [one for own in grid for one in own if one.case.settings.preset == STOCK and one.measurement.errors]
+    stock = [one for one in stock if one.measurement.errors]
     timings = time([*(one.case for one in stock), choice.case])
-    pasted = capability(choice.swept.engine, Pasted)
+    can, pasted = capability(choice.swept.engine, Pasted), shortened(choice.case.scene, choice.case.settings)
     return Recommendation(
         choice=choice,
         margin=1.0 / max(choice.excess(allowed), 1e-300),
@@ -263,9 +262,9 @@ def _recommendation(
         confirmations=confirmations,
         rejected=rejected,
         savings=savings_of(choice, stock, timings, allowed),
-        paste=f"# {pasted.reason}"
-        if isinstance(pasted, Lacking)
-        else pasted.paste(choice.case.scene, choice.case.settings),
+        pasted=pasted,
+        paste=f"# {can.reason}" if isinstance(can, Lacking) else can.paste(choice.case.scene, pasted),
+        how=how,
     )
 
 
