@@ -16,8 +16,8 @@ from conrod.cli import options
 @click.option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
 @click.option("--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L.")
 @options.engine
-@click.option("--thorough", is_flag=True, help="Run the whole grid: minutes to an hour.")
-@click.option("--grid", metavar="GRID", help="The same with this grid: coarse, default or fine.")
+@click.option("--thorough", is_flag=True, help="Run a whole grid: minutes to an hour.")
+@options.grid
 @options.assignments
 @options.of_timed_runs
 @click.option("--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF).")
@@ -30,7 +30,7 @@ def recommend(
     acceleration: float | None,
     engine: str | None,
     thorough: bool,
-    grid: str | None,
+    grid: str,
     assignments: tuple[str, ...],
     how: options.TimedRunOptions,
     model: str | None,
@@ -40,9 +40,9 @@ def recommend(
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
     Sweeps that ship with conrod say which settings to try; each is run on the machine itself, some dozens of runs.
-    With --thorough all settings of a grid are. Either way the answer is confirmed on other runs: with the numbers as
-    they are pasted, another start angle, five revolutions, speeds 10 % off; of an input that makes one pass, that pass
-    backwards, and those speeds.
+    With --thorough, or another grid than the default, all of the grid are. Either way the answer is confirmed on other
+    runs: with the numbers as they are pasted, another start angle, five revolutions, speeds 10 % off; of an input that
+    makes one pass, that pass backwards, and those speeds.
 
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """
@@ -62,14 +62,14 @@ def recommend(
 
     (name, chosen), engines = select_scene(scene, assignments), select_engines(engine)
     allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
-    swept = grid_named(grid or options.DEFAULT_GRID)
+    swept, thorough = grid_named(grid), thorough or grid != options.DEFAULT_GRID
     wanted = files_to_write({"--model": model}, {"the ledger": how.ledger_file})
     files = outputs(KIND, [name], out, document, {"the ledger": how.ledger_file, **wanted})
     writers = {one.name: made for one in engines if not isinstance(made := capability(one, ModelFile), Lacking)}
     if model and not writers:
         raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
     plan = plan_sweep(name, chosen, engines, swept)
-    prior = None if thorough or grid else shipped()
+    prior = None if thorough else shipped()
     with Runner.of(how, files.file) as runner, runner.answering() as run:
         answers = pursue(recommend_for(plan, allowed, runner.time, prior), run)
     found = advice_of(name, chosen, allowed, answers)
@@ -78,9 +78,10 @@ def recommend(
             print_lines(console(), one["lines"])
             print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)
     qualified = [one for one in answers if isinstance(one, Recommendation)]
-    searched = grid or (options.DEFAULT_GRID if thorough else None)
-    given = {f"--{quantity}": value for quantity, value in allowed.items()} | {"--engine": engine, "--grid": searched}
-    files.write({name: found}, reproduction("recommend", (scene,), given, assignments, files.folder))
+    given = {f"--{quantity}": value for quantity, value in allowed.items()} | {"--engine": engine}
+    given |= {"--grid": None if grid == options.DEFAULT_GRID else grid}
+    command = "recommend --thorough" if thorough else "recommend"
+    files.write({name: found}, reproduction(command, (scene,), given, assignments, files.folder))
     written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
     for path, settings in product(wanted.values(), written):
         write_together([single(path, writers[settings.engine].model(name, chosen, settings))])
