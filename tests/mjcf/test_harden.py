@@ -6,12 +6,16 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
+from conrod import compare, run
 from conrod.cli.harden import print_hardened
+from conrod.engines import engine_named
+from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.harden.closures import active_closures, loops_of, openings
@@ -23,6 +27,7 @@ from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
 from conrod.mjcf.runs import STATE
 from conrod.own.models.loading import keyframe_to_start_from
+from conrod.scenes.catalogue import scene_named
 from tests.support.exact_loops import ExactLoops
 from tests.support.legged import LEGGED, legged, opening_of
 
@@ -34,6 +39,7 @@ def found(keyframe: str) -> HardenedModel:
     return harden_file(LEGGED, Request(keyframe=keyframe, seconds=0.15))
 
 
+GEAR: Any = scene_named("planetary-gear")
 SAW = Path(__file__).parents[2] / "mjcf" / "saw-500rpm.xml"
 
 
@@ -169,6 +175,28 @@ def test_only_what_the_loops_are_held_by_hardens() -> None:
     weights = Weights.of(active_closures(model))
     assert touching_scaled(model, weights) == ("geom l", "limit of joint left-hip")
     assert any("friction" in note for note in to_know(model, active_closures(model)))
+
+
+def test_a_loop_held_by_a_tendon_hardens_too() -> None:
+    """A gear pair is a fixed tendon held at its length: its own weight is what softens it."""
+    model = mujoco.MjModel.from_xml_string(standalone_mjcf("planetary-gear", GEAR))
+    closures = active_closures(model)
+    assert {one.holder for one in closures} == {"tendon"}
+    recipe = recipe_for(model, closures, Request())
+    hard = edited(model, recipe)
+    assert recipe.factor < 1e-4
+    assert hard.tendon_invweight0 == pytest.approx(recipe.factor * model.tendon_invweight0)
+    assert np.array_equal(hard.dof_invweight0, model.dof_invweight0)
+
+
+def test_conrods_own_hardening_closes_gears_to_rounding() -> None:
+    engine = engine_named("mujoco")
+    tuned, hardened = (
+        compare(run(GEAR, engine.presets[preset](GEAR, 100), 0.5), GEAR).worst("position")
+        for preset in ("tuned", "hardened")
+    )
+    assert tuned > 1e-6
+    assert hardened < 1e-11
 
 
 # -- start, run, figures ---------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ import pytest
 from conrod.mjcf.lint.findings import Harm, Report, Request
 from conrod.mjcf.lint.linting import RULES, lint
 from tests.support.planted_models import (
+    CLOSURE,
     MJCF,
     PLANTED,
     SAW,
@@ -45,6 +46,14 @@ def test_what_is_planted_is_found_and_nothing_else(planted: str, look: Look) -> 
     plant = PLANTED[planted]
     text = renamed(plant.edit(SAW), seed=len(planted))
     assert rules_of(look(text, Request(seconds=plant.seconds))) == plant.expected
+
+
+@pytest.mark.parametrize(("constant", "found"), [(0.003, set()), (0.0034, {"soft-closure"})])
+def test_a_closure_is_soft_where_it_gives_more_than_a_bearings_play(
+    constant: float, found: set[str], look: Look
+) -> None:
+    """By 0.88 and 1.1 ten-thousandths of the machine's size."""
+    assert rules_of(look(replaced(CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"')(SAW))) == found
 
 
 def test_every_rule_that_makes_findings_has_something_planted() -> None:

@@ -29,6 +29,7 @@ from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import predicted_errors, signed_error
 from conrod.runs.outcome import judge
+from conrod.runs.trajectory import BodyTracks
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 
 ROUNDING = 1e-14
@@ -295,6 +296,37 @@ def test_max_rms_and_final_are_what_they_are_called() -> None:
     assert size.max == pytest.approx(5e-3 / length)
     assert size.final == pytest.approx(1e-3 / length)
     assert size.rms == pytest.approx(math.sqrt((5e-3**2 + 1e-3**2) / (2 * STEPS + 1)) / length)
+
+
+@pytest.mark.parametrize("sample", [0, STEPS, -1], ids=["first", "middle", "last"])
+def test_no_sample_is_left_out_of_a_maximum(sample: int) -> None:
+    """One wrong sample is found wherever it is: in each error, closure, phase and drive."""
+    right = synthetic_trajectory(PRESS)
+    bump = np.zeros(2 * STEPS + 1)
+    bump[sample] = 1e-3
+    for quantity in QUANTITIES:
+        found = compare(with_values(right, quantity, lambda v: v + bump[:, None] * [3.0, 4.0]), PRESS)
+        power = QUANTITIES.index(quantity)
+        norm = PRESS.lengths["A"] * abs(PRESS.speed) ** power
+        assert found.points["A"].position.size.max == pytest.approx(5e-3 / norm if power == 0 else 0.0, abs=1e-12)
+        assert getattr(found.points["A"], quantity).size.max == pytest.approx(5e-3 / norm, rel=1e-9)
+        assert found.worst(quantity) >= getattr(found.points["A"], quantity).size.max
+    assert right.bodies is not None
+    at = right.bodies.position.instants
+    for field, found_as, expected in (
+        ("angle", "phase_max", 1e-3),
+        ("rate", "drive_speed", 1e-3 / abs(PRESS.speed)),
+        ("acceleration", "drive_acceleration", 1e-3 / PRESS.speed**2),
+    ):
+        moved = replace(at, **{field: getattr(at, field) + bump})
+        states = replace(right.bodies.position, instants=moved)
+        off = compare(replace(right, bodies=BodyTracks(states, states, states)), PRESS)
+        assert getattr(off, found_as) == pytest.approx(expected, rel=1e-9)
+    for part, kept in (("poses", "position"), ("rates", "velocity"), ("accelerations", "acceleration")):
+        states = right.bodies.position
+        open_ = replace(states, **{part: getattr(states, part) + 1e-3 * (bump[:, None] != 0.0) * np.arange(9)})
+        closure = compare(replace(right, bodies=BodyTracks(open_, open_, open_)), PRESS).closure
+        assert getattr(closure, kept) > 1e-4 / abs(PRESS.speed) ** 2
 
 
 @pytest.mark.parametrize("name", SCENES)

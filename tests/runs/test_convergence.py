@@ -117,3 +117,11 @@ def test_an_error_that_is_not_positive_gives_no_order(bad: float, place: int) ->
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
 def test_an_error_that_is_not_finite_gives_no_order(bad: float) -> None:
     assert observed_order(STEPS, [*errors(2.0)[:3], bad]).claimed is None
+
+
+def test_the_order_is_that_of_the_finest_points() -> None:
+    """First order as long as the step is coarse, then second."""
+    steps, errors_found = (100, 200, 400, 800, 1600), [16e-3, 8e-3, 4e-3, 1e-3, 2.5e-4]
+    assert observed_order(steps, errors_found).claimed == pytest.approx(2.0, abs=1e-9)
+    # Pairs that agree from the coarsest on alone are no order.
+    assert observed_order(steps, [16e-3, 8e-3, 4e-3, 2e-3, 0.5e-3]).claimed is None

@@ -21,6 +21,7 @@ from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
+from conrod.studies.sweep.findings import pareto_front
 from conrod.studies.sweep.prior import shipped, table_of
 from conrod.studies.sweep.recommend import (
     Recommendation,
@@ -300,6 +301,18 @@ def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
     assert saved.digits["position"] == pytest.approx(3.0)
     assert saved.cost_factor == pytest.approx(10.0)
     assert savings_of(mine, stock, timings, {"position": 1e-5}).cost_factor is None
+    # Of several stock runs that do, the cheapest is what others are compared with.
+    assert savings_of(mine, stock, timings, {"position": 2e-2}).cost_factor == pytest.approx(0.1)
+    assert saved.best["position"] == pytest.approx(1e-4)
+
+
+def test_a_front_has_all_that_nothing_beats_and_nothing_else() -> None:
+    costs = [(3.0, 1.0), (1.0, 4.0), (2.0, 2.0), (2.0, 3.0), (2.0, 2.0), (4.0, 1.0), (1.0, 5.0), (5.0, 0.5), (6.0, 9.0)]
+    beaten = {b for b in costs for a in costs if a != b and a[0] <= b[0] and a[1] <= b[1]}
+    front = pareto_front(enumerate(costs), lambda item: item[1])
+    assert [cost for _, cost in front] == sorted(set(costs) - beaten)
+    assert (2, (2.0, 2.0)) in front  # of two equal ones the first
+    assert pareto_front([], lambda item: item) == ()
 
 
 @pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20, None])

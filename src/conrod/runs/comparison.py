@@ -86,7 +86,8 @@ class Comparison:
 
     def worst(self, quantity: str, measure: str = "max") -> float:
         """The largest error of a quantity over all observed points; measure is max, rms or final."""
-        return max(float(getattr(getattr(e, quantity).size, measure)) for e in self.points.values())
+        # `max` would pass over what is no number.
+        return float(np.max([getattr(getattr(e, quantity).size, measure) for e in self.points.values()]))
 
 
 CURVE_SAMPLES, ERROR_SPANS = 361, 180  # of a curve that is drawn

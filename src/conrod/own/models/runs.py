@@ -46,7 +46,7 @@ class JudgedRun:
         """The largest error of a quantity over all points; None where the run did not complete."""
         if self.errors is None:
             return None
-        return max(float(getattr(curves[quantity].size, measure)) for curves in self.errors.values())
+        return float(np.max([getattr(curves[quantity].size, measure) for curves in self.errors.values()]))
 
     def judged_error(self, name: str) -> float:
         """The error that a tolerance of this name is compared with; not a number where the run did not complete."""

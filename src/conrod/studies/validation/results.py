@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self
 
+import numpy as np
+
 from conrod.exact.motion import Array
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
@@ -117,7 +119,9 @@ class ValidationResult(Result):
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         sizes = [point[quantity] for point in (self.errors or {}).values()]
-        return max((size[measure] for size in sizes if size is not None), default=None)
+        found = [size[measure] for size in sizes if size is not None]
+        # `max` would pass over what is no number.
+        return float(np.max(found)) if found else None
 
     def judged_error(self, name: str) -> float | None:
         if name == "phase":

@@ -1,0 +1,51 @@
+"""What contact is judged by: the cam's polygon, the stamps of velocities, the bar of the force."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.engines import engine_named
+from conrod.engines.running import whole_run
+from conrod.runs.comparison import signed_error
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.forces.exact import tolerance_of
+
+CAM = "cam-3-4-5"
+
+
+@pytest.mark.parametrize("cam", [CAM, "cam-follower"], ids=["of laws", "of arcs"])
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_the_polygons_error_is_the_one_that_its_shape_has(engine: str, cam: str) -> None:
+    """Held still, the follower is off by the polygon alone: by no more than is said, and by a good part of it."""
+    scene, made = scene_named(cam), engine_named(engine)
+    angles = scene.kinematics.angles(90)
+    solved: Any = made.solve_kinematics(scene, angles)  # type: ignore[attr-defined]
+    exact = scene.motion(angles, scene.speed)
+    off = max(np.abs(position - exact.point(name).position).max() for name, (position, _) in solved.points.items())
+    assert 0.3 * solved.shape_error < off <= solved.shape_error
+
+
+def test_a_pushed_followers_velocity_belongs_to_its_sample() -> None:
+    """Half a step early or late it would be off by half a step of its acceleration."""
+    scene, made = scene_named(CAM), engine_named("pymunk")
+    run = whole_run(made, scene, made.presets["tuned"](scene, 4000), 1.0)
+    ((name, tracks),) = run.points.items()
+    at = tracks.velocity.instants
+    off = signed_error(tracks.velocity, scene, name, "velocity")
+    exact = scene.motion(at.angle, at.rate, at.acceleration).point(name).acceleration
+    axis = int(np.abs(exact).sum(axis=0).argmax())
+    pushed = exact[:, axis] > 0.0
+    off, exact = off[pushed, axis], exact[pushed, axis]
+    lag = float((off * exact).sum() / (exact**2).sum()) / run.settings.timestep  # [steps]
+    assert abs(lag) < 0.15
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_a_contact_force_is_required_to_two_percent(engine: str) -> None:
+    scene, preset = scene_named(CAM), engine_named(engine).presets["tuned"]
+    allowed, reason = tolerance_of(scene.kinematics.mechanism, preset, 4000, {"contact": ()})
+    assert allowed == {"contact": 0.02}
+    assert "2 %" in reason

@@ -1,0 +1,229 @@
+"""No false pass: what is no number, did not complete or is on another branch is never within tolerance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from planted_engine import LawfulEngine
+from synthetic import other_branch
+
+from conrod.engines import engine_named
+from conrod.engines.capabilities import KinematicResult
+from conrod.engines.engine import Machine
+from conrod.exact.motion import Array
+from conrod.mechanism.cam_law import Profile
+from conrod.mechanism.mechanism import Joint
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import SCENES, Saw
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.result import AS_ASKED
+from conrod.studies.frame.run import RunCase
+from conrod.studies.validation.kinematic_proof import validate_kinematic
+from conrod.studies.validation.plan import Plan
+from conrod.studies.validation.results import PrintedCells, Tolerance, ValidationResult
+from conrod.studies.validation.study import ValidationCase
+
+SAW: Any = SCENES["saw-40rpm"]
+WITHIN, ALLOWED = 1e-7, 1e-6
+
+
+def result(found: Mapping[str, float | None], /, **facts: Any) -> ValidationResult:
+    """A run with these errors, of which the position is judged."""
+    sizes = {q: None if e is None else dict.fromkeys(("max", "rms", "final"), e) for q, e in found.items()}
+    given: dict[str, Any] = {
+        "tolerance": Tolerance(position=ALLOWED),
+        "errors": {"A": {"position": None} | sizes},
+    } | facts
+    return ValidationResult(
+        scene="saw", engine="mujoco", engine_version="1", preset="tuned", mode="dynamic", parameters={},
+        revolutions=1.0, **given,
+    )  # fmt: skip
+
+
+# -- the verdict -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("error", [math.nan, math.inf, 2.0 * ALLOWED, float(np.nextafter(ALLOWED, 1.0)), None])
+def test_an_error_that_is_not_within_is_out_of_tolerance(error: float | None) -> None:
+    found = result({"position": error}).judged()
+    assert found.passed is False
+    ((name, (size, allowed)),) = found.exceeded().items()
+    assert (name, allowed) == ("position", ALLOWED)
+    assert repr(size) == repr(error)
+
+
+@pytest.mark.parametrize("error", [0.0, WITHIN, ALLOWED])
+def test_an_error_up_to_what_is_allowed_is_within(error: float) -> None:
+    assert result({"position": error}).judged().passed is True
+
+
+def test_the_worst_point_decides_and_one_that_is_no_number_is_the_worst() -> None:
+    size = dict.fromkeys(("max", "rms", "final"), WITHIN)
+    for bad in (2.0 * ALLOWED, math.nan):
+        wrong = dict.fromkeys(("max", "rms", "final"), bad)
+        for first, second in ((size, wrong), (wrong, size)):
+            errors = {"A": {"position": first}, "B": {"position": second}}
+            assert result({}, errors=errors).judged().passed is False
+
+
+def test_each_quantity_is_held_to_its_own_tolerance() -> None:
+    allowed = {"position": 1.0, "velocity": 2.0, "acceleration": 3.0, "total": 4.0}
+    for name, most in allowed.items():
+        errors: dict[str, float | None] = {**allowed, name: 1.01 * most}
+        found = result(errors, tolerance=Tolerance(**allowed)).judged()
+        assert (found.passed, list(found.exceeded())) == (False, [name])
+    sizes = {"A": {"velocity": {"max": 9.0, "rms": 0.5, "final": 9.0}}}
+    for bound, passed in ((0.6, True), (0.4, False)):
+        assert result({}, errors=sizes, tolerance=Tolerance(velocity_rms=bound)).judged().passed is passed
+    phase = {"max": 0.5, "final": 0.0}
+    for bound, passed in ((0.6, True), (0.4, False)):
+        assert result({}, phase=phase, tolerance=Tolerance(phase=bound)).judged().passed is passed
+    assert result({}, tolerance=Tolerance(phase=0.4)).judged().passed is False
+
+
+@pytest.mark.parametrize("outcome", [one for one in Outcome if one is not Outcome.COMPLETED])
+def test_a_run_that_failed_never_passes_whatever_its_errors(outcome: Outcome) -> None:
+    found = result({"position": WITHIN}, outcome=outcome.slug)
+    # What an engine cannot do is not held against it.
+    expected = None if outcome is Outcome.UNSUPPORTED else False
+    assert found.judged().passed is expected
+    assert found.judged({"position": 1.0}).passed is expected
+
+
+def test_where_nothing_is_judged_there_is_no_verdict() -> None:
+    assert result({"position": math.nan}, tolerance=Tolerance()).judged().passed is None
+
+
+def test_tolerances_that_are_asked_for_take_the_place_of_all_others() -> None:
+    found = result({"position": WITHIN, "velocity": 1.0}, tolerance=Tolerance(position=1e-9, velocity=1e-9))
+    asked = found.judged({"position": ALLOWED})
+    assert (asked.passed, asked.limits, asked.tolerance.reason) == (True, {"position": ALLOWED}, AS_ASKED)
+    assert found.judged({"position": 1e-8}).passed is False
+
+
+def test_a_printed_cell_that_is_missed_fails_a_run_but_for_one_who_asks_for_other_tolerances() -> None:
+    for met, passed in ((10, True), (9, False)):
+        found = result({"position": WITHIN}, printed=PrintedCells(12, 10, met, 0.1))
+        assert found.judged().passed is passed
+        assert bool(found.faults()) is not passed
+        assert found.judged({"position": ALLOWED}).passed is True
+
+
+@pytest.mark.parametrize(
+    ("preset", "tolerance", "passed"), [("tuned", None, False), (None, None, False), ("stock", None, None),
+                                        ("stock", {"position": 1.0}, False)],
+)  # fmt: skip
+def test_a_run_that_took_its_process_down_has_failed_where_it_was_to_be_judged(
+    preset: str | None, tolerance: dict[str, float] | None, passed: bool | None
+) -> None:
+    case = ValidationCase("saw", SAW, "mujoco", preset, Plan(100, 1.0, tolerance))
+    found = case.ended(Outcome.CRASHED, "signal 11")
+    assert (found.outcome, found.reason, found.passed) == ("crashed", "signal 11", passed)
+
+
+# -- kinematic mode ----------------------------------------------------------------------------------------------------
+
+
+class OnBranch(LawfulEngine):
+    """Has its observed points where they belong, and its links on an assembly branch."""
+
+    def __init__(self, other: bool, off: float = 0.0) -> None:
+        super().__init__()
+        self.other, self.off = other, off
+
+    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
+        assert isinstance(machine, Saw)
+        exact = machine.motion(angle, machine.speed)
+        points = {
+            name: (exact.point(name).position + self.off * length, exact.point(name).velocity)
+            for name, length in machine.lengths.items()
+        }
+        solver = other_branch(machine) if self.other else machine.kinematics
+        return KinematicResult(angle, solver.poses(angle), points)
+
+
+def test_kinematic_mode_on_the_other_branch_fails_though_every_point_is_right() -> None:
+    right, other = (validate_kinematic("saw", SAW, OnBranch(branch)) for branch in (False, True))
+    assert (right.outcome, right.passed) == ("completed", True)
+    assert (other.outcome, other.passed) == ("flipped", False)
+    assert other.exceeded() == {}
+    assert "on the other branch at 0.0 deg" in other.reason
+
+
+@pytest.mark.parametrize(("off", "passed"), [(0.5e-12, True), (2e-12, False)])
+def test_kinematic_mode_is_held_to_rounding(off: float, passed: bool) -> None:
+    assert validate_kinematic("saw", SAW, OnBranch(False, off)).passed is passed
+
+
+# -- keys --------------------------------------------------------------------------------------------------------------
+
+
+def case_of(scene: Any, settings: Any = None, **changes: Any) -> RunCase:
+    """A run with settings that a change of the scene does not change with it."""
+    return replace(RunCase("any", scene, settings or SETTINGS), **changes)
+
+
+SETTINGS = engine_named("mujoco").presets["tuned"](SAW, 100)
+
+
+@pytest.mark.parametrize("name", [*SCENES, "slider-crank", "cam-3-4-5"])
+def test_every_parameter_is_in_the_key_of_a_run(name: str) -> None:
+    scene = scene_named(name)
+    varied = ["speed", *[one for one, value in scene.parameters.items() if value][:3]]
+    others = [scene.with_parameters(**{one: scene.parameters[one] * (1.0 + 1e-9)}) for one in dict.fromkeys(varied)]
+    keys = {case_of(one).key for one in (scene, *others)}
+    assert len(keys) == 1 + len(others)
+    assert case_of(scene_named(name)).key in keys
+
+
+@pytest.mark.parametrize(
+    "change", [{"revolutions": 3.0}, {"start_angle": 0.1}, {"signed_angles": 10}], ids=lambda change: next(iter(change))
+)
+def test_what_is_kept_of_a_run_and_how_long_it_is_are_in_its_key(change: dict[str, Any]) -> None:
+    assert case_of(SAW, **change).key != case_of(SAW).key
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_every_setting_is_in_the_key_but_the_name_of_its_preset(engine: str) -> None:
+    settings: Any = engine_named(engine).presets["tuned"](SAW, 100)
+    other = {"timestep": 2.0 * settings.timestep, "steps_per_revolution": 101, "iterations": 7, "rounded_state": True}
+    keys = {case_of(SAW, replace(settings, **{name: value})).key for name, value in other.items()}
+    assert len(keys | {case_of(SAW, settings).key}) == 1 + len(other)
+    assert case_of(SAW, replace(settings, preset="custom")).key == case_of(SAW, settings).key
+
+
+def test_a_validation_is_known_by_engine_preset_steps_and_turns_and_by_no_tolerance() -> None:
+    plan = Plan(100, 1.0)
+    one = ValidationCase("saw", SAW, "mujoco", "tuned", plan)
+    others = [
+        replace(one, engine="pymunk"),
+        replace(one, preset="hardened"),
+        replace(one, preset=None),
+        replace(one, plan=Plan(101, 1.0)),
+        replace(one, plan=Plan(100, 2.0)),
+        replace(one, scene=SCENES["saw-500rpm"]),
+    ]
+    assert len({case.key for case in (one, *others)}) == 1 + len(others)
+    assert replace(one, name="other", plan=replace(plan, tolerance={"position": 1.0})).key == one.key
+
+
+def test_a_machine_of_a_file_is_known_by_the_kinds_of_its_joints_and_its_speed() -> None:
+    scene: Any = scene_named("planetary-gear")
+    kinds = [type(joint).__name__ for joint in scene.mechanism().joints]
+    assert len(set(kinds)) > 1
+    assert scene.identity()["kinds"] == kinds
+    assert scene.identity()["speed"] == scene.speed
+    # The speed alone, with settings that have nothing of it.
+    assert case_of(scene.with_parameters(speed=2.0 * scene.speed)).key != case_of(scene).key
+
+
+@pytest.mark.parametrize("kinds", [Joint, Profile], ids=["joints", "cams"])
+def test_no_two_kinds_have_the_same_fields(kinds: Any) -> None:
+    """So a machine's numbers alone tell what they are of."""
+    found = [frozenset(one.name for one in fields(kind)) for kind in get_args(kinds)]
+    assert len(set(found)) == len(found) > 1
