@@ -68,10 +68,10 @@ def without(whole: Any, way: Way) -> Any:
 
 
 def _numbers(whole: Tables) -> list[Way]:
-    return [way for way in places(whole) if isinstance(at(whole, way), int | float | str) and _value(at(whole, way))]
+    return [way for way in places(whole) if isinstance(at(whole, way), int | float | str) and quantity(at(whole, way))]
 
 
-def _value(given: Any) -> tuple[float, str] | None:
+def quantity(given: Any) -> tuple[float, str] | None:
     """Number and unit of a quantity; None for what is none."""
     number, _, unit = str(given).partition(" ")
     try:
@@ -83,7 +83,7 @@ def _value(given: Any) -> tuple[float, str] | None:
 def slip(whole: Tables, chance: random.Random) -> Tables:
     """A number becomes another one, with or without its unit."""
     way = chance.choice(_numbers(whole))
-    found, other = _value(at(whole, way)), chance.choice(SLIPS)
+    found, other = quantity(at(whole, way)), chance.choice(SLIPS)
     assert found is not None
     return put(whole, way, f"{other!r} {found[1]}" if found[1] and chance.random() < 0.7 else other)
 
@@ -92,7 +92,7 @@ def scaled(whole: Tables, chance: random.Random) -> Tables:
     """One to three numbers become multiples of themselves: most of the machines that this makes can be read."""
     for _ in range(chance.randint(1, 3)):
         way = chance.choice(_numbers(whole))
-        found = _value(at(whole, way))
+        found = quantity(at(whole, way))
         assert found is not None
         number = found[0] * chance.choice([*FACTORS, chance.uniform(0.3, 3.0)])
         whole = put(whole, way, f"{number!r} {found[1]}" if found[1] else number)
@@ -102,10 +102,21 @@ def scaled(whole: Tables, chance: random.Random) -> Tables:
 def nearly(whole: Tables, chance: random.Random) -> Tables:
     """A number moves by very little: nearly singular machines stay near, and exact coincidences break."""
     way = chance.choice(_numbers(whole))
-    found = _value(at(whole, way))
+    found = quantity(at(whole, way))
     assert found is not None
     number = found[0] + chance.choice((-1.0, 1.0)) * 10.0 ** chance.uniform(-17.0, -2.0) * max(abs(found[0]), 0.1)
     return put(whole, way, f"{number!r} {found[1]}" if found[1] else number)
+
+
+def out_of_scale(whole: Tables, chance: random.Random) -> Tables:
+    """Numbers in another power of ten: one, some, or all lengths, as of units that were left out or mistaken."""
+    factor = 10.0 ** chance.choice([k for k in range(-9, 10) if k])
+    ways, some = _numbers(whole), chance.choice([1, 2, 0])
+    lengths = [way for way in ways if str(at(whole, way)).endswith("m") or way[-1] in (0, 1)]
+    for way in chance.sample(ways, some) if some else lengths:
+        number, unit = quantity(at(whole, way)) or (0.0, "")
+        whole = put(whole, way, f"{number * factor!r} {unit}" if unit else number * factor)
+    return whole
 
 
 def worded(whole: Tables, chance: random.Random) -> Tables:

@@ -37,6 +37,12 @@ NEARING, LOOK_AHEAD, LEAST_LOOK = 0.5, 3.0, 1e-6
 # much shorter, sees no more.
 LOOK_AGAIN = 1.0 / 64.0
 KNOWN = 3  # places that many steps at once are guessed from
+# Single steps that may be tried in a turn: a hundred times those of any machine that ships.
+MOST_TRIES = 2000
+
+
+class OutOfSteps(InvalidInput):
+    """The walk took more steps than any machine of sound dimensions needs: where it would end is not known."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +61,13 @@ class BranchContinuation:
     Attributes:
         equations: the mechanism's.
         changes: the change points that steps have come through so far.
+        tries_left: single steps that may still be tried.
     """
 
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
         self.changes = ChangePointCache()
+        self.tries_left = math.inf
 
     def place(self, angle: float, poses: Array) -> BranchPoint:
         """The point of the branch with poses (1, 3 n) at a crank angle [rad]."""
@@ -93,12 +101,16 @@ class BranchContinuation:
 
         Raises:
             InvalidInput: the linkage goes no further.
+            OutOfSteps: no steps are left.
         """
         way = goal - here.angle
         step = math.copysign(min(abs(way), 2.0 * math.pi / STEPS_PER_TURN), way)
         looked = math.inf  # the step [rad] at which a change point was looked for last from here
         while math.copysign(1.0, way) * (goal - here.angle) > 0.0:
             # A step that ends short of the goal by rounding alone ends there.
+            self.tries_left -= 1
+            if self.tries_left < 0:
+                raise OutOfSteps(self.out_of_steps(here.angle))
             near = abs(goal - here.angle) <= (1.0 + SAME_STEP) * abs(step)
             following = goal if near else here.angle + step
             reached = self._try_step(here, following)
@@ -113,6 +125,13 @@ class BranchContinuation:
                 step *= 0.5
             else:
                 raise InvalidInput(self.equations.cannot_turn(np.array([following])))
+
+    def out_of_steps(self, angle: float) -> str:
+        """Message on a crank angle [rad] that the walk did not get past."""
+        return (
+            f"{self.equations.mechanism.name}: its motion was not found beyond crank angle "
+            f"{math.degrees(angle):.6g} deg, where every step has to be tiny; check lengths and their units"
+        )
 
     def _try_step(self, here: BranchPoint, following: float) -> BranchPoint | None:
         """The place after a step along the tangent; None if it strayed from it, turned a corner or changed branch."""

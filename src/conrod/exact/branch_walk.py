@@ -7,7 +7,8 @@ the other sign.
 from __future__ import annotations
 
 import math
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
-from conrod.exact.branch_continuation import STEPS_PER_TURN, BranchContinuation, BranchPoint
+from conrod.exact.branch_continuation import MOST_TRIES, STEPS_PER_TURN, BranchContinuation, BranchPoint, OutOfSteps
 from conrod.exact.equations import Equations, check_meshes
 from conrod.exact.motion import Array, Side
 
@@ -26,6 +27,7 @@ STRAYED = 1e-3
 # What poses may differ by after a turn and yet be the same (lengths against the size).
 RETURNED = 1e-9
 LONGEST = 16  # steps at once
+MOST_ROWS = 20_000  # of a turn in the table; of machines that ship none has more than 83
 
 
 @dataclass(frozen=True)
@@ -177,8 +179,8 @@ class BranchWalk:
         _ = self.start  # what is wrong there is reported, and not taken for a limit of the turn
         try:
             table = self._stretch(*(span or (0.0, 2.0 * np.pi)))
-        except InvalidInput:
-            if span is not None:
+        except InvalidInput as error:
+            if span is not None or isinstance(error, OutOfSteps):
                 raise
             return None
         check_meshes(self.equations.mechanism, table.poses)
@@ -201,11 +203,21 @@ class BranchWalk:
 
     def _stretch(self, first: float, last: float) -> PoseTable:
         """Poses from one crank angle to another, with 0 between them."""
-        forth, back = self._passed(last), self._passed(first)
-        places = [*reversed(back[1:]), *forth]
-        stacked = np.concatenate([place.poses for place in places])
-        angles = np.array([place.angle for place in places])
-        return self._refined(PoseTable(angles, stacked, self._continuation.slope(stacked, angles), None))
+        with self._budgeted(last - first):
+            forth, back = self._passed(last), self._passed(first)
+            places = [*reversed(back[1:]), *forth]
+            stacked = np.concatenate([place.poses for place in places])
+            angles = np.array([place.angle for place in places])
+            return self._refined(PoseTable(angles, stacked, self._continuation.slope(stacked, angles), None))
+
+    @contextmanager
+    def _budgeted(self, way: float) -> Iterator[None]:
+        """Allow the single steps of a way [rad], and raise OutOfSteps beyond them."""
+        self._continuation.tries_left = MOST_TRIES * math.ceil(abs(way) / (2.0 * math.pi))
+        try:
+            yield
+        finally:
+            self._continuation.tries_left = math.inf
 
     def _passed(self, goal: float) -> list[BranchPoint]:
         """Places from the start to an angle, in steps of no more than one of the turn's.
@@ -221,8 +233,9 @@ class BranchWalk:
             try:
                 for place in found or self._continuation.steps(passed[-1], float(goals[0]), goal):
                     passed.append(place)
-            except InvalidInput:
-                self._ends[goal > 0.0] = passed[-1].angle
+            except InvalidInput as error:
+                if not isinstance(error, OutOfSteps):
+                    self._ends[goal > 0.0] = passed[-1].angle
                 raise
             length = min(2 * length, LONGEST) if len(found) == length else max(len(found), 1)
         return passed
@@ -239,6 +252,8 @@ class BranchWalk:
             coarse = miss > TABLE_MISS
             if not coarse.any():
                 break
+            if len(table.angles) > MOST_ROWS * math.ceil((table.angles[-1] - table.angles[0]) / (2.0 * math.pi)):
+                raise OutOfSteps(self._continuation.out_of_steps(float(middle[coarse][0])))
             table = table.with_rows(
                 middle[coarse], poses[coarse], self._continuation.slope(poses[coarse], middle[coarse])
             )
@@ -253,8 +268,12 @@ class BranchWalk:
         """The crank angle [rad] where the way from the start to a goal ends; the goal, if nothing ends it before."""
         forwards = goal > 0.0
         if forwards not in self._ends:
-            with suppress(InvalidInput):
-                self._passed(goal)
+            try:
+                with self._budgeted(goal):
+                    self._passed(goal)
+            except InvalidInput as error:
+                if isinstance(error, OutOfSteps):
+                    raise
         end = self._ends.get(forwards, goal)
         return end if abs(end) < abs(goal) else goal
 

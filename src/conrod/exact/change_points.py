@@ -173,8 +173,8 @@ def _value(fitted: NDArray[np.floating[Any]], at: float) -> Array:
 
 
 def _jacobians(equations: Equations, poses: Array) -> Array:
-    """Jacobians (T, 3 n, 3 n) by the poses over their scale."""
-    return np.asarray(equations.jacobian(poses) * equations.scale)
+    """Jacobians (T, 3 n, 3 n) of the equations over theirs by the poses over their scale."""
+    return np.asarray(equations.jacobian(poses) * equations.scale / equations.rows[:, None])
 
 
 def _series(equations: Equations, angle: float, poses: Array, slope: Array) -> Array | None:
@@ -189,10 +189,10 @@ def _series(equations: Equations, angle: float, poses: Array, slope: Array) -> A
 
     def residual(coefficients: list[Array]) -> Array:
         rows = equations.residual([c[None] for c in coefficients], np.array([angle]))
-        return np.array([float(np.ravel(row)[0]) for row in rows])
+        return np.asarray([float(np.ravel(row)[0]) for row in rows] / equations.rows)
 
     poses = poses - inverse @ residual([poses])
-    if np.abs(residual([poses])).max() > CLOSED * equations.size:
+    if np.abs(residual([poses])).max() > CLOSED * equations.size / equations.unit:
         return None
     zero = np.zeros_like(poses)
     known = -inverse @ residual([poses, zero])

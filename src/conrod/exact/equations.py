@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import chain, combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,26 @@ from conrod.errors import InvalidInput
 from conrod.exact.elimination import Elimination, Entry, PivotOrder
 from conrod.exact.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.exact.motion import BREAK_WIDTH, Array, Side
-from conrod.mechanism.mechanism import GROUND, HigherPair, Joint, Mechanism, Mesh, Rack, Rolling
+from conrod.mechanism.mechanism import (
+    GROUND,
+    CamContact,
+    HigherPair,
+    Joint,
+    Mechanism,
+    Mesh,
+    Point,
+    Prismatic,
+    Rack,
+    Rolling,
+)
 
 NEWTON_STEPS = 30
 # Newton converges quadratically: after a step this small (lengths against the mechanism's size) its square is left.
 NEWTON_DONE = 1e-9
+# Start poses may be far from any that fit: the size that they give is taken within this factor of the parts' own.
+FAR_OFF = 3.0
+CAM_POINTS = 16  # of an outline, for its size
+UNITS = 1e4  # from one unit of length to the next: metres serve from centimetres to a hundred metres
 
 Arcs = dict[str, NDArray[np.intp]]
 
@@ -26,8 +42,10 @@ class Equations:
     Attributes:
         mechanism: the mechanism.
         approximate: its given start poses (1, 3 n) [m, m, rad].
-        size: the largest coordinate [m] in them.
+        size: the largest coordinate [m] in them, but no further from the mechanism's extent than by `FAR_OFF`.
         scale: what poses are measured by (3 n,): the size [m] and one radian.
+        unit: of length [m], the power of ten thousand nearest to the size.
+        rows: what equations are measured by (3 n,): the unit and one radian.
         crank: index of the driven body.
     """
 
@@ -36,9 +54,16 @@ class Equations:
         self.crank = mechanism.body_index[mechanism.crank]
         start = np.array([mechanism.poses[body.name] for body in mechanism.bodies], dtype=float)
         # Newton works on lengths in units of the mechanism's size, so that its tolerance fits mm and km alike.
-        self.size = float(np.abs(start[:, :2]).max()) or 1.0
+        size, extent = float(np.abs(start[:, :2]).max()) or 1.0, _extent(mechanism)
+        self.size = min(max(size, extent / FAR_OFF), extent * FAR_OFF) if extent else size
         self.approximate = start.reshape(1, -1)
         self.scale = np.tile([self.size, self.size, 1.0], len(mechanism.bodies))
+        self.unit = UNITS ** round(math.log(self.size, UNITS))
+        of_joints = (
+            [self.unit, 1.0] if isinstance(joint, Prismatic) else [self.unit] * self.count(joint)
+            for joint in mechanism.joints
+        )
+        self.rows = np.array([*chain.from_iterable(of_joints), 1.0])
         # The numbers in the Jacobian are the mechanism's, whatever its poses: they are looked through once.
         self._order: PivotOrder | None = None
 
@@ -52,7 +77,7 @@ class Equations:
 
     def scaled_jacobian(self, poses: Array) -> Array:
         """The Jacobian with lengths in units of the mechanism's size, so that it has no unit."""
-        scaled = self.jacobian(poses)
+        scaled = self.jacobian(poses) * (self.unit / self.rows)[:, None]
         scaled[:, :, 2::3] /= self.size
         return scaled
 
@@ -175,6 +200,22 @@ class Equations:
                 "the start poses are too far from any that fit"
             )
         return f"{self.mechanism.name} cannot be assembled at every crank angle from {lowest:.6g} to {highest:.6g} deg"
+
+
+def _extent(mechanism: Mechanism) -> float:
+    """Largest distance [m] between joints of one body or of the ground, or radius of a wheel or a cam."""
+    points: dict[str, list[Point]] = {}
+    found = [0.0]
+    for joint in mechanism.joints:
+        if isinstance(joint, CamContact):
+            found.append(joint.roller_radius + float(np.hypot(*joint.profile.outline(CAM_POINTS).T).max()))
+            points.setdefault(joint.b, []).append(joint.roller_centre)
+            continue
+        if isinstance(joint, Mesh):
+            found.append(joint.radius if isinstance(joint, Rack) else joint.distance)
+        points.setdefault(joint.a, []).append(joint.point_a)
+        points.setdefault(joint.b, []).append(joint.point_b)
+    return max([*found, *(math.dist(p, q) for of_body in points.values() for p, q in combinations(of_body, 2))])
 
 
 # Of the distance; lengths are given in six digits or more.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from conrod.errors import InvalidInput
+from conrod.exact.branch_continuation import OutOfSteps
 from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side, diameter
@@ -179,9 +179,12 @@ def _check_reach(kinematics: Kinematics) -> None:
     if span is None and kinematics.turns_fully:
         return
     if span is not None:
-        with suppress(InvalidInput):
+        try:
             kinematics.poses(np.array(span))
             return
+        except InvalidInput as error:
+            if isinstance(error, OutOfSteps):
+                raise
     turn = 2.0 * math.pi
     low, high = (math.degrees(kinematics.reach(goal)) for goal in (-turn, turn))
     wanted = "turn fully"

@@ -1,0 +1,123 @@
+"""Whatever a mechanism file says, its exact motion is found or refused after a bounded number of steps."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.exact import branch_walk, equations
+from conrod.exact.elimination import Elimination
+from conrod.scenes.described_scene import DescribedScene, scene_of
+from tests.support import mutants
+from tests.support.described import CATALOGUE, SHIPPED, changed, tables
+
+# Ten seconds: one takes a third of a millisecond, of a machine as large as those that ship.
+MOST_SOLUTIONS = 20_000
+SIX_BAR, PARALLELOGRAM, CAM = (CATALOGUE / f"{name}.toml" for name in ("six-bar", "parallelogram", "cam-3-4-5"))
+
+
+class Solutions:
+    """Counter of the linear systems that the exact motion takes."""
+
+    def __init__(self) -> None:
+        self.count, self.most = 0, MOST_SOLUTIONS
+
+
+class TooMany(BaseException):
+    """More of them than ten seconds have room for."""
+
+
+@pytest.fixture
+def solutions(monkeypatch: pytest.MonkeyPatch) -> Solutions:
+    counted = Solutions()
+
+    def counting(*arguments: Any) -> Elimination:
+        counted.count += 1
+        if counted.count > counted.most:
+            raise TooMany
+        return Elimination(*arguments)
+
+    monkeypatch.setattr(equations, "Elimination", counting)
+    return counted
+
+
+def at_scale(path: Path, factor: float) -> dict[str, Any]:
+    """A file with all its lengths times a factor."""
+    whole = tables(path)
+    for way in mutants.places(whole):
+        value = mutants.at(whole, way)
+        if way[0] in ("ground", "bodies") and ("points" in way or "centre_of_gravity" in way):
+            found = mutants.quantity(value)
+            if found:
+                whole = mutants.put(whole, way, f"{found[0] * factor!r} {found[1] or 'm'}")
+    return whole
+
+
+def travels(whole: dict[str, Any]) -> dict[str, float]:
+    return scene_of(whole).lengths
+
+
+@pytest.mark.parametrize("start", ["0.001 mm", "4.5e-5 mm", "1000 km"])
+def test_a_start_far_from_any_pose_that_fits_costs_nothing(start: str, solutions: Solutions) -> None:
+    whole = changed(CAM, "start.follower.origin", [0, start])
+    assert travels(whole)["roller"] == pytest.approx(0.033, rel=1e-9)
+    assert solutions.count < 200
+
+
+@pytest.mark.parametrize("factor", [1e-5, 1e-3, 1e3, 1e5])
+@pytest.mark.parametrize("path", [SIX_BAR, PARALLELOGRAM], ids=lambda path: path.stem)
+def test_a_machine_of_another_scale_moves_alike(path: Path, factor: float, solutions: Solutions) -> None:
+    scaled, usual = travels(at_scale(path, factor)), travels(tables(path))
+    assert {name: travel / factor for name, travel in scaled.items()} == pytest.approx(usual, rel=1e-9)
+    assert solutions.count < 1000
+
+
+@pytest.mark.parametrize("factor", [1e-5, 1e5])
+def test_change_points_do_not_depend_on_the_scale(factor: float) -> None:
+    found = [
+        scene_of(whole).kinematics.change_angles for whole in (at_scale(PARALLELOGRAM, factor), tables(PARALLELOGRAM))
+    ]
+    np.testing.assert_allclose(*found, atol=1e-9)
+
+
+def out_of_scale(path: Path, seed: int) -> DescribedScene | str:
+    return mutants.read(mutants.out_of_scale(tables(path), random.Random(f"{path.name} {seed}")))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_dimensions_out_of_scale_are_answered_or_refused(path: Path, solutions: Solutions) -> None:
+    for seed in range(3):
+        solutions.count = 0
+        out_of_scale(path, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_many_dimensions_out_of_scale(path: Path, solutions: Solutions) -> None:
+    ends: list[DescribedScene | str] = []
+    for seed in range(1000, 1100):
+        solutions.count = 0
+        ends.append(out_of_scale(path, seed))
+    assert any(isinstance(end, str) for end in ends)
+    assert any(isinstance(end, DescribedScene) for end in ends)
+
+
+def test_a_walk_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Negative control of the budget: with few steps left, a walk that needs single steps is refused.
+    monkeypatch.setattr(branch_walk, "MOST_TRIES", 3)
+    with pytest.raises(InvalidInput, match="its motion was not found beyond crank angle"):
+        scene_of(tables(CATALOGUE / "geneva.toml") | {"name": "other"})
+
+
+def test_a_size_from_the_start_alone_is_caught(monkeypatch: pytest.MonkeyPatch, solutions: Solutions) -> None:
+    # Negative control of the count: the scale of a start of 0.001 mm takes more steps than there are.
+    solutions.most = 1000  # five times what is enough
+    monkeypatch.setattr(equations, "_extent", lambda _: 0.0)
+    monkeypatch.setattr(branch_walk, "MOST_TRIES", 10**9)
+    with pytest.raises(TooMany):
+        scene_of(changed(CAM, "start.follower.origin", [0, "0.001 mm"]) | {"name": "other"})
