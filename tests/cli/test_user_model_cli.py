@@ -116,7 +116,7 @@ def test_a_given_frame_is_read_with_its_units() -> None:
         (SAW[:4000], "MuJoCo cannot load it: XML parse error"),
         (replaced(SAW, "<worldbody>", '<worldbody><include file="gone.xml"/>'), "gone.xml"),
         (replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="nan 0 0"'), "pos of site slider-pin.rod is not finite"),
-        (replaced(SAW, 'timestep="0.0015"', 'timestep="nan"'), "timestep = nan is not a positive number"),
+        (replaced(SAW, 'timestep="0.0015"', 'timestep="nan"'), "timestep = nan is not a finite number"),
     ],
     ids=["not-xml", "include", "nan", "nan-step"],
 )

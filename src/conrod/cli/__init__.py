@@ -6,6 +6,7 @@ import os
 import sys
 from importlib import import_module
 from importlib.metadata import version
+from io import TextIOWrapper
 
 import click
 from click.shell_completion import CompletionItem
@@ -13,6 +14,7 @@ from click.shell_completion import CompletionItem
 from conrod.cli import options as exit_status
 from conrod.errors import InvalidInput, unknown_choice
 
+NO_THREAD = "can't start new thread"  # as Python says it
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
@@ -64,6 +66,9 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; a user's error is one line and exit status 2."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
     try:
         cli.main(prog_name="conrod", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -83,6 +88,10 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         click.echo("conrod: interrupted", err=True)
         sys.exit(exit_status.INTERRUPTED)
+    except RuntimeError as error:
+        if NO_THREAD not in str(error):
+            raise
+        _fail(f"the system allows no more threads or processes, see `ulimit -u`: {error}")
 
 
 def _drop_output() -> None:

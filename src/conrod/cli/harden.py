@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from conrod.cli import options
+from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.own.files import as_outputs_must_not_be, check_readable
@@ -71,7 +72,8 @@ def harden(
     from conrod.mjcf.harden.study import harden_file
     from conrod.studies.execution.isolation import confined
 
-    found = confined(harden_file, path, request)
+    with waiting(path):
+        found = confined(harden_file, path, request)
     with naming("standard output"):
         print_hardened(found, files.get("-o"))
     contents: dict[str, str | bytes | None] = {

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from conrod.cli import options
+from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Request, Value
@@ -79,7 +80,8 @@ def lint(
     from conrod.mjcf.lint.linting import lint as look
     from conrod.studies.execution.isolation import confined
 
-    report = confined(look, path, request)
+    with waiting(path):
+        report = confined(look, path, request)
     with naming("standard output"):
         print_report(report, files.get("--fix"))
     texts = {

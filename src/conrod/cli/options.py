@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FAILED, USAGE, INTERRUPTED = 1, 2, 130
 
 CELL_TIMEOUT = 600.0  # [s]
+MOST_MEMORY = 2.0**60  # bytes, that a process can be limited to
 DEFAULT_GRID = "default"
 HEADING = "Options"
 ALL = "conrod.help-all"  # set in a context whose whole help is asked for
@@ -256,9 +257,13 @@ class RunOptions:
     @property
     def memory(self) -> int | None:
         """Most memory of a cell [bytes]."""
-        from conrod.mechanism.units import parse_quantity
+        from conrod.mechanism.units import check_number, parse_quantity
 
-        return None if self.cell_memory is None else round(parse_quantity("--cell-memory", self.cell_memory, "byte"))
+        if self.cell_memory is None:
+            return None
+        memory = parse_quantity("--cell-memory", self.cell_memory, "byte")
+        check_number("--cell-memory", memory, 1.0, MOST_MEMORY, "byte")
+        return round(memory)
 
     @property
     def ledger_file(self) -> Path:

@@ -11,6 +11,7 @@ from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
 from conrod.cli.validate_request import ModelOptions, Request
+from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be
@@ -57,7 +58,8 @@ def validate_model(file: str, scene: str, asked: Request) -> None:
     revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
     check_count("--revolutions", revolutions, *REVOLUTIONS)
     question, given = question_of(asked, machine), given_frame(asked)
-    scanned = isolation.confined(scan, path, question)
+    with waiting(path):
+        scanned = isolation.confined(scan, path, question)
 
     def run(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
         return isolation.confined(drive_model, path, question, scanned, drive, orders)

@@ -11,6 +11,7 @@ from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
 from conrod.cli.validate_request import Request
+from conrod.cli.waiting import waiting
 from conrod.own.files import check_readable
 from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
@@ -63,7 +64,8 @@ def validate_table(file: str, scene: str, asked: Request) -> None:
     wanted = request(asked.columns, asked.units, points)
     check_readable(table)
     files = outputs(words.KIND, [words.PART], asked.out, asked.document, {"the table": table})
-    reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
+    with waiting(table):
+        reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
     study = study_table(file, scene, machine, reading, estimate, allowed)
     with naming("standard output"):
         print_table_study(study)

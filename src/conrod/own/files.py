@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 from conrod.errors import InvalidInput
 
 NAMED = re.compile(r"""\sfile\s*=\s*(["'])(.+?)\1""")
+COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+INCLUDED = re.compile(r"""<include\s+file\s*=\s*(["'])(.+?)\1""")
 FOLDERS = re.compile(r"""\s(?:meshdir|texturedir|assetdir)\s*=\s*(["'])(.*?)\1""")
 TEXT = (".xml", ".mjcf", ".urdf")
 
@@ -32,20 +35,34 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
 
     They are read as text. MuJoCo looks for what is included beside the including file and beside the model file, for
     assets in the folders that the compiler is given, too.
+
+    Raises:
+        InvalidInput: one of them is a pipe or a device, which has no end, or a file includes itself.
     """
     found, names, waiting = {path: None}, list[str](), [path]
-    folders = {path.parent}
+    folders, included = {path.parent}, dict[Path, set[Path]]()
     while waiting:
         file = waiting.pop()
         if not file.is_file() or file.suffix.lower() == ".mjb":
             continue
-        text = file.read_text(encoding="utf-8", errors="replace")
+        text = COMMENT.sub("", file.read_text(encoding="utf-8", errors="replace"))
         folders |= {file.parent, *(path.parent / match[2] for match in FOLDERS.finditer(text))}
         names += [match[2] for match in NAMED.finditer(text)]
-        every = (folder / name for folder in sorted(folders) for name in names)
-        new = [there for there in every if there.is_file() and there not in found]
-        found |= dict.fromkeys(new)
-        waiting += dict.fromkeys(there for there in new if there.suffix.lower() in TEXT)
+        inside = [match[2] for match in INCLUDED.finditer(text)]
+        beside = [there for name in inside for there in (file.parent / name, path.parent / name) if there.is_file()]
+        included[file.resolve()] = {there.resolve() for there in beside}
+        every = [there for folder in sorted(folders) for name in names if (there := folder / name).exists()]
+        if endless := [there for there in every if not (there.is_file() or there.is_dir())]:
+            raise InvalidInput(f"{file}: {endless[0]} is no regular file")
+        # A file that includes itself can do so under ever longer names.
+        real = {there.resolve() for there in found}
+        new = {there.resolve(): there for there in every if there.is_file() and there.resolve() not in real}
+        found |= dict.fromkeys(new.values())
+        waiting += [there for there in new.values() if there.suffix.lower() in TEXT]
+    try:
+        TopologicalSorter(included).prepare()
+    except CycleError as error:
+        raise InvalidInput(f"{path}: {Path(error.args[1][0]).name} includes itself") from None
     return tuple(found)
 
 

@@ -38,7 +38,10 @@ def document_in(file: Path) -> Any:
         OSError: it cannot be read.
         ValueError: it is no JSON.
     """
-    return json.loads(file.read_text(encoding="utf-8"))
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except RecursionError:
+        raise ValueError("lists in lists without end") from None
 
 
 SUBFOLDERS = ("figures", "data")

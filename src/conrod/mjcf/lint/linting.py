@@ -33,6 +33,7 @@ from conrod.mjcf.lint.findings import (
 from conrod.mjcf.runs import data_at, state_of
 from conrod.own.models.loading import (
     Crank,
+    check_finite,
     crank_of,
     find_crank,
     find_point,
@@ -149,6 +150,7 @@ def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
 def prepared(document: Document, request: Request, clock: Clock) -> Bench:
     """The model on the bench, as it was asked for."""
     model = document.model
+    check_finite(model)
     if not model.nv:
         raise InvalidInput("nothing in the model can move")
     data = mujoco.MjData(model)

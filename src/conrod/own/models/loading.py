@@ -12,10 +12,14 @@ import numpy as np
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
+from conrod.mechanism.units import check_number
 from conrod.own.files import check_readable
 from conrod.own.models.request import KINDS, Place
 
 OWNERS = {"body": "body", "jnt": "joint", "geom": "geom", "site": "site", "eq": "equality", "key": "keyframe"}
+
+
+STEPS = (1e-12, 1e6)  # [s], that MuJoCo's clock and a run's number of steps have room for
 
 
 def check_finite(model: mujoco.MjModel) -> None:
@@ -24,9 +28,7 @@ def check_finite(model: mujoco.MjModel) -> None:
     Raises:
         InvalidInput: names the element and the field.
     """
-    step = float(model.opt.timestep)
-    if not (np.isfinite(step) and step > 0.0):
-        raise InvalidInput(f"timestep = {step:g} is not a positive number")
+    check_number("timestep", float(model.opt.timestep), *STEPS, "s")
     if not np.all(np.isfinite(model.opt.gravity)):
         raise InvalidInput("gravity is not finite")
     # Places first: what the compiler makes of them is as little a number.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -141,7 +142,9 @@ def open_npz(path: Path) -> Source:
             arrays = {name: np.asarray(loaded[name]) for name in loaded.files}
     except InvalidInput:
         raise
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
+    except (RuntimeError, zlib.error):  # of zipfile: encrypted, a method of packing that it does not know
+        raise InvalidInput("it is encrypted, packed as numpy does not pack, or damaged") from None
+    except (OSError, ValueError, OverflowError, zipfile.BadZipFile, EOFError, KeyError) as error:
         reason = "it holds Python objects, which are not loaded" if "pickle" in str(error) else "it is no numpy archive"
         raise InvalidInput(reason) from None
     units, columns = _units_entry(arrays.get("units")), dict[str, Any]()

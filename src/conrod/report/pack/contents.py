@@ -128,14 +128,14 @@ def read_parameters(path: Path) -> Scene:
         InvalidInput: the file is none, or its values are not within range.
     """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        kind, given = document["kind"], document["parameters"]
+        document = document_in(path)
+        kind, given = str(document["kind"]), document["parameters"]
         values = {name: float(entry["value"]) for name, entry in given.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, OverflowError, KeyError, TypeError, AttributeError):
         raise InvalidInput(f"{path}: it does not hold the parameters of a pack") from None
     kinds = {scene.kind: scene for scene in SCENES.values()}
     if "machine" not in document and kind not in kinds:
-        raise unknown_choice("kind of scene", str(kind), kinds)
+        raise unknown_choice("kind of scene", kind, kinds)
     scene: Scene = read_scene(path.parent / MACHINE) if "machine" in document else kinds[kind]
     usual = scene.parameters
     for name in values:

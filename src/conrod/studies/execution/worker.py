@@ -100,8 +100,8 @@ RESERVE = 1 << 24  # bytes
 # Less than this is too little for an engine to load its libraries, compile a model or make its state. (With 32 MB left,
 # MuJoCo fails in a handful of ways, of which only some say why; with 64 MB it does not.)
 SPARE = 1 << 26  # bytes
-# What libraries say that were given no memory, and as what kinds of error.
-SIGNS = ("allocate memory", "insufficient memory", "failed to map segment")
+# What libraries say that were given no memory, and as what kinds of error. (The last is MuJoCo's of a height field.)
+SIGNS = ("allocate memory", "insufficient memory", "failed to map segment", "unknown exception")
 FOREIGN = (ImportError, OSError, RuntimeError, ValueError)
 
 

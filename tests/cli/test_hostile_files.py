@@ -1,0 +1,188 @@
+"""Whatever a file says: one line and exit status 2, and no file is waited for that has no end."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import struct
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import conrod, said
+
+from conrod.errors import InvalidInput
+from conrod.report.pack.contents import read_parameters
+
+BODY = '<body name="b"><joint name="j" type="hinge" axis="0 1 0"/><geom name="g" size="0.1" pos="0 0 -0.5"/></body>'
+FIELD = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></asset>'
+VERBS = {
+    "lint": ("lint", "m.xml"),
+    "harden": ("harden", "m.xml"),
+    "validate": ("validate", "m.xml", "--scene", "saw-40rpm", "--crank", "j", "--point", "C=body:b"),
+}
+
+
+def model(folder: Path, beside: str = "", worldbody: str = "", name: str = "m.xml") -> None:
+    text = f"<mujoco>{beside}<worldbody>{worldbody}{BODY}</worldbody></mujoco>"
+    (folder / name).write_text(text, encoding="utf-8")
+
+
+def refused(*arguments: str, cwd: Path) -> str:
+    """The one line of a refusal."""
+    done = conrod(*arguments, cwd=cwd)
+    lines = said(done)
+    assert (done.returncode, len(lines), done.stdout) == (2, 1, ""), (done.returncode, lines)
+    assert len(lines[0]) < 400
+    return lines[0]
+
+
+@pytest.mark.parametrize("step", ["0", "nan", "inf", "1e308", "-1", "1e-300"])
+def test_a_timestep_that_is_none_is_refused_by_lint(step: str, tmp_path: Path) -> None:
+    model(tmp_path, f'<option timestep="{step}"/>')
+    assert "m.xml: timestep = " in refused("lint", "m.xml", cwd=tmp_path)
+
+
+def test_a_sound_timestep_is_not(tmp_path: Path) -> None:
+    # Negative control.
+    model(tmp_path, '<option timestep="0.002"/>')
+    assert conrod("lint", "m.xml", cwd=tmp_path).returncode in (0, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_height_field_of_gigabytes_is_out_of_memory(verb: str, tmp_path: Path) -> None:
+    model(tmp_path, FIELD, '<geom type="hfield" hfield="h"/>')
+    assert "needed more memory than its limit" in refused(*VERBS[verb], cwd=tmp_path)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_an_include_without_end_is_refused_before_anything_is_compiled(verb: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.xml")
+    model(tmp_path, '<include file="pipe.xml"/>')
+    assert "pipe.xml is no regular file" in refused(*VERBS[verb], cwd=tmp_path)
+    # Each time by a longer name, which MuJoCo does not know again.
+    (tmp_path / "x").mkdir()
+    model(tmp_path, '<include file="x/../m.xml"/>')
+    assert "m.xml includes itself" in refused(*VERBS[verb], cwd=tmp_path)
+    (tmp_path / "other.xml").write_text('<mujoco><include file="m.xml"/></mujoco>', encoding="utf-8")
+    model(tmp_path, '<include file="other.xml"/>')
+    assert "includes itself" in refused(*VERBS[verb], cwd=tmp_path)
+
+
+def test_an_include_in_a_comment_is_none(tmp_path: Path) -> None:
+    # Negative control.
+    model(tmp_path, '<!-- <include file="m.xml"/> --><include file="other.xml"/>')
+    (tmp_path / "other.xml").write_text("<mujoco><option/></mujoco>", encoding="utf-8")
+    assert conrod("lint", "m.xml", cwd=tmp_path).returncode in (0, 1)
+
+
+# -- tables and documents ----------------------------------------------------------------------------------------------
+
+
+def packed(how: Callable[..., None] = np.savez) -> bytearray:
+    file, times = io.BytesIO(), np.linspace(0.0, 1.0, 100)
+    how(file, time=times, C_x=times, C_y=times)
+    return bytearray(file.getvalue())
+
+
+def marked(content: bytearray, local: int, central: int, value: int) -> bytearray:
+    """An archive with a field of all its entries changed."""
+    for start, offset in ((b"PK\x03\x04", local), (b"PK\x01\x02", central)):
+        place = -1
+        while (place := content.find(start, place + 1)) >= 0:
+            struct.pack_into("<H", content, place + offset, value)
+    return content
+
+
+def damaged(content: bytearray) -> bytearray:
+    for k in range(60, 120):
+        content[k] ^= 0x55
+    return content
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (marked(packed(), 6, 8, 1), "it is encrypted"),
+        (marked(packed(), 8, 10, 99), "packed as numpy does not pack"),
+        (damaged(packed(np.savez_compressed)), "or damaged"),
+        (damaged(packed()), "it is no numpy archive"),
+    ],
+    ids=["encrypted", "method 99", "damaged, compressed", "damaged"],
+)
+def test_an_archive_that_cannot_be_unpacked_is_refused(content: bytearray, why: str, tmp_path: Path) -> None:
+    (tmp_path / "t.npz").write_bytes(content)
+    assert why in refused("validate", "t.npz", "--scene", "saw-40rpm", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("size", ["1e400GB", "nanGB", "-1GB", "1e300 GB"])
+def test_a_memory_that_is_none_is_refused(size: str, tmp_path: Path) -> None:
+    assert "--cell-memory" in refused("validate", "saw-40rpm", "--cell-memory", size, cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 100_000,
+        '{"kind": [], "parameters": {}}',
+        '{"kind": {}, "parameters": {"rod": {"value": 1' + "0" * 400 + "}}}",
+        '{"kind": "saw", "parameters": ' + '{"a":' * 5000,
+    ],
+    ids=["deep", "kind", "digits", "deep parameters"],
+)
+def test_parameters_that_are_none_are_refused(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "parameters.json"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput) as told:
+        read_parameters(file)
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("kind", ["[]", "{}", "3", '"none"', "null"])
+def test_a_report_of_no_kind_is_none(kind: str, tmp_path: Path) -> None:
+    text = f'{{"schema": 2, "conrod": "0", "kind": {kind}}}'
+    (tmp_path / "results.json").write_text(text, encoding="utf-8")
+    (tmp_path / "deep.json").write_text("[" * 100_000, encoding="utf-8")
+    refused("report", str(tmp_path), cwd=tmp_path)
+
+
+# -- the system ------------------------------------------------------------------------------------------------------
+
+
+def test_a_system_without_threads_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def start(_: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    line = refused("validate", "saw-40rpm", "--ledger", "l.sqlite", cwd=tmp_path)
+    assert "no more threads or processes" in line
+
+
+def test_a_locale_without_the_signs_shows_the_rest() -> None:
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    done = subprocess.run(
+        [sys.executable, "-m", "conrod", "show", "saw-40rpm"], capture_output=True, env=ascii_only, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"sqrt(l? - e?)" in done.stdout
+
+
+def test_an_interrupt_while_the_command_line_is_loaded_ends_it_without_a_word() -> None:
+    # The interrupt comes while its modules are imported: a finder of modules sends it.
+    code = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'click': os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "from conrod.__main__ import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, b"", b"")
