@@ -262,7 +262,7 @@ class RunOptions:
         if self.cell_memory is None:
             return None
         memory = parse_quantity("--cell-memory", self.cell_memory, "byte")
-        check_number("--cell-memory", memory, 1.0, MOST_MEMORY, "byte")
+        check_number("--cell-memory", memory, 0.0, MOST_MEMORY, "byte")
         return round(memory)
 
     @property
