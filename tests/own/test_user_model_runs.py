@@ -15,8 +15,8 @@ from conrod import MuJoCoSettings, compare, run
 from conrod.errors import InvalidInput
 from conrod.own.models.assembly import prepare
 from conrod.own.models.driving import look_at, ordered
-from conrod.own.models.request import DrivenRun, Order, Place
-from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE
+from conrod.own.models.request import Controls, DrivenRun, Order, Place
+from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
@@ -91,7 +91,7 @@ def test_the_drive_is_blamed_for_what_the_solver_tolerance_makes_of_it(tmp_path:
     assert worse > 2.0 * better > 0.0
     assert share["position"] == pytest.approx(worse, rel=0.3)
     assert any("that is the drive's" in line for line in words.drive(study))
-    assert any("on the crank acts motor: its control is left at 0" in line for line in study.model.remarks)
+    assert any("on the crank acts motor: with conrod's drive its control is 0" in line for line in study.model.remarks)
 
 
 def test_nothing_is_blamed_on_a_drive_that_changes_nothing(tmp_path: Path) -> None:
@@ -188,6 +188,114 @@ def test_a_preset_reaches_closures_and_contacts_of_a_copy_alone(tmp_path: Path) 
     assert np.array_equal(model.eq_solref, before[0])
     assert np.array_equal(model.body_invweight0, before[1])
     assert int(model.opt.disableflags) == before[2]
+
+
+# -- the run of the file as it is --------------------------------------------------------------------------------------
+
+MOTOR = '<actuator><velocity name="motor" kv="{}" joint="crank"/></actuator></mujoco>'
+
+
+@pytest.fixture
+def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their runs would take most of the time, and nothing is asked of them."""
+    monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
+
+
+def with_motor(kv: float, autoreset: str = "enable") -> str:
+    """The saw with a velocity servo on its crank in place of the flywheel."""
+    text = replaced(replaced(SAW, ' armature="1e+14"', ""), 'autoreset="disable"', f'autoreset="{autoreset}"')
+    return replaced(text, "</mujoco>", MOTOR.format(kv))
+
+
+@pytest.mark.usefixtures("no_presets")
+@pytest.mark.parametrize(("autoreset", "outcome", "said"), [
+    ("enable", Outcome.RESET, "it ended as reset: MuJoCo reset its state at 0.0105 s (BADQACC)"),
+    ("disable", Outcome.DIVERGED, "it ended as diverged: not finite at 0.0105 s (BADQACC"),
+])  # fmt: skip
+def test_what_conrods_drive_hides_of_a_stiff_servo_is_the_first_thing_said(
+    tmp_path: Path, autoreset: str, outcome: Outcome, said: str
+) -> None:
+    # kv over the crank's inertia times the step is 7.5, where RK4 holds up to 2.8.
+    text, asked = with_motor(100.0, autoreset), {"position": 1e-3}
+    study = judged(tmp_path, "saw", text, points=("C",), tolerance=asked, controls=(("motor", SCENE.speed),))
+    assert study.own is not None
+    assert study.own.outcome is Outcome.COMPLETED
+    assert study.own_run is not None
+    assert study.own_run.run.outcome is outcome
+    assert not study.passed
+    verdict = words.verdict(study)
+    assert verdict.startswith("Run as the file has it, from keyframe start with motor = 4.18879, it ended as")
+    assert said in verdict
+    assert "within tolerance" not in verdict
+
+
+def servo_at(tmp_path: Path, speed: float, kv: float = 30.0, tolerance: float = 1e-4) -> ModelStudy:
+    text, controls = with_motor(kv), (("0", speed),) if speed else ()
+    return judged(tmp_path, "saw", text, points=("C",), tolerance={"position": tolerance}, controls=controls)
+
+
+@pytest.mark.usefixtures("no_presets")
+def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_own_run(tmp_path: Path) -> None:
+    study = servo_at(tmp_path, SCENE.speed)
+    assert study.passed
+    assert "its crank keeps to the 40 rpm of the scene: it turned at 39.999 rpm on average" in words.verdict(study)
+    assert study.own_run is not None
+    assert study.own_run.run.worst("position")
+    worst = max(run.worst("position") or 0.0 for run in study.judged)
+    assert len(study.judged) == 2
+    assert not servo_at(tmp_path, SCENE.speed, tolerance=0.99 * worst).passed
+
+
+@pytest.mark.usefixtures("no_presets")
+@pytest.mark.parametrize(("speed", "kv", "said"), [
+    (0.98 * SCENE.speed, 30.0, "strays from the 40 rpm of the scene: it turned at 39.2"),
+    (SCENE.speed, 2.0, "it turned at 39."),  # a soft one: uneven by a sixth
+    (1e-9, 30.0, "strays from the 40 rpm of the scene: it stood near 359"),
+])  # fmt: skip
+def test_a_crank_that_does_not_turn_as_commanded_fails_and_what_it_did_is_said(
+    tmp_path: Path, speed: float, kv: float, said: str
+) -> None:
+    study = servo_at(tmp_path, speed, kv)
+    assert not study.passed
+    assert said in words.verdict(study)
+
+
+@pytest.mark.usefixtures("no_presets")
+def test_what_commands_nothing_has_nothing_to_stray_from(tmp_path: Path) -> None:
+    study = servo_at(tmp_path, 0.0)
+    assert study.passed
+    assert "nothing is commanded, all its controls are 0 (--ctrl NAME=VALUE): its crank stood near" in words.verdict(
+        study
+    )
+    at_rest = judged(tmp_path, "saw", settled(SAW, STOCK), points=("C",), keyframe="qpos0")
+    assert at_rest.passed
+    assert "from its own pose, nothing drives its crank" in words.verdict(at_rest)
+
+
+@pytest.mark.parametrize(("controls", "said"), [
+    ((("motr", 1.0),), "unknown actuator 'motr': choose from motor; did you mean 'motor'?"),
+    ((("1", 1.0),), "unknown actuator '1': choose from motor"),
+    ((("motor", 9.0),), "--ctrl motor=9: MuJoCo clamps it to its ctrlrange, -5 to 5"),
+])  # fmt: skip
+def test_a_control_that_a_model_does_not_take_is_refused(tmp_path: Path, controls: Controls, said: str) -> None:
+    text = with_motor(1.0).replace('kv="1.0"', 'kv="1" ctrlrange="-5 5"')
+    with pytest.raises(InvalidInput) as refused:
+        judged(tmp_path, "saw", text, controls=controls)
+    assert said in str(refused.value)
+
+
+@pytest.mark.usefixtures("no_presets")
+@pytest.mark.parametrize(("gravity", "out", "differs"), [
+    ("0 -9.81 0", False, False), ("0 0 -9.81", True, True), ("0 9.81 0", False, True), ("0 -9.81 0.01", True, False),
+])  # fmt: skip
+def test_gravity_out_of_the_plane_of_motion_is_in_the_verdict(
+    tmp_path: Path, gravity: str, out: bool, differs: bool
+) -> None:
+    text = replaced(SAW, 'gravity="0 -9.81 0"', f'gravity="{gravity}"')
+    study = judged(tmp_path, "saw", text, points=("C",))
+    assert ("m/s² out of the plane of motion" in words.verdict(study)) == out
+    lines = words.findings(study)["its own settings"]
+    assert any(line.startswith("its gravity along x and y of the scene") for line in lines) == differs
 
 
 @pytest.mark.slow

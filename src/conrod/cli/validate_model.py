@@ -16,7 +16,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be
 from conrod.own.models.frame import UNITS, GivenFrame
-from conrod.own.models.request import Drive, DrivenRun, Order, Question, places_of
+from conrod.own.models.request import Drive, DrivenRun, Order, Question, controls_of, places_of
 from conrod.own.models.study import ModelStudy, study
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.report.user_model import KIND, drive, findings, runs_table, verdict
@@ -97,7 +97,8 @@ def question_of(options: ModelOptions, scene: Scene) -> Question:
             raise InvalidInput(f"--touching {options.touching}: the machine has no cam that touches anything")
         touching = first, second
     places, contacts = places_of(options.points, observed), len(mechanism.cam_contacts)
-    return Question(options.crank, places, mechanism.mobility, contacts, touching, options.keyframe)
+    controls = controls_of(options.controls)
+    return Question(options.crank, places, mechanism.mobility, contacts, touching, options.keyframe, controls)
 
 
 def given_frame(options: ModelOptions) -> GivenFrame:

@@ -11,12 +11,12 @@ from typing import Any
 
 from conrod.own.models.lengths import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
-from conrod.own.models.runs import QUANTITIES, JudgedRun
-from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
+from conrod.own.models.runs import QUANTITIES, CrankMotion, JudgedRun
+from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy, OwnRun
 from conrod.report.charts.own import model_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.numbers import measured, quantity, rounded
+from conrod.report.numbers import SHOWN_UNITS, measured, quantity, rounded
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
@@ -29,13 +29,29 @@ TOLD_TOGETHER = 4
 NEAREST = 0.05
 # Shares beyond this are written as factors: 99.9 % too short says little.
 FEW = 0.5
+# Degrees that a crank goes through: it stands, or it does not come round.
+STANDS, HALF_TURN = 5.0, 180.0
+SAME_GRAVITY = 0.01  # beside this share of the scene's it is written with other digits
 # A closure that is open by more than this cannot close.
 CLOSED = 1e-9
 KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
 
 
 def verdict(study: ModelStudy) -> str:
-    """The answer in a sentence."""
+    """The answer in a sentence; what the file's own run shows comes first where that failed, and last where not."""
+    own_run, sentences = study.own_run, [_judgement(study)]
+    if own_run is not None:
+        sentences.insert(0 if own_run.failed else 1, f"Run as the file has it, {own_run_words(study, own_run)}.")
+    if study.gravity_is_across:
+        sentences.append(
+            f"Its gravity has {quantity(abs(study.gravity[2]), 3)} m/s² out of the plane of motion, where the scene "
+            "has none: its loads and its free motion are not the scene's."
+        )
+    return " ".join(sentences)
+
+
+def _judgement(study: ModelStudy) -> str:
+    """The answer without the file's own run."""
     own, it_is = study.own, f"It is {study.scene_name}"
     if not study.is_machine:
         return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
@@ -47,7 +63,40 @@ def verdict(study: ModelStudy) -> str:
     if over := study.exceeded():
         found = ", ".join(f"{name} {measured(size)} > {measured(most)}" for name, (size, most) in over.items())
         return f"{it_is}; its own settings are out of tolerance: {found}."
+    if study.own_run is not None and study.own_run.failed:
+        return f"{it_is}, and goes through its turns where conrod drives it."
     return f"{it_is}; its own settings are {'within tolerance' if study.tolerance else 'measured, not judged'}."
+
+
+def own_run_words(study: ModelStudy, found: OwnRun) -> str:
+    """'from keyframe start with motor = 4.189, it ended as reset: ..'."""
+    inputs = ", ".join(f"{name} = {value:.6g}" for name, value in study.model.controls.items() if value)
+    begin = f"from {study.model.start}" + (f" with {inputs}" if inputs else "")
+    if found.crank is None:
+        return f"{begin}, it ended as {found.run.outcome.slug}: {found.run.reason}"
+    did, wanted = _crank_words(found.crank), found.commanded
+    if wanted is not None:
+        asked = f"the {_rpm(study.scene.speed)} rpm of the scene"
+        keeps = "strays from" if found.failed else "keeps to"
+        return f"{begin}, its crank {keeps} {asked}: it {did}"
+    if study.model.controls:
+        return f"{begin}, nothing is commanded, all its controls are 0 (--ctrl NAME=VALUE): its crank {did}"
+    return f"{begin}, nothing drives its crank, which has nothing to stray from: it {did}"
+
+
+def _crank_words(crank: CrankMotion) -> str:
+    """What a crank did in the last turn's time."""
+    low, high = math.degrees(crank.low), math.degrees(crank.high)
+    low, high = (value - 360.0 * math.floor(low / 360.0) for value in (low, high))
+    if high - low < STANDS:
+        return f"stood near {0.5 * (low + high):.3g} deg"
+    if high - low < HALF_TURN:
+        return f"swung from {low:.4g} to {high:.4g} deg"
+    return f"turned at {_rpm(crank.mean)} rpm on average, {_rpm(crank.least)} to {_rpm(crank.most)} rpm"
+
+
+def _rpm(speed: float) -> str:
+    return quantity(SHOWN_UNITS["rad/s"][1] * speed, 5)
 
 
 def _why_not(study: ModelStudy) -> str:
@@ -65,7 +114,7 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
         "frame": list(_frame(study)),
         "wiring": list(_wiring(study)),
         "paths (kinematic mode)": list(_paths(study)),
-        "its own settings": [own_settings(study), *study.model.remarks],
+        "its own settings": [own_settings(study), *study.model.remarks, *_gravity(study)],
     }
 
 
@@ -219,20 +268,33 @@ def own_settings(study: ModelStudy) -> str:
     )
 
 
+def _gravity(study: ModelStudy) -> Iterator[str]:
+    """A sentence on gravity, where it is another one than the scene's."""
+    (x, y, out), (wanted_x, wanted_y) = study.gravity, study.scene.mechanism().gravity
+    if math.dist((x, y, out), (wanted_x, wanted_y, 0.0)) > SAME_GRAVITY * math.hypot(wanted_x, wanted_y):
+        own, wanted = (f"({', '.join(f'{v:z.4g}' for v in some)})" for some in ((x, y, out), (wanted_x, wanted_y, 0.0)))
+        yield f"its gravity along x and y of the scene and out of its plane is {own} m/s², that of the scene {wanted}"
+
+
 def runs_table(study: ModelStudy) -> Table:
     """A row for each run: its largest errors and what they are."""
+    own_runs = [] if study.own_run is None else [study.own_run.run]
     rows = [
-        (label, quantity(run.steps_per_revolution, 5), *(measured(run.worst(q)) for q in QUANTITIES), _said(study, run))
-        for label, run in study.runs.items()
+        (run.label, quantity(run.steps_per_revolution, 5), *(measured(run.worst(q)) for q in QUANTITIES), words)
+        for run in (*own_runs, *study.runs.values())
+        if (words := _said(study, run))
     ]
-    return table(("settings", *RIGHT, "verdict"), rows, RIGHT, "driven: largest error, normalised by L, ω L, ω² L")
+    caption = "its own run, and runs with conrod's drive: largest error, normalised by L, ω L, ω² L"
+    return table(("settings", *RIGHT, "verdict"), rows, RIGHT, caption)
 
 
 def _said(study: ModelStudy, run: JudgedRun) -> str:
     if run.errors is None:
         return f"{run.outcome.slug}: {run.reason}"
-    if run is study.own and study.tolerance:
-        return "OUT OF TOLERANCE" if study.exceeded() else "within tolerance"
+    if study.own_run is not None and run is study.own_run.run and study.own_run.failed:
+        return "STRAYS"
+    if any(run is one for one in study.judged) and study.tolerance:
+        return "OUT OF TOLERANCE" if study.exceeded(run) else "within tolerance"
     return "contains what the drive changes" if run.label == OWN and run is not study.own else "measured"
 
 

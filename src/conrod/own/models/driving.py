@@ -1,19 +1,21 @@
-"""Dynamic mode of a user's own model: driven by a flywheel on its crank, from the exact state, as the file has it."""
+"""Dynamic mode of a user's own model: as its file has it, and from the exact state with a flywheel on its crank."""
 
 from __future__ import annotations
 
 import copy
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly, prepare
+from conrod.own.models.loading import start_of
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
 from conrod.runs.trajectory import Outcome
 
@@ -45,7 +47,12 @@ def drive_model(
     assembly.touch()
     start = assembly.data.qpos.copy(), drive.rate * _start_rates(assembly)
     least = max(float(model.dof_armature[assembly.crank.rate]), _required_armature(model, scan, drive))
-    return tuple(_driven(assembly, ordered(model, order), start, drive, least) for order in orders)
+    return tuple(
+        _as_given(assembly, question, drive)
+        if order.as_given
+        else _driven(assembly, ordered(model, order), start, drive, least)
+        for order in orders
+    )
 
 
 def _steps(model: mujoco.MjModel, drive: Drive) -> int:
@@ -115,12 +122,20 @@ def _driven(
     """A run with an armature that is heavy enough, or as heavy as the last attempt had it."""
     for _ in range(ATTEMPTS):
         model.dof_armature[assembly.crank.rate] = armature
-        run = _run(assembly, model, start, drive)
+        data = mujoco.MjData(model)
+        data.qpos[:], data.qvel[:] = start
+        run = _run(assembly, model, data, drive)
         missing = run.ripple / drive.ripple
         if missing <= 1.0 or run.outcome is not Outcome.COMPLETED or not math.isfinite(missing):
             break
         armature *= SPARE * missing
     return run
+
+
+def _as_given(assembly: Assembly, question: Question, drive: Drive) -> DrivenRun:
+    """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""
+    data, _ = start_of(assembly.original, question.keyframe, question.controls)
+    return replace(_run(assembly, assembly.original, data, drive), ripple=0.0)
 
 
 def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
@@ -136,30 +151,37 @@ def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) ->
     mujoco.mj_rnePostConstraint(model, aside)
 
 
-def _run(assembly: Assembly, model: mujoco.MjModel, start: tuple[Array, Array], drive: Drive) -> DrivenRun:
-    """Steps from the exact state; each sample is read before its step.
+def _run(assembly: Assembly, model: mujoco.MjModel, data: mujoco.MjData, drive: Drive) -> DrivenRun:
+    """Steps from a state; each sample is read before its step. It ends where MuJoCo warns of numbers that are none.
 
     A row has the crank's coordinate, rate and acceleration, the largest gap, and each point's motion (3, 3).
     """
-    data, aside, crank, points = mujoco.MjData(model), mujoco.MjData(model), assembly.crank, assembly.points
-    data.qpos[:], data.qvel[:] = start
+    aside, crank, points, clock = mujoco.MjData(model), assembly.crank, assembly.points, 0.0
     rows = np.full((_steps(model, drive) + 1, 4 + 9 * len(points)), np.nan)
     with warnings_kept_quiet():
         for k, row in enumerate(rows):
             if k:
+                clock = float(data.time)
                 mujoco.mj_step(model, data)
+            if _bad_numbers(data):
+                break
             look_at(model, data, aside)
             row[:3] = aside.qpos[crank.coordinate], aside.qvel[crank.rate], aside.qacc[crank.rate]
             # Equalities come first among the constraints.
             row[3] = np.abs(aside.efc_pos[: aside.ne]).max(initial=0.0)
             row[4:] = np.ravel([point.motion(model, aside) for point in points])
             if not math.isfinite(row.sum()):
+                clock = float(data.time)
+                mujoco.mj_step(model, data)  # where MuJoCo looks at its numbers, and resets them if it may
                 break
     finite, step = np.all(np.isfinite(rows), axis=1), float(model.opt.timestep)
     whole = bool(finite.all())
     rows = rows if whole else rows[: int(np.argmin(finite))]
+    bad = _bad_numbers(data)
+    reset = bool(bad) and not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    named = f" ({', '.join(bad)})" if bad else ""
+    ended = f"{'MuJoCo reset its state' if reset else 'not finite'} at {clock:.4g} s{named}"
     motion = rows[:, 4:].reshape(len(rows), len(points), 3, 3)
-    # A run that is not finite may have been ended before the engine itself looks at its numbers.
     warned = {name: int(data.warning[kind].number) for name, kind in WARNINGS.items()}
     return DrivenRun(
         armature=float(model.dof_armature[crank.rate]),
@@ -172,6 +194,11 @@ def _run(assembly: Assembly, model: mujoco.MjModel, start: tuple[Array, Array], 
         gap=rows[:, 3],
         warnings={name: number for name, number in warned.items() if number},
         ripple=float(np.abs(rows[:, 1] / drive.rate - 1.0).max()) if len(rows) else math.inf,
-        outcome=Outcome.COMPLETED if whole else Outcome.DIVERGED,
-        reason="" if whole else f"not finite from {step * len(rows):.6g} s on",
+        outcome=Outcome.COMPLETED if whole else Outcome.RESET if reset else Outcome.DIVERGED,
+        reason="" if whole else ended,
     )
+
+
+def _bad_numbers(data: mujoco.MjData) -> list[str]:
+    """Warnings after which the numbers of a run mean nothing, that there were."""
+    return [name for name in sorted(BAD_NUMBERS) if data.warning[WARNINGS[name]].number]

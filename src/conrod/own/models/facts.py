@@ -88,7 +88,8 @@ def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> tuple[float, 
 def own_settings(model: mujoco.MjModel) -> OwnSettings:
     """Options of the model, and all softnesses that its closures have."""
     option = model.opt
-    x, y, z = option.gravity.tolist()
+    off = bool(option.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+    x, y, z = (0.0, 0.0, 0.0) if off else option.gravity.tolist()
     return OwnSettings(
         timestep=float(option.timestep),
         integrator=mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_"),
@@ -110,9 +111,9 @@ def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
     on_crank = np.flatnonzero(np.isin(model.actuator_trntype, by_joint) & (model.actuator_trnid[:, 0] == joint))
     if len(on_crank):
         names = listed(name_or_number(model, "actuator", int(a)) for a in on_crank)
-        found.append(f"on the crank acts {names}: its control is left at 0, and the drive overcomes it")
+        found.append(f"on the crank acts {names}: with conrod's drive its control is 0, and the drive overcomes it")
     elif model.nu:
-        found.append("controls of actuators are left at 0")
+        found.append("with conrod's drive all controls are 0")
     if model.jnt_limited[joint]:
         low, high = model.jnt_range[joint]
         found.append(f"the crank has limits, {low:g} to {high:g} rad: the drive turns it through them")
@@ -121,7 +122,7 @@ def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
         if size > 0.0:
             found.append(f"the crank has a {what} of {size:g}, which the drive overcomes")
     if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
-        found.append("autoreset is on: a run that fails starts again in silence; it is off in these runs")
+        found.append("autoreset is on: a run that fails starts again in silence; with conrod's drive it is off")
     return tuple(found)
 
 

@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number
 from conrod.own.files import check_readable
-from conrod.own.models.request import KINDS, Place
+from conrod.own.models.request import KINDS, Controls, Place
 
 OWNERS = {"body": "body", "jnt": "joint", "geom": "geom", "site": "site", "eq": "equality", "key": "keyframe"}
 
@@ -77,6 +77,40 @@ def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | No
     if given.isdecimal() and int(given) < len(names):
         return int(given)
     raise unknown_choice("keyframe", given, [*names, OWN_POSE])
+
+
+def start_of(model: mujoco.MjModel, keyframe: str | None, controls: Controls = ()) -> tuple[mujoco.MjData, int | None]:
+    """Data at a start, and the index of its keyframe, None for the model's own pose.
+
+    Args:
+        keyframe: as in `keyframe_to_start_from`.
+        controls: that take the place of the keyframe's.
+
+    Raises:
+        InvalidInput: the model has no such keyframe or actuator, or MuJoCo would clamp a control.
+    """
+    data, index = mujoco.MjData(model), keyframe_to_start_from(model, keyframe)
+    if index is not None:
+        mujoco.mj_resetDataKeyframe(model, data, index)
+    names = actuator_names(model)
+    clamps = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
+    for name, value in controls:
+        if not names:
+            raise InvalidInput(f"--ctrl {name}: the model has no actuator")
+        if name not in names and not (name.isdecimal() and int(name) < len(names)):
+            raise unknown_choice("actuator", name, names)
+        actuator = names.index(name) if name in names else int(name)
+        low, high = model.actuator_ctrlrange[actuator]
+        if clamps and model.actuator_ctrllimited[actuator] and not low <= value <= high:
+            raise InvalidInput(f"--ctrl {name}={value:g}: MuJoCo clamps it to its ctrlrange, {low:g} to {high:g}")
+        data.ctrl[actuator] = value
+    return data, index
+
+
+def actuator_names(model: mujoco.MjModel) -> list[str]:
+    """Names of all actuators, in order; the number of one that has none."""
+    kind = mujoco.mjtObj.mjOBJ_ACTUATOR
+    return [mujoco.mj_id2name(model, kind, index) or str(index) for index in range(model.nu)]
 
 
 def start_words(model: mujoco.MjModel, keyframe: int | None) -> str:

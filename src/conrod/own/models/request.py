@@ -6,8 +6,10 @@ Lengths are in the model's own unit and frame, which are not known yet. Coordina
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
@@ -59,6 +61,31 @@ def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place
     return tuple(places.values())
 
 
+# Control inputs by an actuator's name or number, in MuJoCo's own units.
+Controls: TypeAlias = tuple[tuple[str, float], ...]
+
+
+def controls_of(texts: Sequence[str]) -> Controls:
+    """Parse control inputs, "motor=4.19".
+
+    Raises:
+        InvalidInput: one that is not written so, is no number, or is given twice.
+    """
+    controls: dict[str, float] = {}
+    for text in texts:
+        name, _, value = (part.strip() for part in text.rpartition("="))
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not name or not math.isfinite(number):
+            raise InvalidInput(f"--ctrl {text!r}: give an actuator and a finite number in MuJoCo's units: motor=4.19")
+        if name in controls:
+            raise InvalidInput(f"--ctrl {name}: given twice, as {controls[name]:g} and {number:g}")
+        controls[name] = number
+    return tuple(controls.items())
+
+
 @dataclass(frozen=True)
 class Question:
     """A model's points and crank, and the machine that it is to be.
@@ -69,6 +96,7 @@ class Question:
         contacts: number of higher pairs of the machine, which a model may close by contact.
         touching: names of the geoms of a contact; None where they are to be found.
         keyframe: to assemble the model from; None for its reference pose.
+        controls: inputs of actuators in place of the keyframe's, where the model is run as its file has it.
     """
 
     crank: str
@@ -77,6 +105,7 @@ class Question:
     contacts: int
     touching: tuple[str, str] | None = None
     keyframe: str | None = None
+    controls: Controls = ()
 
 
 # -- facts -----------------------------------------------------------------------------------------------------------
@@ -145,7 +174,9 @@ class ModelFacts:
         gap: largest violation that the closures keep, in their own units.
         open_closure: name of that closure.
         stops: joints whose limits the turn leaves, with both.
-        remarks: deviations of the treatment from the file, and what else acts on the crank.
+        remarks: deviations of conrod's drive from the file, and what else acts on the crank.
+        start: pose that a run of the file as it is starts from, in words.
+        controls: inputs of all actuators in that run, by name or number.
     """
 
     name: str
@@ -157,6 +188,8 @@ class ModelFacts:
     open_closure: str
     stops: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    start: str = ""
+    controls: Mapping[str, float] = field(default_factory=dict)
 
 
 # -- kinematic mode ----------------------------------------------------------------------------------------------------
@@ -203,11 +236,13 @@ class Order:
     Attributes:
         settings: that stand in for the model's own; None for its own.
         tolerance: of the solver; None for that of the settings.
+        as_given: run the file as it is, from its own start with its own actuators; nothing is replaced or added.
     """
 
     label: str
     settings: Settings | None = None
     tolerance: float | None = None
+    as_given: bool = False
 
 
 @dataclass(frozen=True)
@@ -233,7 +268,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class DrivenRun:
-    """A model driven by a flywheel on its crank, each sample read at one instant.
+    """A model driven by a flywheel on its crank, or run as given; each sample is read at one instant.
 
     Attributes:
         armature: of the crank in this run [kg m^2 in a model of metres and kilograms].
@@ -241,7 +276,7 @@ class DrivenRun:
         motion: position, velocity and acceleration (3, K, 3) of each given point.
         gap: largest violation of a closure in each sample (K,).
         warnings: of the engine, by name.
-        ripple: largest deviation of the rate from the prescribed one, relative to it.
+        ripple: largest deviation of the rate from the prescribed one, relative to it; 0 in a run as given.
         outcome: completed, unless the numbers alone show otherwise.
     """
 

@@ -18,6 +18,9 @@ from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 
 QUANTITIES = ("position", "velocity", "acceleration")
+# A mean speed that is off by more than a per cent is another speed; `conrod lint` drives no worse. The roughest drives
+# that handbooks allow, those of crushers, swing by a fifth of their speed from the slowest to the fastest.
+STRAYED, UNEVEN = 0.01, 0.1
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,27 @@ class JudgedRun:
         quantity, _, measure = name.partition("_")
         found = self.phase if quantity == "phase" else self.worst(quantity, measure or "max")
         return math.nan if found is None else found
+
+
+@dataclass(frozen=True)
+class CrankMotion:
+    """Motion of a crank in the last turn's time of a run, at the scene's speed; crank angles and their rates.
+
+    Attributes:
+        mean, least, most: of its speed [rad/s].
+        low, high: ends of the angles [rad] that it went through.
+    """
+
+    mean: float
+    least: float
+    most: float
+    low: float
+    high: float
+
+    def strays(self, speed: float) -> bool:
+        """True if its mean speed is not the commanded one [rad/s], or it was off that by a tenth at any time."""
+        mean, *ends = (abs(own / speed - 1.0) for own in (self.mean, self.least, self.most))
+        return mean > STRAYED or max(ends) > UNEVEN
 
 
 @dataclass(frozen=True)
@@ -109,6 +133,15 @@ def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
         gap=float((run.gap - run.gap[0]).max()) if len(run.gap) else np.nan,
         warnings=run.warnings,
     )
+
+
+def crank_motion(run: DrivenRun, to: RunReference) -> CrankMotion:
+    """Motion of the crank in the last turn's time of a run, or in all of it where that is less."""
+    angle, rate, period = to.frame.angle(run.coordinate), to.frame.sense * run.rate, 2.0 * np.pi / abs(to.speed)
+    last = run.times >= run.times[-1] - period * (1.0 + 1e-9)
+    angle, rate = angle[last], rate[last]
+    mean = float(angle[-1] - angle[0]) / max(run.timestep * (len(angle) - 1), 1e-300)
+    return CrankMotion(mean, *(float(v) for v in (rate.min(), rate.max(), angle.min(), angle.max())))
 
 
 def difference(one: DrivenRun, other: DrivenRun, to: RunReference) -> dict[str, float]:

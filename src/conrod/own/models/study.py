@@ -13,20 +13,41 @@ from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
 from conrod.own.models.references import other_branches
 from conrod.own.models.request import Drive, DrivenRun, ModelFacts, Order, Question, Scan
-from conrod.own.models.runs import JudgedRun, RunReference, difference, judged
+from conrod.own.models.runs import CrankMotion, JudgedRun, RunReference, crank_motion, difference, judged
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Engine
 
-OWN, EXACT_SOLVER = "as it is", "as it is, solver tolerance 0"
+AS_GIVEN, OWN, EXACT_SOLVER = "its own run", "as it is", "as it is, solver tolerance 0"
 PRESETS = ("tuned", "hardened")
 RIPPLE = 1e-7
 # A model whose points are further off than this, with all lengths fitted, is another machine: its runs say nothing.
 COMPARABLE = 0.05
+ACROSS = 1e-5  # of gravity; a machine a hundredth of a degree out of the vertical has 2e-4
 
 Runs = Callable[[Drive, tuple[Order, ...]], tuple[DrivenRun, ...]]
+
+
+@dataclass(frozen=True)
+class OwnRun:
+    """The model run as its file has it, from its own start by its own actuators; see `ModelFacts` for these.
+
+    Attributes:
+        crank: None where the run did not complete.
+        commanded: speed of the crank [rad/s] that the controls are to give it; None where all of them are 0.
+    """
+
+    run: JudgedRun
+    crank: CrankMotion | None
+    commanded: float | None
+
+    @property
+    def failed(self) -> bool:
+        """True if it did not complete, or its crank strayed from what is commanded."""
+        strayed = self.crank is not None and self.commanded is not None and self.crank.strays(self.commanded)
+        return self.run.outcome is not Outcome.COMPLETED or strayed
 
 
 @dataclass(frozen=True)
@@ -38,7 +59,8 @@ class ModelStudy:
         scene_name, scene: the machine that it is to be.
         model: its joints, closures and settings.
         tolerance: asked for, by quantity; None for the default of kinematic mode alone.
-        runs: dynamic mode by label; empty where the model is too far off the machine.
+        own_run: as the file has it; None where the model is too far off the machine.
+        runs: dynamic mode with conrod's drive, by label; empty there, too.
         refused: presets that were not run, with the reason.
         drive_share: change of the errors by the drive through the solver's tolerance, by quantity; None where unknown.
         points: that the runs are compared at.
@@ -56,6 +78,7 @@ class ModelStudy:
     refused: Mapping[str, str]
     drive_share: Mapping[str, float] | None
     points: tuple[str, ...]
+    own_run: OwnRun | None = None
 
     @property
     def kinematic_tolerance(self) -> float:
@@ -66,6 +89,18 @@ class ModelStudy:
     def is_machine(self) -> bool:
         """True if the paths are the machine's."""
         return self.identity.is_machine(self.kinematic_tolerance)
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """Of the model [m/s²]: along the scene's x and y, and out of its plane."""
+        frame, own = self.identity.frame, np.array(self.model.settings.gravity)
+        (x, y), across = frame.turned(own[None])[0].tolist(), np.cross(frame.view.right, frame.view.up)
+        return x, y, frame.unit * float(across @ own)
+
+    @property
+    def gravity_is_across(self) -> bool:
+        """True if a part of the gravity points out of the plane of motion, in which the scene has all of it."""
+        return abs(self.gravity[2]) > ACROSS * float(np.linalg.norm(self.gravity))
 
     @property
     def own(self) -> JudgedRun | None:
@@ -90,19 +125,30 @@ class ModelStudy:
             clock["total"] = asked["position"] + phase * largest_derivatives(self.scene.kinematics, 1)[1]
         return {**clock, **asked}
 
-    def exceeded(self) -> dict[str, tuple[float, float]]:
-        """Quantities that are out of tolerance: found and allowed."""
-        own = self.own
-        if own is None or own.errors is None:
-            return {}
-        found = {name: (own.judged_error(name), allowed) for name, allowed in self.limits.items()}
-        return {name: pair for name, pair in found.items() if not pair[0] <= pair[1]}
+    def exceeded(self, *runs: JudgedRun) -> dict[str, tuple[float, float]]:
+        """Quantities that are out of tolerance: found and allowed, of all judged runs or of some.
+
+        The clock of the model's own run is its drive's, and held to what was asked for alone.
+        """
+        over = dict[str, tuple[float, float]]()
+        for run in runs or self.judged:
+            limits = self.limits if run is self.own else self.tolerance or {}
+            for name, allowed in limits.items() if run.errors is not None else ():
+                if not (found := run.judged_error(name)) <= allowed:
+                    over[name] = max((found, allowed), over.get(name, (found, allowed)))
+        return over
+
+    @property
+    def judged(self) -> list[JudgedRun]:
+        """Runs that are held to a tolerance: of its own settings, and of the file where that commands a motion."""
+        own_run = self.own_run.run if self.own_run and self.own_run.commanded is not None else None
+        return [run for run in (self.own, own_run) if run is not None]
 
     @property
     def passed(self) -> bool:
         """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
         own = self.own
-        if not self.is_machine or self.model.stops or own is None:
+        if not self.is_machine or self.model.stops or own is None or self.own_run is None or self.own_run.failed:
             return False
         return own.outcome is Outcome.COMPLETED and not self.exceeded()
 
@@ -148,16 +194,19 @@ def study(
     others = other_branches(machine) if isinstance(moving, Scene) else (machine,)
     to = RunReference(moving, machine.speed, others, frame, points, scan.facts.touching is not None)
     runs = {label: judged(label, one, to) for label, one in driven.items()}
+    completed = runs[AS_GIVEN].outcome is Outcome.COMPLETED
+    crank = crank_motion(driven[AS_GIVEN], to) if completed else None
+    own_run = OwnRun(runs.pop(AS_GIVEN), crank, machine.speed if any(scan.facts.controls.values()) else None)
     both = [runs[label] for label in (OWN, EXACT_SOLVER) if label in runs and runs[label].errors is not None]
     share = difference(driven[OWN], driven[EXACT_SOLVER], to) if len(both) == 2 else None
-    return replace(found, runs=runs, refused=refused, drive_share=share)
+    return replace(found, own_run=own_run, runs=runs, refused=refused, drive_share=share)
 
 
 def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[list[Order], dict[str, str]]:
-    """The model as it is, the same with an exact solver, and with the settings of each preset at its own step."""
+    """The model's own run, and driven: as it is, with an exact solver, with each preset's settings at its own step."""
     own = scan.facts.settings
     steps = max(2, round(scene.period / own.timestep))
-    orders, refused = [Order(OWN)], dict[str, str]()
+    orders, refused = [Order(AS_GIVEN, as_given=True), Order(OWN)], dict[str, str]()
     if own.tolerance != 0.0:
         orders.append(Order(EXACT_SOLVER, tolerance=0.0))
     for preset in PRESETS:
