@@ -76,7 +76,7 @@ def test_the_motion_of_hardened_loops_is_of_order_4_and_was_of_none_that_a_step_
     assert after.drift.values[0] < 1e-3 * before.drift.values[0]
     assert weights_alone.drift.claimed == pytest.approx(1.0, abs=0.1)
     # Softness stays whatever the step: RK4 alone has no order at all.
-    start = start_of(legged(), "swing", active_closures(legged()))
+    start = start_of(legged(), Request("swing"), active_closures(legged()))
     soft = edited(legged(), None)
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     wide = [opening_of(soft, start.state, Pace(50, 3 * k, 0.001 / k)) for k in (1, 4)]
@@ -94,7 +94,7 @@ def test_loops_stay_closed_when_feet_hit_the_floor_and_knees_their_stops() -> No
 
 def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -> None:
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
-    state = start_of(legged(), "swing", active_closures(legged())).state
+    state = start_of(legged(), Request("swing"), active_closures(legged())).state
     pace = Pace(5, 20, 0.001)
     exact = exact_points(legged(), state, pace)
     recipe = recipe_for(legged(), active_closures(legged()), Request())
@@ -140,7 +140,7 @@ def test_what_is_left_of_the_regularisation_decides_and_neither_too_much_nor_too
 ) -> None:
     model = mujoco.MjModel.from_xml_string(PRESS.format(solimp))
     closures = active_closures(model)
-    state = start_of(model, None, closures).state
+    state = start_of(model, Request(), closures).state
     pace = Pace(10, 30, 0.001)
     exact = exact_points(model, state, pace)
     chosen = recipe_for(model, closures, KEPT)
@@ -209,13 +209,13 @@ def test_a_start_that_leaves_loops_open_is_closed_and_told() -> None:
         for place in (("0.05", ".002"), ("3", ""))
     )
     closures = active_closures(aside)
-    start = start_of(aside, "swing", closures)
+    start = start_of(aside, Request("swing"), closures)
     assert start.given["m"] == pytest.approx(0.002)
     assert start.closed
     first = swing(aside, start.state, Pace(1, 1, 0.001), closures).openings[0]
     assert first.max() < 1e-12
     # One that no pose can close is left as it is.
-    assert not start_of(apart, "swing", active_closures(apart)).closed
+    assert not start_of(apart, Request("swing"), active_closures(apart)).closed
 
 
 def test_a_weld_is_told_in_metres_and_radians() -> None:
@@ -264,7 +264,7 @@ def test_a_start_is_named_or_numbered_or_is_the_own_pose() -> None:
 def test_rates_that_would_open_the_loops_are_changed_and_that_is_told() -> None:
     # The keyframe turns the hips and leaves the cranks behind.
     model = legged()
-    start = start_of(model, "swing", active_closures(model))
+    start = start_of(model, Request("swing"), active_closures(model))
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, start.state, STATE)
     assert start.rates_changed == pytest.approx(np.abs(data.qvel - model.key_qvel[0]).max() / 3.0)
@@ -309,8 +309,41 @@ def test_gravity_compensation_is_left_out_where_the_energy_is_looked_at() -> Non
     model = mujoco.MjModel.from_xml_string(ARM.format(0.5))
     bare, without = conservative(model)
     assert "gravity compensation" in without
-    state = start_of(model, None, ()).state
+    state = start_of(model, Request(), ()).state
     share, control = (energy_drift(run, state, Pace(50, 1, 0.002))[0] for run in (bare, model))
     assert share < 0.02
     assert control > 0.4
     assert conservative(mujoco.MjModel.from_xml_string(ARM.format(0)))[1] == ("contacts",)
+
+
+# -- actuators ---------------------------------------------------------------------------------------------------------
+
+SERVO = '<actuator><velocity name="motor" kv="30" joint="crank"/></actuator></mujoco>'
+
+
+def actuated(key: str = "") -> str:
+    """The saw with stock closures and a servo on its crank in place of the flywheel; its keyframe has what is said."""
+    text = re.sub(r' solref="0\.00096.*?/>', "/>", SAW.read_text().replace(' armature="1e+13"', ""))
+    return re.sub(r' qvel="[^"]*"', key, text).replace("</mujoco>", SERVO)
+
+
+def test_an_actuated_model_is_measured_in_the_motion_that_its_controls_command(tmp_path: Path) -> None:
+    (tmp_path / "saw.xml").write_text(actuated())
+    stands, driven = (
+        harden_file(tmp_path / "saw.xml", Request(seconds=0.003, content=False, controls=controls))
+        for controls in ((), (("motor", 52.36),))
+    )
+    assert any("all controls are 0, so that nothing commands a motion" in note for note in stands.warnings)
+    assert not any("all controls are 0" in note for note in driven.warnings)
+    assert driven.start == "keyframe start with motor = 52.36"
+    assert driven.travel > 50 * stands.travel
+    with pytest.raises(InvalidInput, match="unknown actuator 'moter': choose from motor; did you mean 'motor'"):
+        harden_file(tmp_path / "saw.xml", Request(controls=(("moter", 1.0),)))
+
+
+def test_controls_are_those_of_the_keyframe_where_none_is_given() -> None:
+    own = mujoco.MjModel.from_xml_string(actuated(' ctrl="52.36"'))
+    closures = active_closures(own)
+    asked = start_of(mujoco.MjModel.from_xml_string(actuated()), Request(controls=(("0", 52.36),)), closures)
+    assert np.array_equal(start_of(own, Request(), closures).state, asked.state)
+    assert not np.array_equal(start_of(own, Request(controls=(("0", 0.0),)), closures).state, asked.state)

@@ -90,7 +90,7 @@ def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not()
     mujoco.mj_setConst(model, mujoco.MjData(model))
     np.testing.assert_allclose(recipe.weights.values(model), recipe.weights.values(legged()), rtol=1e-9)
     assert nothing_to_do(model, closures) == ""
-    state = start_of(legged(), "swing", closures).state
+    state = start_of(legged(), Request("swing"), closures).state
     pace = Pace(50, 2, 0.001)
     undone, hard = opening_of(model, state, pace), opening_of(edited(legged(), recipe), state, pace)
     assert hard < 1e-5 * undone
@@ -160,7 +160,7 @@ def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_i
     assert any("cam" in note and "velocity" in note for note in to_know(model, active_closures(model)))
     assert to_know(straight, active_closures(straight)) == ()
     recipe = recipe_for(model, active_closures(model), Request())
-    state = start_of(model, None, active_closures(model)).state
+    state = start_of(model, Request(), active_closures(model)).state
     wide = [
         opening_of(edited(model, replace(recipe, time_constants=((0, constant),))), state, Pace(100, 4, 0.002))
         for constant in (0.01, 0.02)

@@ -125,5 +125,5 @@ def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(look: Loo
 
 def test_findings_come_by_harm_and_a_rule_can_be_left_out(look: Look) -> None:
     text = closed_twice(replaced('tolerance="0" ', "")(replaced('autoreset="disable" ', "")(SAW)))
-    assert [finding.harm for finding in look(text).findings] == [Harm.WRONG, Harm.LATENT, Harm.WASTE]
+    assert [finding.harm for finding in look(text).findings] == [Harm.WRONG, Harm.HIDES, Harm.WASTE]
     assert "silent-reset" not in rules_of(look(text, replace(SHORT, ignored=("silent-reset",))))

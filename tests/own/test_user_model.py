@@ -168,6 +168,17 @@ def test_the_other_assembly_branch_is_named(tmp_path: Path, kind: str, text: str
     assert identity.left < 1e-9
 
 
+@pytest.mark.parametrize("rod", [0.3001, 0.3])
+def test_on_the_other_branch_a_length_that_is_off_is_named_too(tmp_path: Path, rod: float) -> None:
+    text = replaced(other_branch_of_the_saw(), ROD_END, f'name="slider-pin.rod" pos="{rod} 0 0"')
+    identity = seen(tmp_path, "saw", text, points=("C",))
+    assert identity.other_branch
+    assert identity.left < 1e-9
+    found = [[(one.name, round(one.found, 9)) for one in found.lengths] for found in identity.explanations]
+    assert found == ([] if rod == 0.3 else [[("rod", rod)]])
+    assert (identity.closest is None) == (rod == 0.3)  # of which "all lengths are as expected" is said
+
+
 def test_a_mirror_image_is_the_machine_where_it_is_to_be_seen_from_behind(tmp_path: Path) -> None:
     identity = seen(tmp_path, "saw", mirrored(SAW), GivenFrame(plane="-xy"))
     assert identity.is_machine(1e-12)

@@ -14,6 +14,7 @@ from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.own.files import as_outputs_must_not_be, check_readable
+from conrod.own.models.request import controls_of
 from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.studies.frame.files import check_apart, files_to_write, naming, single, write_together
@@ -30,6 +31,7 @@ INTEGRATORS = ("RK4", KEEP)
 @click.option("-o", "--output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
 @click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
 @click.option("--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs.")
+@options.controls
 @click.option(
     "--solref",
     default=AUTO,
@@ -45,6 +47,7 @@ def harden(
     model: str,
     output: str | None,
     keyframe: str | None,
+    controls: tuple[str, ...],
     seconds: float,
     solref: str,
     integrator: str,
@@ -55,7 +58,7 @@ def harden(
 
     Takes the regularisation out of the equality constraints of a compiled model, which MJCF cannot express: prints the
     lines of Python that do it, and writes a binary model. Runs the model as it is, with the weights scaled alone, and
-    hardened; nothing drives it, controls are 0. MODEL.xml itself is only read.
+    hardened, with the controls of its keyframe or those given. MODEL.xml itself is only read.
 
     Exit status 0: hardened; 1: it is not, for the reason given (nothing to harden, soft on purpose, it would break);
     2: bad usage.
@@ -67,7 +70,9 @@ def harden(
         raise unknown_choice("--integrator", integrator, INTEGRATORS)
     if not (math.isfinite(seconds) and seconds > 0.0):
         raise InvalidInput(f"--seconds {seconds:g}: give a finite number above 0")
-    request = Request(keyframe, seconds, _time_constant(solref), integrator, force, content="-o" in files)
+    request = Request(
+        keyframe, seconds, _time_constant(solref), integrator, force, "-o" in files, controls_of(controls)
+    )
 
     from conrod.mjcf.harden.study import harden_file
     from conrod.studies.execution.isolation import confined

@@ -15,16 +15,16 @@ from conrod.cli import options
 from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.mjcf.lint.findings import Finding, Fixed, Harm, Report, Request, Value
+from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value
 from conrod.own.files import as_outputs_must_not_be, check_readable
-from conrod.own.models.request import places_of
+from conrod.own.models.request import controls_of, places_of
 from conrod.report.terminal import console, print_lines
 from conrod.studies.frame.files import files_to_write, naming, real_path, single, write_together
 from conrod.studies.frame.paired_timing import PairedCost
 from conrod.studies.frame.resolve_arguments import select_scene
 
 REVOLUTIONS = 2  # of a crank whose speed a scene gives
-COLOURS = {Harm.WRONG: "red", Harm.LATENT: "yellow", Harm.WASTE: "cyan"}
+COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}
 
 
 @options.verb()
@@ -38,8 +38,16 @@ COLOURS = {Harm.WRONG: "red", Harm.LATENT: "yellow", Harm.WASTE: "cyan"}
     "--point", "points", multiple=True, metavar="NAME=site:SITE", help="Observe this, e.g. C=body:slider [every body]."
 )
 @click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
+@options.controls
 @click.option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps; 2 turns of the crank].")
 @click.option("--ignore", "ignored", multiple=True, metavar="RULE", help="Leave a rule out.")
+@click.option(
+    "--fail-on",
+    type=click.Choice([one.value for one in Severity]),
+    default=Severity.WARNING.value,
+    show_default=True,
+    help="Exit status 1 for findings of this severity and worse.",
+)
 @options.document
 @click.option("--fix", "fixed", metavar="OUT.xml", help="Write the model with the safe fixes made.")
 def lint(
@@ -49,8 +57,10 @@ def lint(
     crank: str | None,
     points: tuple[str, ...],
     keyframe: str | None,
+    controls: tuple[str, ...],
     seconds: float | None,
     ignored: tuple[str, ...],
+    fail_on: str,
     document: str | None,
     fixed: str | None,
 ) -> None:
@@ -58,7 +68,9 @@ def lint(
 
     The model is run, and run again without each suspect; the file is only read.
 
-    Exit status 0: no findings; 1: findings; 2: bad usage.
+    Findings are errors (they make this motion wrong), warnings (they will cause trouble) or notes.
+
+    Exit status 0: no errors and warnings, or what --fail-on says; 1: some; 2: bad usage.
     """
     path = Path(model)
     check_readable(path)
@@ -75,7 +87,8 @@ def lint(
     elif crank is not None:
         raise InvalidInput(f"--crank {crank}: say with --scene how fast it turns")
     folder = str(real_path(files["--fix"]).parent) if "--fix" in files else None
-    request = Request(keyframe, seconds, crank, speed, places_of(points, observed), ignored, folder)
+    places = places_of(points, observed)
+    request = Request(keyframe, seconds, crank, speed, places, ignored, folder, controls_of(controls))
 
     from conrod.mjcf.lint.linting import lint as look
     from conrod.studies.execution.isolation import confined
@@ -89,7 +102,7 @@ def lint(
         "--fix": report.fixed.text if report.fixed else "",
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
-    if report.findings:
+    if any(finding.harm.severity in Severity(fail_on).and_worse for finding in report.findings):
         sys.exit(options.FAILED)
 
 
@@ -106,14 +119,22 @@ def print_report(report: Report, out_file: Path | None) -> None:
         costs = ["" if note.cost is None else f"; {_cost(note.cost)}" for note in report.notes]
         print_lines(out, ["", "noted, no findings:"])
         print_lines(out, (f"{n.rule}: {n.what}{cost}" for n, cost in zip(report.notes, costs, strict=True)), indent=2)
-    number = len(report.findings)
-    print_lines(out, ["", f"{number or 'no'} finding{'' if number == 1 else 's'}"])
+    print_lines(out, ["", _counted([finding.harm.severity for finding in report.findings])])
     if report.fixed is not None:
         print_lines(out, [_fixed(report.fixed, out_file)])
 
 
+def _counted(found: list[Severity]) -> str:
+    """'3 findings: 1 error, 2 notes'."""
+    number, counts = len(found), [(one.value, found.count(one)) for one in Severity]
+    parts = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
+    return f"{number or 'no'} finding{'' if number == 1 else 's'}" + (f": {parts}" if parts else "")
+
+
 def _print_finding(out: Console, finding: Finding) -> None:
-    print_lines(out, ["", Text.assemble((finding.rule, COLOURS[finding.harm]), f" ({finding.harm.meaning})")])
+    severity = finding.harm.severity
+    head = (f"{severity.value}: {finding.rule}", COLOURS[severity])
+    print_lines(out, ["", Text.assemble(head, f" ({finding.harm.meaning})")])
     lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(v)}" for name, v in finding.evidence.items())]
     if finding.cost is not None:
         lines.append(f"cost: {_cost(finding.cost)}")

@@ -142,6 +142,11 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
         "shell_complete": completed(_preset_names),
     },
     "--set": {"multiple": True, "metavar": "NAME=VALUE", "help": "Override a parameter, e.g. --set crank=80mm."},
+    "--ctrl": {
+        "multiple": True,
+        "metavar": "NAME=VALUE",
+        "help": "Control of an actuator, by name or number, in MuJoCo's units [the keyframe's].",
+    },
     "--grid": {
         "default": DEFAULT_GRID,
         "show_default": True,
@@ -153,6 +158,7 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--jobs": {"type": int, "metavar": "N", "help": "Runs at a time on this machine [one a core]."},
 }
 assignments = click.option("--set", "assignments", **SHARED["--set"])
+controls = click.option("--ctrl", "controls", **SHARED["--ctrl"])
 engine = click.option("--engine", **SHARED["--engine"])
 preset = click.option("--preset", **SHARED["--preset"])
 grid = click.option("--grid", **SHARED["--grid"])

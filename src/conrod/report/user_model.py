@@ -70,8 +70,7 @@ def _judgement(study: ModelStudy) -> str:
 
 def own_run_words(study: ModelStudy, found: OwnRun) -> str:
     """'from keyframe start with motor = 4.189, it ended as reset: ..'."""
-    inputs = ", ".join(f"{name} = {value:.6g}" for name, value in study.model.controls.items() if value)
-    begin = f"from {study.model.start}" + (f" with {inputs}" if inputs else "")
+    begin = f"from {study.model.start}"
     if found.crank is None:
         return f"{begin}, it ended as {found.run.outcome.slug}: {found.run.reason}"
     did, wanted = _crank_words(found.crank), found.commanded
@@ -90,9 +89,12 @@ def _crank_words(crank: CrankMotion) -> str:
     low, high = (value - 360.0 * math.floor(low / 360.0) for value in (low, high))
     if high - low < STANDS:
         return f"stood near {0.5 * (low + high):.3g} deg"
+    ends = [_rpm(speed) for speed in (crank.least, crank.most)]
+    if ends == 2 * [_rpm(crank.mean)]:
+        return f"turned at {ends[0]} rpm"
     if high - low < HALF_TURN:
         return f"swung from {low:.4g} to {high:.4g} deg"
-    return f"turned at {_rpm(crank.mean)} rpm on average, {_rpm(crank.least)} to {_rpm(crank.most)} rpm"
+    return f"turned at {_rpm(crank.mean)} rpm on average, {ends[0]} to {ends[1]} rpm"
 
 
 def _rpm(speed: float) -> str:
@@ -101,11 +103,13 @@ def _rpm(speed: float) -> str:
 
 def _why_not(study: ModelStudy) -> str:
     identity = study.identity
-    if identity.other_branch:
-        return "it is on the other assembly branch"
+    branch = ["it is on the other assembly branch"] if identity.other_branch else []
     if identity.explanations:
-        return " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])
-    return "; ".join([f"its points are off by up to {measured(identity.largest)} of their travel", *other_kinds(study)])
+        return " and ".join([*branch, " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])])
+    if branch and identity.closest is None:
+        return branch[0]
+    off = f"its points are off by up to {measured(identity.largest)} of their travel"
+    return "; ".join([*branch, off, *other_kinds(study)])
 
 
 def findings(study: ModelStudy) -> dict[str, list[str]]:
@@ -200,7 +204,7 @@ def _paths(study: ModelStudy) -> Iterator[str]:
     )
     yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
     if identity.rate_off is not None:
-        with_found = ", with what was found," if identity.explanations else ""
+        with_found = " (with what was found)" if identity.explanations else ""
         yield f"error of their derivatives by the crank angle{with_found}: {measured(identity.rate_off)}"
     if shape is not None:
         size = measured(MM * identity.frame.unit * shape.shape_error)
@@ -215,11 +219,8 @@ def _paths(study: ModelStudy) -> Iterator[str]:
 def _explained(study: ModelStudy) -> Iterator[str]:
     identity = study.identity
     if identity.other_branch:
-        yield (
-            "it is on the other assembly branch, its lengths as expected; where it is to be seen from the other side "
-            "of its plane, --plane says so"
-        )
-    elif identity.explanations:
+        yield "it is on the other assembly branch; if its plane is to be seen from the other side, --plane says so"
+    if identity.explanations:
         if (count := len(identity.explanations)) > 1:
             yield f"{count} explanations leave nothing; the paths cannot distinguish them"
         for one in identity.explanations[:TOLD_TOGETHER]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from conrod.own.models.request import Controls
 from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedCost
 
@@ -22,6 +23,7 @@ class Request:
             model's own.
         integrator: "RK4", or "keep" for the model's own.
         force: harden what seems to be soft on purpose.
+        controls: inputs of actuators in place of the keyframe's, held through the runs.
         content: whether the hardened model is asked for, not only its figures.
     """
 
@@ -31,6 +33,7 @@ class Request:
     integrator: str = "RK4"
     force: bool = False
     content: bool = True
+    controls: Controls = ()
 
 
 @dataclass(frozen=True)

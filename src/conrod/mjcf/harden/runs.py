@@ -13,9 +13,9 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops, rows_at
 from conrod.mjcf.harden.closures import Closure, loops_of, openings
-from conrod.mjcf.harden.results import Loop, Touching
+from conrod.mjcf.harden.results import Loop, Request, Touching
 from conrod.mjcf.runs import STATE, broken, data_at, state_of
-from conrod.own.models.loading import keyframe_to_start_from, start_words
+from conrod.own.models.loading import data_at_start, start_words
 
 CLOSED = 1e-12  # of the model's size
 LIMITS = (mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT, mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
@@ -39,19 +39,18 @@ class Start:
     rates_changed: float = 0.0
 
 
-def start_of(model: mujoco.MjModel, keyframe: str | None, closures: Sequence[Closure]) -> Start:
-    """The start that a user names, or the first keyframe where there is one, with controls of 0.
+def start_of(model: mujoco.MjModel, request: Request, closures: Sequence[Closure]) -> Start:
+    """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
 
     Raises:
-        InvalidInput: the model has no such keyframe.
+        InvalidInput: the model has no such keyframe or actuator.
     """
-    data = mujoco.MjData(model)
-    index = keyframe_to_start_from(model, keyframe)
-    if index is not None:
-        mujoco.mj_resetDataKeyframe(model, data, index)
-    data.ctrl[:] = 0.0
+    data, index = data_at_start(model, request.keyframe, request.controls)
     mujoco.mj_fwdPosition(model, data)
-    given, name = largest_by_unit(loops_of(closures), openings(model, data, closures)), start_words(model, index)
+    given, name = (
+        largest_by_unit(loops_of(closures), openings(model, data, closures)),
+        start_words(model, index, data.ctrl),
+    )
     before = state_of(model, data)
     if not close_loops(model, data, CLOSED * float(model.stat.extent)):
         return Start(before, name, given, closed=False)

@@ -23,7 +23,7 @@ from conrod.mjcf.harden.recipe import (
 )
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
 from conrod.mjcf.harden.runs import Pace, Start, largest_by_unit, start_of
-from conrod.own.models.loading import check_finite, keyframe_to_start_from, load_model
+from conrod.own.models.loading import check_finite, controls_at_start, load_model
 
 SAMPLES = 500
 LEAST_STEPS, MOST_STEPS = 20, 200_000
@@ -59,7 +59,7 @@ def harden_file(path: Path, request: Request) -> HardenedModel:
 
 
 def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedModel:
-    keyframe_to_start_from(model, request.keyframe)
+    controls = controls_at_start(model, request.keyframe, request.controls)
     pace = pace_of(model, request.seconds)
     closures = active_closures(model)
     notes = to_know(model, closures)
@@ -70,7 +70,7 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
     if soft and not request.force:
         return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
     recipe = recipe_for(model, closures, request)
-    start = start_of(model, request.keyframe, closures)
+    start = start_of(model, request, closures)
     found = replace(
         found,
         size=float(model.stat.extent),
@@ -88,12 +88,18 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
     found = measured(found, model, closures, recipe, start.state, pace)
     before, after = (next(v for v in found.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
     harm = _harm(found, before, after)
+    idle = bool(controls) and not any(controls.values())
     refused = bool(harm) and not request.force
     runs = before.broke is None and after.broke is None
     return replace(
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
-        warnings=(*soft, *((harm,) if harm and not refused else ()), *_doubts(found, start, before, after), *notes),
+        warnings=(
+            *soft,
+            *((harm,) if harm and not refused else ()),
+            *_doubts(found, start, before, after, idle),
+            *notes,
+        ),
         cost=cost(model, recipe, start.state, pace) if runs else None,
         content=None if refused or not request.content else binary(edited(model, recipe)),
     )
@@ -137,11 +143,13 @@ def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
     return ""
 
 
-def _doubts(found: HardenedModel, start: Start, before: Variant, after: Variant) -> tuple[str, ...]:
+def _doubts(found: HardenedModel, start: Start, before: Variant, after: Variant, idle: bool) -> tuple[str, ...]:
     """Reasons to doubt the figures, or the hardened model."""
     doubts = []
     if not start.closed:
         doubts.append("no pose near the start closes the loops: the runs start with them open")
+    if idle:
+        doubts.append("all controls are 0, so that nothing commands a motion: --ctrl NAME=VALUE does")
     if start.rates_changed > RATES:
         doubts.append(
             f"the rates of the start would open its loops: the runs start with the nearest that do not, changed by "

@@ -207,8 +207,8 @@ def gravity_across(bench: Bench) -> Iterator[Finding | Note]:
             "change of motion without": change,
         },
         fix="turn the machine, or the gravity, into the plane; or leave that part of it out",
+        # Never safe: loads and free motion would be those of another machine, whatever this motion shows.
         edits=edits,
-        safe=change <= SAME_MOTION,
         change=change,
     )
 

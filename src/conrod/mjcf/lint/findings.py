@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from conrod.own.models.request import Place
+from conrod.own.models.request import Controls, Place
 from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedCost
 
@@ -21,6 +21,7 @@ class Request:
     Attributes:
         keyframe: name or number of the keyframe that it starts from; None for the first, or the model's own pose.
         seconds: how long [s]; None for so many steps.
+        controls: inputs of actuators in place of the keyframe's.
         crank: hinge that is driven; needs a speed.
         speed: of the crank [rad/s]; None for a free run.
         points: what is observed; every body where there is none.
@@ -35,6 +36,7 @@ class Request:
     points: tuple[Place, ...] = ()
     ignored: tuple[str, ...] = ()
     fix_folder: str | None = None
+    controls: Controls = ()
 
 
 # -- edits -----------------------------------------------------------------------------------------------------------
@@ -103,21 +105,35 @@ Edit = Change | SetOption | Exclude
 Value = float | int | str
 
 
-class Harm(Enum):
-    """Kinds of harm that a finding does, the worst first."""
+class Severity(Enum):
+    """Severities of findings, the worst first."""
 
-    WRONG = "wrong"
-    LATENT = "latent"
-    WASTE = "waste"
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
 
     @property
-    def meaning(self) -> str:
-        """In words."""
-        return {
-            Harm.WRONG: "makes this motion wrong",
-            Harm.LATENT: "will cause trouble",
-            Harm.WASTE: "costs, and gives nothing",
-        }[self]
+    def and_worse(self) -> tuple[Severity, ...]:
+        """It and all that are worse."""
+        every = tuple(Severity)
+        return every[: every.index(self) + 1]
+
+
+class Harm(Enum):
+    """Kinds of harm that a finding does, the worst first, each with its severity and its meaning."""
+
+    WRONG = ("wrong", Severity.ERROR, "makes this motion wrong")
+    LATENT = ("latent", Severity.WARNING, "will cause trouble")
+    HIDES = ("hides", Severity.NOTE, "would hide a run that fails")
+    WASTE = ("waste", Severity.NOTE, "costs, and gives nothing")
+
+    severity: Severity
+    meaning: str
+
+    def __new__(cls, value: str, severity: Severity, meaning: str) -> Harm:
+        made = object.__new__(cls)
+        made._value_, made.severity, made.meaning = value, severity, meaning
+        return made
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,6 +212,7 @@ class Report:
         """All but the text of the fixed model as plain values, edits in words."""
         values: dict[str, Any] = plain(self)
         for written, finding in zip(values["findings"], self.findings, strict=True):
+            written["severity"] = finding.harm.severity.value
             written["edits"] = [edit.words for edit in finding.edits]
         if self.fixed is not None:
             values["fixed"]["edits"] = [edit.words for edit in self.fixed.edits]

@@ -35,9 +35,9 @@ from conrod.own.models.loading import (
     Crank,
     check_finite,
     crank_of,
+    data_at_start,
     find_crank,
     find_point,
-    keyframe_to_start_from,
     listed,
     name_or_number,
     names_of,
@@ -153,10 +153,7 @@ def prepared(document: Document, request: Request, clock: Clock) -> Bench:
     check_finite(model)
     if not model.nv:
         raise InvalidInput("nothing in the model can move")
-    data = mujoco.MjData(model)
-    keyframe = keyframe_to_start_from(model, request.keyframe)
-    if keyframe is not None:
-        mujoco.mj_resetDataKeyframe(model, data, keyframe)
+    data, keyframe = data_at_start(model, request.keyframe, request.controls)
     step = float(model.opt.timestep)
     steps = DEFAULT_STEPS if request.seconds is None else max(2, math.ceil(request.seconds / step))
     if steps > MOST_STEPS:
@@ -173,10 +170,11 @@ def prepared(document: Document, request: Request, clock: Clock) -> Bench:
 def described(bench: Bench, request: Request) -> str:
     """The run in a sentence."""
     model = bench.model
-    start = start_words(model, bench.keyframe)
+    controls = data_at(model, bench.start).ctrl
+    start = start_words(model, bench.keyframe, controls)
     sentence = f"run of {bench.steps} steps of {bench.step:g} s from {start}"
     if request.speed is None:
-        return f"a free {sentence}"
+        return f"{'an actuated' if controls.any() else 'a free'} {sentence}"
     crank = driven_crank(model, request.crank)
     off = _speed_off(bench.run.states[:, model.nq + crank.rate], request.speed)
     name = name_or_number(model, "joint", crank.joint)

@@ -190,7 +190,7 @@ def silent_reset(bench: Bench) -> Iterator[Finding]:
         return
     yield Finding(
         what="when its numbers go wrong the model starts again by itself, and the run goes on",
-        harm=Harm.WRONG if bench.run.broke else Harm.LATENT,
+        harm=Harm.WRONG if bench.run.broke else Harm.HIDES,
         evidence={
             "speed put in": TOO_FAST,
             "time after the next step [s]": bench.step,

@@ -15,7 +15,7 @@ from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly, prepare
-from conrod.own.models.loading import start_of
+from conrod.own.models.loading import data_at_start
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, Scan
 from conrod.runs.trajectory import Outcome
 
@@ -134,7 +134,7 @@ def _driven(
 
 def _as_given(assembly: Assembly, question: Question, drive: Drive) -> DrivenRun:
     """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""
-    data, _ = start_of(assembly.original, question.keyframe, question.controls)
+    data, _ = data_at_start(assembly.original, question.keyframe, question.controls)
     return replace(_run(assembly, assembly.original, data, drive), ripple=0.0)
 
 

@@ -12,9 +12,9 @@ from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.reference import ExactReference
+from conrod.exact.reference import ExactReference, GenericReference
 from conrod.own.models.frame import UNITS, GivenFrame, View
-from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, paths_of, with_lengths
+from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, on_branch, paths_of, with_lengths
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
@@ -56,12 +56,14 @@ class Search:
 
     Attributes:
         given: parts of the frame that are not fitted.
+        branch: on which the machine is assembled; None for its own.
     """
 
     scene: Scene
     scan: Scan
     view: View
     given: GivenFrame
+    branch: GenericReference | None = None
 
     @property
     def sense(self) -> int:
@@ -90,7 +92,9 @@ class Search:
 
     def distances(self, reference: ExactReference, there: FrameFit) -> Array:
         """Distances (P, T), complex, of the model's points from exact paths in a frame, over their lengths."""
-        exact = paths_of(reference, self.scan.points)(there.sense * (self.scan.coordinate - there.zero))
+        exact = paths_of(on_branch(reference, self.branch), self.scan.points)(
+            there.sense * (self.scan.coordinate - there.zero)
+        )
         found = there.unit * np.exp(-1j * there.rotation) * self.paths + there.displacements[:, None] * self.links
         return np.asarray((found - exact) / self.norms)
 
@@ -185,7 +189,8 @@ def fit_frame(search: Search, reference: ExactReference) -> FrameFit:
 def _coarse(search: Search, reference: ExactReference) -> FrameFit:
     """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
     given, sense, coordinate, norms = search.given, search.sense, search.scan.coordinate, search.norms
-    paths, weighted, count = paths_of(reference, search.scan.points), search.paths / norms, len(coordinate)
+    paths = paths_of(on_branch(reference, search.branch), search.scan.points)
+    weighted, count = search.paths / norms, len(coordinate)
     if given.zero is None:
         # Between samples of a turn that start at one of them the angles are always the same ones.
         turn = paths(coordinate - coordinate[0]) / norms

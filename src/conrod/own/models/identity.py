@@ -13,7 +13,7 @@ from conrod.exact.reference import ExactReference, GenericReference
 from conrod.own.models.fitting import FrameFit, Search, fit_frame
 from conrod.own.models.frame import Frame, GivenFrame, views
 from conrod.own.models.lengths import Explanation, Solution, solutions, without_trace
-from conrod.own.models.references import other_branches, shaft_of
+from conrod.own.models.references import on_branch, other_branches, shaft_of
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
@@ -90,35 +90,37 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
         InvalidInput: its plane of motion or its frame cannot be determined.
     """
     _check_plane(scan)
-    search, at, branch = _chosen(scene, scan, given)
+    search, at = _chosen(scene, scan, given)
     shape = scan.facts.touching.shape_error if scan.facts.touching else 0.0
     floor = max(EXPLAINED, at.unit * OBLIQUE * shape / float(search.norms.min()))
-    found, closest, moving = tuple[Solution, ...](), None, branch or scene
-    if branch is None and at.largest > floor:
+    found, closest, moving = tuple[Solution, ...](), None, scene
+    if at.largest > floor:
         found, closest = solutions(search, at, floor)
         if found:
             at, moving = found[0].fit, found[0].scene
     at = _rounded(search, at, moving, floor)
     expected = search.fitted(scene, replace(at, displacements=0.0 * at.displacements)) if found else at
+    # The same machine of those lengths, as it is assembled in the model.
+    without, machine = without_trace(search, at, moving), on_branch(moving, search.branch)
     x, y, z = scan.anchor.tolist()
-    frame = Frame(search.view, at.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(moving))
+    frame = Frame(search.view, at.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(machine))
     angle, off = frame.angle(scan.coordinate), np.abs(expected.distances)
     order = np.argsort(angle)
     identity = Identity(
         frame=frame,
         given=given,
-        other_branch=branch is not None,
+        other_branch=search.branch is not None,
         angle=angle[order],
         off=off.max(axis=0)[order],
         off_by=dict(zip(scan.points, off.max(axis=1).tolist(), strict=True)),
-        rate_off=_rate_off(search, frame, at, moving),
+        rate_off=_rate_off(search, frame, at, machine),
         explanations=tuple(one.explanation for one in found),
         closest=closest.explanation if closest else None,
-        indistinct=without_trace(search, at, moving) if isinstance(moving, Scene) else (),
+        indistinct=without,
         left=at.largest,
         floor=floor,
     )
-    return identity, moving
+    return identity, machine
 
 
 def _rounded(search: Search, at: FrameFit, machine: ExactReference, floor: float) -> FrameFit:
@@ -175,18 +177,19 @@ def _check_plane(scan: Scan) -> None:
             )
 
 
-# A view of a model with the frame that fits best; the reference where it is another assembly branch.
-Candidate = tuple[Search, FrameFit, GenericReference | None]
+# A view of a model on an assembly branch, with the frame that fits best.
+Candidate = tuple[Search, FrameFit]
 
 
 def _chosen(scene: Scene, scan: Scan, given: GivenFrame) -> Candidate:
     """View and assembly branch of the model: the machine's own branch unless another one is clearly nearer."""
     turns = scene.mechanism().driver.sense
-    searches = [Search(scene, scan, view, given) for view in views(scan.axis, turns, given.plane)]
+    seen_from = views(scan.axis, turns, given.plane)
 
     def best(branch: GenericReference | None) -> Candidate:
-        tried = [(search, fit_frame(search, branch or scene), branch) for search in searches]
-        least = min(fit.rms for _, fit, _ in tried)
+        searches = [Search(scene, scan, view, given, branch) for view in seen_from]
+        tried = [(search, fit_frame(search, scene)) for search in searches]
+        least = min(fit.rms for _, fit in tried)
         return next(one for one in tried if one[1].rms <= ALIKE * least + NOTHING)
 
     own = best(None)

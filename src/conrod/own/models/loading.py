@@ -79,7 +79,9 @@ def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | No
     raise unknown_choice("keyframe", given, [*names, OWN_POSE])
 
 
-def start_of(model: mujoco.MjModel, keyframe: str | None, controls: Controls = ()) -> tuple[mujoco.MjData, int | None]:
+def data_at_start(
+    model: mujoco.MjModel, keyframe: str | None, controls: Controls = ()
+) -> tuple[mujoco.MjData, int | None]:
     """Data at a start, and the index of its keyframe, None for the model's own pose.
 
     Args:
@@ -107,15 +109,27 @@ def start_of(model: mujoco.MjModel, keyframe: str | None, controls: Controls = (
     return data, index
 
 
+def controls_at_start(model: mujoco.MjModel, keyframe: str | None, controls: Controls) -> dict[str, float]:
+    """Inputs of all actuators at such a start, by name or number.
+
+    Raises:
+        InvalidInput: as for the data.
+    """
+    data, _ = data_at_start(model, keyframe, controls)
+    return dict(zip(actuator_names(model), data.ctrl.tolist(), strict=True))
+
+
 def actuator_names(model: mujoco.MjModel) -> list[str]:
     """Names of all actuators, in order; the number of one that has none."""
     kind = mujoco.mjtObj.mjOBJ_ACTUATOR
     return [mujoco.mj_id2name(model, kind, index) or str(index) for index in range(model.nu)]
 
 
-def start_words(model: mujoco.MjModel, keyframe: int | None) -> str:
-    """A start in words."""
-    return "its own pose" if keyframe is None else f"keyframe {names_of_keyframes(model)[keyframe] or keyframe}"
+def start_words(model: mujoco.MjModel, keyframe: int | None, controls: Iterable[float] = ()) -> str:
+    """'keyframe start with motor = 4.19': a start in words, with the controls (nu,) that are not 0."""
+    words = "its own pose" if keyframe is None else f"keyframe {names_of_keyframes(model)[keyframe] or keyframe}"
+    inputs = [f"{name} = {value:.6g}" for name, value in zip(actuator_names(model), controls, strict=False) if value]
+    return f"{words} with {listed(inputs)}" if inputs else words
 
 
 def load_model(path: Path) -> mujoco.MjModel:

@@ -86,6 +86,14 @@ def other_branches(scene: Scene) -> tuple[GenericReference, ...]:
     return tuple(found)
 
 
+def on_branch(reference: ExactReference, branch: GenericReference | None) -> ExactReference:
+    """A machine of any lengths, assembled as another one on its branch is; None for the machine's own."""
+    if branch is None or isinstance(reference, GenericReference):
+        return reference
+    mechanism = replace(reference.mechanism(), name=branch.described.name, poses=branch.described.poses)
+    return GenericReference(mechanism, branch.speed)
+
+
 def _assembled(scene: Scene) -> Iterator[Array]:
     """Assembled poses (3 n,) at crank angle 0, by Newton's iteration from poses turned and mirrored at the crank."""
     mechanism, equations = scene.kinematics.mechanism, Equations(scene.kinematics.mechanism)

@@ -175,7 +175,7 @@ class ModelFacts:
         open_closure: name of that closure.
         stops: joints whose limits the turn leaves, with both.
         remarks: deviations of conrod's drive from the file, and what else acts on the crank.
-        start: pose that a run of the file as it is starts from, in words.
+        start: of a run of the file as it is, in words.
         controls: inputs of all actuators in that run, by name or number.
     """
 

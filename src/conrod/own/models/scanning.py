@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly, prepare
 from conrod.own.models.facts import own_settings, remarks, stops, touching, wiring
-from conrod.own.models.loading import actuator_names, start_of, start_words
+from conrod.own.models.loading import controls_at_start, keyframe_to_start_from, start_words
 from conrod.own.models.request import ModelFacts, Question, Scan
 
 SAMPLES = 180  # in a turn
@@ -35,7 +35,7 @@ def scan(path: Path, question: Question) -> Scan:
 def _scanned(assembly: Assembly, question: Question) -> Scan:
     """Samples at `SAMPLES` angles, and one a turn later, which shows whether all is back."""
     model, crank, start = assembly.original, assembly.crank, assembly.coordinate()
-    data, keyframe = start_of(model, question.keyframe, question.controls)
+    controls = controls_at_start(model, question.keyframe, question.controls)
     ranks, samples, gaps = [jacobian_rank(assembly.jacobian())], [], []
     for turn in np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1):
         assembly.go(start + float(turn))
@@ -60,8 +60,8 @@ def _scanned(assembly: Assembly, question: Question) -> Scan:
         open_closure=open_closure,
         stops=stops(model, crank, states[whole]),
         remarks=remarks(model, crank),
-        start=start_words(model, keyframe),
-        controls=dict(zip(actuator_names(model), data.ctrl.tolist(), strict=True)),
+        start=start_words(model, keyframe_to_start_from(model, question.keyframe), controls.values()),
+        controls=controls,
     )
     away = np.linalg.norm([anchors[whole] - anchors[0], axes[whole] - axes[0]], axis=-1)
     return Scan(
