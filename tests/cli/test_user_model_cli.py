@@ -80,6 +80,25 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
     assert status == 0, told
 
 
+def test_a_model_that_plain_mujoco_resets_has_exit_status_1_and_that_in_the_first_line(tmp_path: Path) -> None:
+    servo = '<actuator><velocity name="motor" kv="100" joint="crank"/></actuator></mujoco>'
+    text = replaced(replaced(SAW, ' armature="1e+14"', ""), ' autoreset="disable"', "")
+    file = tmp_path / "saw.xml"
+    file.write_text(replaced(text, "</mujoco>", servo))
+    asked = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--tolerance", "position=1e-3")
+    status, told = validate(file, *asked, "--ctrl", "motor=4.18879", "--revolutions", 1)
+    assert status == 1
+    first = (
+        "Run as the file has it, from keyframe start with motor = 4.18879, it ended as reset: MuJoCo reset its state"
+    )
+    assert told.startswith(f"{file}: {first}")
+    for wrong in ("motor", "motor=", "=3", "motor=nan", "motor=fast"):
+        assert validate(file, *asked, "--ctrl", wrong)[0] == 2
+    # Negative control: without the servo nothing resets it.
+    file.write_text(text)
+    assert validate(file, *asked, "--revolutions", 1)[0] == 0
+
+
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
@@ -88,7 +107,10 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
             {"crank": "bed slide"},
             "--crank bed slide: it is a slide joint, a crank is a hinge; its hinges: motor, wrist",
         ),
-        ({"points": ("C=site:crank pin",)}, "unknown site 'crank pin': choose from big end, crankpin; did you mean"),
+        (
+            {"points": ("C=site:crank pin",)},
+            "unknown site 'crank pin': did you mean 'crankpin'?",
+        ),
         ({"points": ("C=body:bo",)}, "did you mean 'bow'?"),
         ({"points": ("C=bow",)}, "--point C=bow: there is a body and a geom of that name; say which: C=body:bow"),
         ({"points": ("C=bowl",)}, "unknown site, body or geom 'bowl'"),

@@ -257,7 +257,7 @@ def test_a_start_is_named_or_numbered_or_is_the_own_pose() -> None:
     assert {given: keyframe_to_start_from(legged(), given) for given in starts} == starts
     assert keyframe_to_start_from(mujoco.MjModel.from_xml_string(ARM.format(0)), None) is None
     for given in ("swung", "2", "-1", ""):
-        with pytest.raises(InvalidInput, match=f"unknown keyframe '{given}': choose from drop, qpos0, swing"):
+        with pytest.raises(InvalidInput, match=f"unknown keyframe '{given}': .*choose from drop, qpos0, swing"):
             keyframe_to_start_from(legged(), given)
 
 
@@ -337,7 +337,7 @@ def test_an_actuated_model_is_measured_in_the_motion_that_its_controls_command(t
     assert not any("all controls are 0" in note for note in driven.warnings)
     assert driven.start == "keyframe start with motor = 52.36"
     assert driven.travel > 50 * stands.travel
-    with pytest.raises(InvalidInput, match="unknown actuator 'moter': choose from motor; did you mean 'motor'"):
+    with pytest.raises(InvalidInput, match="unknown actuator 'moter': did you mean 'motor'"):
         harden_file(tmp_path / "saw.xml", Request(controls=(("moter", 1.0),)))
 
 

@@ -273,7 +273,7 @@ def test_what_commands_nothing_has_nothing_to_stray_from(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(("controls", "said"), [
-    ((("motr", 1.0),), "unknown actuator 'motr': choose from motor; did you mean 'motor'?"),
+    ((("motr", 1.0),), "unknown actuator 'motr': did you mean 'motor'? choose from motor"),
     ((("1", 1.0),), "unknown actuator '1': choose from motor"),
     ((("motor", 9.0),), "--ctrl motor=9: MuJoCo clamps it to its ctrlrange, -5 to 5"),
 ])  # fmt: skip

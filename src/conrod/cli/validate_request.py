@@ -58,7 +58,7 @@ class ModelOptions:
     )
     length_unit: str | None = option("--length-unit", metavar="UNIT", help="m, cm, mm or inch [found].")
     keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble it from there [its reference pose].")
-    controls: tuple[str, ...] = option("--ctrl", **SHARED["--ctrl"])
+    controls: tuple[str, ...] = option("--ctrl")
     touching: str | None = option("--touching", metavar="CAM,ROLLER", help="Geoms of its cam contact [found].")
 
 
