@@ -120,8 +120,9 @@ def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
     rule = engine.grid(scene, "coarse")[0]
     one = RunCase(scene.kind, scene, rule.settings(scene, 200))
     found = dict(confirming_cases(RulePlan(engine, rule, (one,)), one))
-    assert list(found) == ["the pass backwards", "speed -10%", "speed +10%"]
-    assert len({as_run(other).key for other in (one, *found.values())}) == 4
+    assert list(found) == ["as pasted", "the pass backwards", "speed -10%", "speed +10%"]
+    assert len({as_run(other).key for other in (one, *found.values())}) == 5
+    assert found["as pasted"].settings.timestep <= one.settings.timestep
     assert as_run(found["the pass backwards"]).start_angle == scene.kinematics.span[1]
 
 

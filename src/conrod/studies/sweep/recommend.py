@@ -147,7 +147,7 @@ def _thorough(rules: Sequence[RulePlan], allowed: Tolerances, time: Clock) -> St
     measured = yield list(cases.values())
     searches = [StepSearch(rule, [Choice(measured[case.key], rule, case) for case in rule.cases]) for rule in rules]
     yield from follow(searches, allowed, rounds=1)
-    stock = [one for search in searches for one in search.stock]
+    stock = [one for search in searches for one in search.tried if one.case.settings.preset == STOCK]
     return (yield from _answer(searches, stock, allowed, time, f"by all {len(cases)} runs of the grid"))
 
 

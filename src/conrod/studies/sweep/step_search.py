@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.engines.engine import STOCK
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
@@ -66,11 +65,6 @@ class StepSearch:
         """Fewest and most steps of the grid."""
         first, last = self.rule.cases[0], self.rule.cases[-1]
         return first.settings.steps_per_revolution, last.settings.steps_per_revolution
-
-    @property
-    def stock(self) -> list[Choice]:
-        """Those with the stock settings."""
-        return [one for one in self.tried if one.case.settings.preset == STOCK]
 
     def within(self, allowed: Tolerances) -> list[Choice]:
         """Those within tolerance, the coarsest first."""
