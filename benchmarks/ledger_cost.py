@@ -64,7 +64,7 @@ class Known(Exception):
 class _Stopwatch:
     """A watcher that ends a resume when it has started."""
 
-    def started(self, total: int, already_finished: int) -> None:
+    def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None:
         raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
 
     def advanced(self, case: Case, how: str) -> None:

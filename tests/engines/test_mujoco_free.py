@@ -63,11 +63,26 @@ def test_chains_turn_over_through_their_change_points_to_a_millionth_of_their_le
     assert np.abs(run.energy - run.energy[0]).max() < 1e-7 * exchanged
 
 
-def test_tuned_and_stock_leave_the_branch_at_change_points() -> None:
+def test_stock_leaves_the_branch_at_change_points_and_tuned_converges() -> None:
     motion = exact(0, 2)
-    for preset in ("stock", "tuned"):
-        run = swing(chain(2), motion, preset)
-        assert not np.abs(run.poses - motion.poses).max() < 0.1
+    assert not np.abs(swing(chain(2), motion, "stock").poses - motion.poses).max() < 0.1
+    errors = [error(swing(chain(2), motion, "tuned", step), motion) for step in (0.01, 0.005, 0.0025)]
+    assert errors[1] < 0.1
+    assert errors[0] > 3.0 * errors[1] > 30.0 * errors[2]
+
+
+def test_hardened_stays_within_a_millionth_at_change_points_whatever_the_step() -> None:
+    motion = exact(0, 2)
+    for step in (0.01, 0.005, 0.00125):
+        assert error(swing(chain(2), motion, step=step), motion) < 3e-6
+
+
+def test_damping_of_the_driven_rule_loses_the_branch_at_change_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The negative control: time constant of eight steps, damped critically, as for a machine with a drive."""
+    monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_STEPS", 8.0)
+    monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_DAMPING", 1.0)
+    motion = exact(0, 2)
+    assert np.abs(swing(chain(2), motion, "tuned").poses - motion.poses).max() > 1.0
 
 
 def test_a_pendulum_is_of_order_four_at_least() -> None:

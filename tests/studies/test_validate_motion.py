@@ -23,7 +23,8 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.perform import _on_its_branch, left_out, run_motion
+from conrod.studies.free_motion.load_times import shortest_pulse
+from conrod.studies.free_motion.perform import MotionCase, _on_its_branch, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
@@ -122,6 +123,40 @@ def test_a_run_on_the_other_branch_is_flipped_and_has_no_errors() -> None:
     flipped = _on_its_branch(whole, replace(run, poses=other))
     assert flipped.outcome is Outcome.FLIPPED
     assert "from 0." in flipped.reason
+
+
+def test_a_friction_that_reverses_within_a_step_is_measured_and_judged_only_where_a_tolerance_is_given() -> None:
+    saw = course("saw-coasting", FREE, 0.2)
+    assert saw.unresolved.startswith("the sign of forces.friction changes within 0.0")
+    assert result(saw).passed is None
+    assert result(saw, plan=replace(SHORT, tolerance={"position": 1e-9})).passed is False
+    scene = select_scenes(["saw-coasting"], [])["saw-coasting"]
+    resolved = exact_course("saw-coasting", scene, MotionPlan(FREE, 0.2, 4e-5))
+    assert "--step 0.04ms" in saw.unresolved or "--step 0.05ms" in saw.unresolved
+    assert resolved.unresolved == ""
+    assert result(resolved).passed is True
+
+
+def test_what_is_kept_is_judged_by_the_rule_whatever_was_asked_for_first() -> None:
+    scene = select_scenes(["pendulum"], [])["pendulum"]
+    lax = MotionCase("pendulum", scene, "mujoco", "stock", MotionPlan(FREE, 0.2, tolerance={"position": 1.0}))
+    kept = lax.perform()
+    assert lax.result(kept).passed is True
+    assert replace(lax, plan=MotionPlan(FREE, 0.2)).result(kept).passed is None
+
+
+def test_a_pulse_of_a_load_has_as_many_steps_as_the_fastest_turn() -> None:
+    press = course("press-cutting-flywheel", FREE, 0.5)
+    pulse = shortest_pulse(press.mechanism, press.motion)
+    assert 0.02 / 0.25 < pulse < 0.02 / 0.1  # [m] over [m/s]
+    assert pulse / 200 < press.grid.step <= pulse / 100
+
+
+def test_an_estimate_grows_with_the_time_and_knows_the_saw_for_long() -> None:
+    scene = select_scenes(["saw-coasting"], [])["saw-coasting"]
+    short, long = (MotionCase("saw", scene, "mujoco", "stock", MotionPlan(FREE, t)).seconds() for t in (1.0, 10.0))
+    assert long == pytest.approx(10.0 * short)
+    assert long > 10.0
 
 
 # -- what is run -----------------------------------------------------------------------------------------------------

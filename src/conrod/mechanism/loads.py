@@ -149,6 +149,7 @@ class TimePulse:
 # what a conservative one stores.
 Law: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse
 CONSERVATIVE = (Elastic, Steady)
+LINEAR = (Elastic, Viscous, Steady, SpeedLine)  # in coordinate and rate
 
 
 @dataclass(frozen=True)

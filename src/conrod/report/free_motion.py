@@ -38,7 +38,11 @@ def exact_words(study: MotionStudy) -> str:
     drift = study.exact.drift
     compared = "<=" if drift <= EXACT_DRIFT else "above"
     said = f"Exact motion: its energy balances to {drift:.1e}, {compared} {EXACT_DRIFT:g}"
-    return f"{said}; {study.exact.continuation}." if study.exact.continuation else f"{said}."
+    return ". ".join(filter(None, (said, *map(_sentence, (study.exact.continuation, study.exact.unresolved))))) + "."
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
 
 
 def step_text(step: float) -> str:

@@ -24,8 +24,8 @@ from conrod.studies.frame.timing import Timing, fingerprint, time_run
 class Watcher(Protocol):
     """Receiver of the progress, in the thread that called."""
 
-    def started(self, total: int, already_finished: int) -> None:
-        """There are so many different cases, of which so many need not run."""
+    def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None:
+        """There are so many different cases, of which so many need not run; an estimate of the CPU time [s], or 0."""
         ...
 
     def advanced(self, case: Case, how: str) -> None:
@@ -60,7 +60,8 @@ def run_cases(
     by_key = {case.key: case for case in cases}
     waiting = by_key if fresh else _unfinished(by_key, ledger, executor.limits)
     if watcher is not None:
-        watcher.started(len(by_key), len(by_key) - len(waiting))
+        finished = len(by_key) - len(waiting)
+        watcher.started(len(by_key), finished, sum(case.seconds() for case in waiting.values()))
 
     def keep(case: Case, future: Future[Measurement]) -> None:
         measurement = _outcome(future)

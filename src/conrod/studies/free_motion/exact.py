@@ -19,6 +19,7 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import MEETING
 from conrod.scenes import Scene
+from conrod.studies.free_motion.load_times import quickest_reversal, shortest_pulse
 from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
 
 # Of the largest push of a contact, what rounding may make of one that is none.
@@ -62,6 +63,7 @@ class ExactCourse:
         grid: instants of `motion`, and the engines' step.
         lengths: L of each observed point [m].
         turn: where it passed a crossing of branches, its own branch all round.
+        unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
     """
 
     mechanism: Mechanism
@@ -69,6 +71,7 @@ class ExactCourse:
     motion: FreeMotion
     lengths: Mapping[str, float]
     turn: ExactTurn | None = None
+    unresolved: str = ""
 
 
 @lru_cache(COURSES_KEPT)
@@ -89,7 +92,21 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     motion = dynamics.motion(times, rates=scene.start_rates)
     _check_contact(name, mechanism, motion)
     turn = _turn(dynamics.line) if motion.crossings else None
-    return ExactCourse(mechanism, chosen(plan, grid, mechanism, motion), motion, scene.lengths, turn)
+    steps = chosen(plan, grid, mechanism, motion, shortest_pulse(mechanism, motion))
+    return ExactCourse(mechanism, steps, motion, scene.lengths, turn, _unresolved(mechanism, motion, steps.step))
+
+
+def _unresolved(mechanism: Mechanism, motion: FreeMotion, step: float) -> str:
+    """The reason why a step [s] is too long for a law of errors that comes of the motion alone."""
+    name, time = quickest_reversal(mechanism, motion)
+    if step <= time:
+        return ""
+    digit = 10.0 ** math.floor(math.log10(time))
+    enough = 1e3 * digit * math.floor(time / digit)
+    return (
+        f"the sign of {name} changes within {1e3 * time:.2g} ms, less than a step of {1e3 * step:.4g} ms: errors are "
+        f"measured, and judged by --tolerance alone, or with --step {enough:.1g}ms"
+    )
 
 
 def _turn(line: Line) -> ExactTurn | None:

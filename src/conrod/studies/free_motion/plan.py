@@ -124,11 +124,15 @@ def instants(plan: MotionPlan) -> Grid:
     return Grid(interval, every, math.floor(plan.seconds / interval / every * (1.0 + 1e-12)))
 
 
-def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, motion: FreeMotion) -> Grid:
+def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, motion: FreeMotion, shortest: float) -> Grid:
     """The rule of the step: 5 ms, halved until the fastest turn of the exact motion has a hundred of them.
 
     The fastest turn is found from the largest acceleration against the largest velocity of an observed point: 2 pi
-    velocity / acceleration, which is the period of a point that turns or oscillates.
+    velocity / acceleration, which is the period of a point that turns or oscillates. A pulse of a load is held to be
+    one, too.
+
+    Args:
+        shortest: pulse [s], inf where there is none.
 
     Raises:
         InvalidInput: nothing that is observed moves, or more steps than a run may have.
@@ -136,7 +140,8 @@ def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, motion: FreeMotio
     rate = pace(mechanism, motion)
     if plan.step is not None:
         return grid
-    wanted = 2.0 * math.pi / rate / (CONTACT_STEPS_A_TURN if mechanism.cam_contacts else STEPS_A_TURN)
+    turn = min(2.0 * math.pi / rate, shortest)
+    wanted = turn / (CONTACT_STEPS_A_TURN if mechanism.cam_contacts else STEPS_A_TURN)
     divisor = 1
     while grid.step / divisor > wanted:
         divisor *= 2

@@ -92,12 +92,14 @@ class ExactSummary:
         drift: error of its own balance of energy, over the largest energy that took part.
         continuation: where branches cross, in words; empty where none do.
         times: (T,) [s]; angle: of the crank (T,) [rad].
+        unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
     """
 
     drift: float
     continuation: str
     times: Array
     angle: Array
+    unresolved: str = ""
 
 
 @dataclass(frozen=True)
