@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 CAPTION = (
     "cost: with it over without it, the median and the interval that holds it with 95 %; change: of the position, "
-    "over the travel"
+    "over the travel L"
 )
 ROUNDS = 200
 LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
@@ -111,6 +111,7 @@ def _with_earlier(study: AblationStudy, files: Outputs[AblationStudy]) -> Ablati
 def print_ablations(studies: Sequence[AblationStudy]) -> None:
     """For each scene and engine, what every ingredient costs and changes, and what follows."""
     from conrod.report.ablate.tables import ingredients_table, speed_up
+    from conrod.report.numbers import lengths
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console()
@@ -118,6 +119,6 @@ def print_ablations(studies: Sequence[AblationStudy]) -> None:
         for found in study.engines:
             if found.ingredients:
                 print_table(out, ingredients_table(found, f"{study.name}, {found.engine}"))
-                print_lines(out, [CAPTION])
+                print_lines(out, [CAPTION + lengths(study.lengths)])
             print_lines(out, [speed_up(found).replace("**", "")])
         print_lines(out, [f"{name} unsupported: {why}" for name, why in study.unsupported.items()])

@@ -39,7 +39,7 @@ class Body:
     def __post_init__(self) -> None:
         # Engines abort the interpreter, or worse do not, on masses that are no masses.
         check_number(f"mass of {self.name}", self.mass, *MASSES, "kg")
-        check_number(f"inertia of {self.name}", self.inertia, *INERTIAS, "kg m^2")
+        check_number(f"inertia of {self.name}", self.inertia, *INERTIAS, "kg m²")
 
 
 @dataclass(frozen=True)

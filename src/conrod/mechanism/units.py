@@ -16,7 +16,7 @@ EXAMPLES = {
     "m": "80mm, 0.08 or 3.2in",
     "rad/s": "500rpm, 52.36 or 3000deg/s",
     "kg": "6kg or 500g",
-    "kg*m^2": "0.02 or 20 g*m^2",
+    "kg*m^2": "0.02 or 20 g m²",
     "m/s^2": "9.81 or 0",
     "rad": "60deg or 1.0472",
     "": "a plain number",
@@ -86,7 +86,7 @@ def _convert(name: str, text: str, value: float, written: str, unit: str) -> flo
         return float(registry.Quantity(value, wanted).to(unit or "dimensionless").magnitude)
     except pint.DimensionalityError:
         raise InvalidInput(
-            f"{name} = {text!r}: {written!r} is not a unit of {unit or 'a number'}{_example(unit)}"
+            f"{name} = {text!r}: {written!r} is not a unit of {in_prose(unit) or 'a number'}{_example(unit)}"
         ) from None
     except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError):
         raise _unknown_unit(name, text, written, unit) from None
@@ -112,13 +112,18 @@ def _example(unit: str) -> str:
     return f"; give for instance {EXAMPLES[unit]}" if unit in EXAMPLES else ""
 
 
+def in_prose(unit: str) -> str:
+    """A unit as prose and output have it: kg m² for kg*m^2."""
+    return unit.replace("*", " ").replace("^2", "²").replace("^3", "³")
+
+
 def check_number(name: str, value: object, lowest: float, highest: float, unit: str = "") -> None:
     """Refuse what is not a finite number from `lowest` to `highest`.
 
     Raises:
         InvalidInput: names the value and the range.
     """
-    suffix = f" {unit}" if unit else ""
+    suffix = f" {in_prose(unit)}" if unit else ""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise InvalidInput(f"{name} = {value!r} is not a finite number")
     if not lowest <= value <= highest:

@@ -59,13 +59,15 @@ def verdicts_table(studies: Sequence[MotionStudy], with_clock: bool = False) -> 
     Args:
         with_clock: whether the CPU time of stepping is shown, which is another one every time.
     """
+    lengths = {study.name: study.scene.lengths for study in studies}
     leaving = next((r.leaving for study in studies for r in study.results), LENGTH_ERROR)
     columns: dict[str, Callable[[MotionResult], str]] = {
         "step": lambda r: step_text(r.step),
         "position": lambda r: numbers.measured(r.largest("position")),
+        "position [mm]": lambda r: numbers.in_mm({p: s["max"] for p, s in (r.errors or {}).items()}, lengths[r.scene]),
         "rms": lambda r: numbers.measured(r.largest("position", "rms")),
         "final": lambda r: numbers.measured(r.largest("position", "final")),
-        "crank [rad]": lambda r: numbers.measured(r.largest("angle")),
+        "crank [deg]": lambda r: numbers.in_degrees(r.largest("angle")),
         "energy": lambda r: numbers.measured(r.largest("energy")),
         f"above {numbers.quantity(leaving)} from": _leaves,
         "order x, E": lambda r: "" if r.order is None else ", ".join(map(numbers.order, r.order.values())),

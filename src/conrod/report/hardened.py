@@ -74,7 +74,7 @@ def reading_words(found: HardenedModel) -> list[str]:
         cost = found.cost
         lines.append(
             f"cost of a step, hardened over as it is: {cost.ratio:.2f} (quartiles {cost.low:.2f} to {cost.high:.2f}), "
-            f"{1e6 * cost.seconds:.3g} us on this machine"
+            f"{1e6 * cost.seconds:.3g} µs on this machine"
         )
     return lines
 

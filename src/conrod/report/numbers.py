@@ -36,6 +36,31 @@ def measured(value: float | None) -> str:
     return _exponent(value)
 
 
+def scaled(value: float | None, factor: float) -> str:
+    """A normalised error or an angle in a unit that people use; below rounding it stays there."""
+    if value is not None and abs(value) < ROUNDING:
+        return f"< {quantity(ROUNDING * factor, 1)}"
+    return measured(None if value is None else factor * value)
+
+
+def in_mm(errors: Mapping[str, float | None], lengths: Mapping[str, float]) -> str:
+    """The largest of some errors over L, by point, in mm; L [m] by point."""
+    known = {point: error for point, error in errors.items() if error is not None}
+    worst = max(known, key=lambda point: known[point] * lengths[point], default=None)
+    return MISSING if worst is None else scaled(known[worst], 1e3 * lengths[worst])
+
+
+def lengths(travels: Mapping[str, float]) -> str:
+    """The travels [m] of points, which errors are divided by, to end a sentence; a full stop where none is known."""
+    known = ", ".join(f"{point} {quantity(1e3 * length, 6)} mm" for point, length in travels.items())
+    return f", which is of {known}." if known else "."
+
+
+def in_degrees(angle: float | None) -> str:
+    """An error of an angle [rad] in degrees."""
+    return scaled(angle, 180.0 / math.pi)
+
+
 def quantity(value: float, digits: int = 4) -> str:
     """An exact value, such as a parameter, without digits that carry nothing."""
     if value == 0.0:

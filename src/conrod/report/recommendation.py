@@ -11,6 +11,7 @@ from conrod.engines.engine import CUSTOM, STOCK
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.linkage.transmission import least_transmission_angle
 from conrod.report.kind import Kind, Page, Part
+from conrod.report.numbers import in_mm
 from conrod.report.template import rendered
 from conrod.scenes import Scene
 from conrod.studies.frame.run import RunCase
@@ -130,7 +131,10 @@ def _errors(errors: Allowed) -> str:
 
 
 def _errors_allowed(choice: Choice, allowed: Allowed) -> str:
-    return ", ".join(f"{q} {e:.1e} (allowed {allowed[q]:g})" for q, e in choice.errors(allowed).items())
+    errors, lengths = choice.measurement.errors or {}, choice.case.scene.lengths
+    shown = in_mm({point: sizes["position"]["max"] for point, sizes in errors.items()}, lengths)
+    sizes = {q: f"{e:.1e}" + (f" = {shown} mm" if q == "position" else "") for q, e in choice.errors(allowed).items()}
+    return ", ".join(f"{q} {size} (allowed {allowed[q]:g})" for q, size in sizes.items())
 
 
 def _rejected(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:

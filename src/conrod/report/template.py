@@ -82,6 +82,7 @@ FILTERS = {
     "duration": numbers.duration,
     "percent": numbers.percent,
     "bullets": bullets,
+    "lengths": numbers.lengths,
 }
 
 

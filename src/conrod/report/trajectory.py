@@ -36,7 +36,11 @@ def summary_line(study: TableStudy) -> str:
 def figure_line(study: TableStudy) -> str:
     """The one figure that counts; empty where the table has no positions."""
     largest = study.largest("total")
-    return "" if largest is None else f"largest position error / L over {_turns(study)}: {numbers.measured(largest)}"
+    if largest is None:
+        return ""
+    errors = {point: curves["total"].size.max for point, curves in study.errors.items() if "total" in curves}
+    size = f"{numbers.measured(largest)} ({numbers.in_mm(errors, study.scene.lengths)} mm)"
+    return f"largest position error / L over {_turns(study)}: {size}"
 
 
 def _turns(study: TableStudy) -> str:
@@ -58,9 +62,9 @@ def crank_text(study: TableStudy) -> str:
     """Deviation of the crank; empty where the table has no crank angle."""
     if study.crank is None:
         return ""
-    largest, final = numbers.measured(study.crank.phase_max), numbers.measured(study.crank.phase_final)
+    largest, final = numbers.in_degrees(study.crank.phase_max), numbers.in_degrees(study.crank.phase_final)
     speed = "" if study.crank.speed is None else f"; its speed by {numbers.measured(study.crank.speed)} at most"
-    return f"crank angle against the nominal one: off by {largest} rad at most, {final} rad at the end{speed}"
+    return f"crank angle against the nominal one: off by {largest} deg at most, {final} deg at the end{speed}"
 
 
 def estimation_lines(study: TableStudy) -> list[str]:
@@ -107,8 +111,11 @@ def errors_table(study: TableStudy) -> Table:
             if name in curves:
                 size, limit = curves[name].size, study.tolerance.get(name)
                 sizes = (numbers.measured(value) for value in (size.max, size.rms, size.final))
-                rows.append((point, name, *sizes, "not judged" if limit is None else f"{limit:g}"))
-    return table(("point", "error", "max", "rms", "final", "tolerance"), rows, right=("max", "rms", "final"))
+                placed = name in ("total", "position")
+                shown = numbers.scaled(size.max, 1e3 * study.scene.lengths[point]) if placed else ""
+                rows.append((point, name, *sizes, shown, "not judged" if limit is None else f"{limit:g}"))
+    right = ("max", "rms", "final", "max [mm]")
+    return table(("point", "error", *right, "tolerance"), rows, right, names=2)
 
 
 def estimates_table(estimation: Estimation | None) -> Table:

@@ -16,13 +16,13 @@ from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy, OwnRun
 from conrod.report.charts.own import model_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.numbers import SHOWN_UNITS, measured, quantity, rounded
+from conrod.report.numbers import SHOWN_UNITS, in_degrees, in_mm, measured, quantity, rounded
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
-RIGHT = ("steps/rev", *QUANTITIES)
+RIGHT = ("steps/rev", "position", "position [mm]", *QUANTITIES[1:])
 MM = 1e3
 TOLD_TOGETHER = 4
 # Lengths that leave more than this share of what the expected ones leave explain nothing.
@@ -281,12 +281,20 @@ def runs_table(study: ModelStudy) -> Table:
     """A row for each run: its largest errors and what they are."""
     own_runs = [] if study.own_run is None else [study.own_run.run]
     rows = [
-        (run.label, quantity(run.steps_per_revolution, 5), *(measured(run.worst(q)) for q in QUANTITIES), words)
+        (
+            *(run.label, quantity(run.steps_per_revolution, 5), measured(run.worst("position")), _in_mm(study, run)),
+            *(*(measured(run.worst(q)) for q in QUANTITIES[1:]), words),
+        )
         for run in (*own_runs, *study.runs.values())
         if (words := _said(study, run))
     ]
     caption = "its own run, and runs with conrod's drive: largest error, normalised by L, ω L, ω² L"
     return table(("settings", *RIGHT, "verdict"), rows, RIGHT, caption)
+
+
+def _in_mm(study: ModelStudy, run: JudgedRun) -> str:
+    errors = {point: curves["position"].size.max for point, curves in (run.errors or {}).items()}
+    return in_mm(errors, study.scene.lengths)
 
 
 def _said(study: ModelStudy, run: JudgedRun) -> str:
@@ -307,7 +315,7 @@ def drive(study: ModelStudy) -> Iterator[str]:
         return
     yield (
         f"crank driven by an armature of {quantity(own.armature, 3)} set in the compiled model: speed constant to "
-        f"{measured(own.ripple)}, crank angle off the nominal by {measured(own.phase)} rad"
+        f"{measured(own.ripple)}, crank angle off the nominal by {in_degrees(own.phase)} deg"
     )
     if share is not None:
         sizes = ", ".join(f"{name} {measured(size)}" for name, size in share.items())

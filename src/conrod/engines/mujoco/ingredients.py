@@ -66,7 +66,7 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
         yield fields(minimal, "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True)
     damping = f"{PASSIVE_DAMPING:g} N m s/rad on every hinge, {PASSIVE_DAMPING:g} N s/m on every slide, but the crank"
     yield edit("passive-damping", damping, TORQUE, REACTIONS)
-    armature = f"{PASSIVE_ARMATURE:g} kg m^2 on every hinge, {PASSIVE_ARMATURE:g} kg on every slide, but the crank"
+    armature = f"{PASSIVE_ARMATURE:g} kg m² on every hinge, {PASSIVE_ARMATURE:g} kg on every slide, but the crank"
     yield edit("passive-armature", armature, TORQUE, REACTIONS)
     free = (
         "links that hang on a pin have six degrees of freedom, and every pin but the crank's is held by three connects "

@@ -151,7 +151,7 @@ class MuJoCoSettings:
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
         check_number("timestep", self.timestep, 1e-14, 1e8, "s")
         check_number("tolerance", self.tolerance, 0.0, 1.0)
-        check_number("armature", self.armature, 0.0, 1e30, "kg m^2")
+        check_number("armature", self.armature, 0.0, 1e30, "kg m²")
         if self.hardening is not None:
             check_number("hardening", self.hardening, 1e-15, 1.0)
         for name, pair in (("solref", self.solref), ("contact_solref", self.contact_solref)):

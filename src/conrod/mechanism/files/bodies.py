@@ -121,7 +121,7 @@ def _read_body(fields: Fields, name: str) -> tuple[Body, dict[str, Point]]:
             inertia = 0.5 * mass * radius**2
         if inertia < INERTIA.lowest:
             raise InvalidInput(
-                f"{fields.place}: the inertia of this uniform {kind} is {inertia:.3g} kg m^2: at least "
+                f"{fields.place}: the inertia of this uniform {kind} is {inertia:.3g} kg m²: at least "
                 f"{INERTIA.lowest:g} is wanted"
             )
     fields.end()

@@ -17,13 +17,14 @@ from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 LABEL_HEIGHT = 0.05  # of a panel
+COLUMNS = 3  # of the legend
 
 
 @dataclass(frozen=True)
 class Guide:
-    """A line of a whole order: its colour, and where it ends."""
+    """A line of a whole order beside a curve: the order that the curve claims, its colour, and where the line ends."""
 
-    order: int
+    order: float
     colour: str
     steps: float
     end: float
@@ -33,18 +34,19 @@ def refinement_figure(study: SceneStudy) -> Figure:
     """Largest error over the observed points against steps per revolution, a panel for each quantity."""
     runs = [r for r in study.results if r.mode == "dynamic" and r.refinement]
     steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
-    figure = Figure(figsize=(10.5, 9.6))
+    figure = Figure(figsize=(8.6, 10.0))
     panels = figure.subplots(3, 1, sharex=True)
     for axes, name in zip(panels, QUANTITIES, strict=True):
         drawn = [_curve(axes, run, name) for run in runs]
         whole_decades(axes, drawn)
-        _name_slopes(axes, {guide for run in runs if (guide := _guide(axes, run, name)) is not None})
+        _name_orders(axes, {guide for run in runs if (guide := _guide(axes, run, name)) is not None})
         axes.set_xscale("log")
         axes.set_ylabel(f"{name} error, max / {NORMS[name]}")
-        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), handlelength=4.2, labelspacing=0.9)
     steps_axis(panels[-1], steps, 1.15)
+    # One for all panels, which have the same curves.
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="upper center", ncols=COLUMNS, handlelength=4.2)
     figure.align_ylabels(panels)
-    figure.subplots_adjust(left=0.085, right=0.72, top=0.98, bottom=0.06, hspace=0.12)
+    figure.subplots_adjust(left=0.1, right=0.9, top=0.93, bottom=0.06, hspace=0.12)
     return figure
 
 
@@ -60,9 +62,7 @@ def _claimed(run: ValidationResult, name: str) -> float | None:
 
 def _curve(axes: Axes, run: ValidationResult, name: str) -> Array:
     steps, errors = _stable(run, name)
-    order = _claimed(run, name)
-    found = "order not claimed" if order is None else f"order {numbers.order(order)}"
-    axes.plot(steps, errors, label=f"{label(run)}: {found}", **curve_style(run))
+    axes.plot(steps, errors, label=label(run), **curve_style(run))
     return errors
 
 
@@ -75,11 +75,11 @@ def _guide(axes: Axes, run: ValidationResult, name: str) -> Guide | None:
     guide = errors[0] * (steps / steps[0]) ** -float(round(order))
     colour = curve_style(run)["color"]
     axes.plot(steps, guide, color=colour, alpha=0.18, linewidth=6.0, zorder=1, solid_capstyle="butt")
-    return Guide(round(order), colour, float(steps[-1]), float(guide[-1]))
+    return Guide(order, colour, float(steps[-1]), float(guide[-1]))
 
 
-def _name_slopes(axes: Axes, guides: set[Guide]) -> None:
-    """The slope of each guide beside its end; names that would touch are moved apart."""
+def _name_orders(axes: Axes, guides: set[Guide]) -> None:
+    """The claimed order beside the end of its guide; names that would touch are moved apart."""
     low, high = np.log10(axes.get_ylim())
     least = LABEL_HEIGHT * (high - low)
     below = -np.inf
@@ -87,7 +87,7 @@ def _name_slopes(axes: Axes, guides: set[Guide]) -> None:
         height = max(float(np.log10(guide.end)), below + least)
         below = height
         axes.annotate(
-            f"slope {guide.order}",
+            f"order {numbers.order(guide.order)}",
             (guide.steps, 10.0**height),
             xytext=(8, 0),
             textcoords="offset points",

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
@@ -65,21 +64,21 @@ class Length:
         extensions = [np.array([seen_from, end + 1.15 * shift]) for end, seen_from in ((start, start), (stop, origin))]
         return [np.array([start + shift, stop + shift]), *extensions]
 
-    def label(self, extent: float) -> tuple[Array, float]:
+    def label(self, view: View) -> tuple[Array, float]:
         """Centre of the text [mm], and its angle [deg]."""
         start, stop = MM * np.array(self.start), MM * np.array(self.stop)
-        aside = (self.aside + math.copysign(0.03, self.aside)) * extent * _left(start, stop)
+        aside = (self.aside + math.copysign(0.03, self.aside)) * view.extent * _left(start, stop)
         along = stop - start
         return start + self.text_at * along + aside, _readable(math.degrees(math.atan2(along[1], along[0])))
 
-    def draw(self, axes: Axes, extent: float) -> None:
+    def draw(self, view: View) -> None:
         """The line with arrow heads, its extension lines and its text."""
-        line, *extensions = self.lines(extent)
+        line, *extensions = self.lines(view.extent)
         for extension in extensions:
-            axes.plot(*extension.T, color=INK, linewidth=0.6, zorder=6)
-        parts.arrow(axes, line[0], line[1], INK, "<|-|>", 0.8)
-        centre, turned = self.label(extent)
-        parts.note(axes, centre, self.text, INK, turned)
+            view.axes.plot(*extension.T, color=INK, linewidth=0.6, zorder=6)
+        parts.arrow(view.axes, line[0], line[1], INK, "<|-|>", 0.8)
+        centre, turned = self.label(view)
+        parts.note(view.axes, centre, self.text, INK, turned)
 
 
 @dataclass(frozen=True)
@@ -102,23 +101,21 @@ class Radius:
         centre = MM * np.array(self.centre)
         return [np.array([centre, centre + MM * self.radius * parts.unit(self.direction)])]
 
-    def label(self, extent: float) -> tuple[Array, float]:
-        """Centre of the text [mm], and its angle [deg]."""
+    def label(self, view: View) -> tuple[Array, float]:
+        """Centre of the text [mm], and its angle [deg]: level outside, where the text begins at its place."""
         centre = MM * np.array(self.centre) + self.text_at * MM * self.radius * parts.unit(self.direction)
-        return centre, _readable(math.degrees(self.direction))
-
-    def draw(self, axes: Axes, extent: float) -> None:
-        """The arrow from a marked centre and its text, which is level where it stands outside."""
-        ((centre, tip),) = self.lines(extent)
-        axes.plot(*centre, marker="+", color=INK, markersize=7, markeredgewidth=0.9, zorder=9)
-        parts.arrow(axes, centre, tip, INK, "-|>", 0.8)
-        at, turned = self.label(extent)
         if self.text_at <= 1.0:
-            parts.note(axes, at, self.text, INK, turned)
-            return
-        side = "left" if math.cos(self.direction) >= 0.0 else "right"
-        place = (float(at[0]), float(at[1]))
-        axes.annotate(self.text, place, color=INK, ha=side, va="center", **parts.TEXT)
+            return centre, _readable(math.degrees(self.direction))
+        half = 0.5 * view.labels.width(f"  {self.text}", parts.TEXT["fontsize"])
+        return centre + np.array([math.copysign(half, math.cos(self.direction)), 0.0]), 0.0
+
+    def draw(self, view: View) -> None:
+        """The arrow from a marked centre and its text."""
+        ((centre, tip),) = self.lines(view.extent)
+        view.axes.plot(*centre, marker="+", color=INK, markersize=7, markeredgewidth=0.9, zorder=9)
+        parts.arrow(view.axes, centre, tip, INK, "-|>", 0.8)
+        at, turned = self.label(view)
+        parts.note(view.axes, at, self.text, INK, turned)
 
 
 Dimension = Length | Radius
@@ -132,14 +129,14 @@ def draw_dimensions(view: View) -> None:
         wishes: Sequence[Dimension] = dimension.wishes()
         places = []
         for wish in wishes:
-            centre, turned = wish.label(view.extent)
+            centre, turned = wish.label(view)
             places.append((view.labels.box(centre, wish.text, parts.TEXT["fontsize"], turned), wish.lines(view.extent)))
         best = view.labels.best(places)
         box, lines = places[best]
         view.labels.take(box)
         for line in lines:
             view.labels.draw(line)
-        wishes[best].draw(view.axes, view.extent)
+        wishes[best].draw(view)
 
 
 def dimensions(mechanism: Mechanism, poses: Poses) -> Iterator[Dimension]:
@@ -165,7 +162,11 @@ def dimensions(mechanism: Mechanism, poses: Poses) -> Iterator[Dimension]:
 def _link(name: str, mechanism: Mechanism, poses: Poses) -> Iterator[Length]:
     """The length of a link with two pins."""
     # Several links may share a pin.
-    pins = [to_world(poses[name], point) for point in dict.fromkeys(pins_of(mechanism, name))]
+    held = list(dict.fromkeys(pins_of(mechanism, name)))
+    if len(held) == 1 and any(isinstance(joint, Prismatic) and joint.a == name for joint in mechanism.joints):
+        # Of what turns about one pin and guides a slider, to the point that is observed on it.
+        held += [point.point for point in mechanism.observed if point.body == name]
+    pins = [to_world(poses[name], point) for point in held]
     if len(pins) != 2 or math.dist(*pins) == 0.0:
         return
     text = f"{name} {_mm(math.dist(*pins))}"
@@ -233,7 +234,14 @@ def _cam(contact: CamContact, poses: Poses) -> Iterator[Dimension]:
         apart = f"centre distance {_mm(math.hypot(*nose.centre))}"
         yield Length(apart, (cam[0], cam[1]), to_world(cam, nose.centre), -0.32)
     roller = to_world(poses[contact.b], contact.roller_centre)
-    yield Radius(f"roller {_mm(contact.roller_radius)}", roller, contact.roller_radius, math.radians(30.0), 1.9)
+    yield Radius(
+        f"roller {_mm(contact.roller_radius)}",
+        roller,
+        contact.roller_radius,
+        math.radians(30.0),
+        1.9,
+        tuple(DIRECTIONS),
+    )
 
 
 def _mm(length: float) -> str:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from conrod.exact.motion import Array
 
 LETTER, HEIGHT = 0.6, 1.5  # width of a letter and height of a line with its white ground, of the font's size
-# What a place costs: on another text, on a line, and for being one place further down the list of wishes. A line
-# under a text does not drive it far: its white ground makes it readable.
-ON_TEXT, ON_LINE, NEXT_WISH = 40.0, 4.0, 1.5
+# What a place costs: on another text, on a plate, on a line, and for being one place further down the list of wishes.
+# A line under a text does not drive it far: its white ground makes it readable.
+ON_TEXT, ON_PLATE, ON_LINE, NEXT_WISH = 40.0, 25.0, 4.0, 1.5
 # And for lines that come with it: through a text, or the first of them across a line.
 STRUCK, CROSSED = 10.0, 2.0
 # Around a point: for each [pt] away from it, beyond a line, at another point or on another side than the best.
@@ -38,6 +38,7 @@ class LabelPlacement:
         self.point, self._first = point, first
         self._texts: list[Array] = []
         self._lines: list[Array] = []
+        self._plates: list[Array] = []
 
     def width(self, text: str, size: float) -> float:
         """Width of a text of a font size [pt], about."""
@@ -57,6 +58,10 @@ class LabelPlacement:
     def take(self, box: Array) -> None:
         """A text is there, as corners (4, 2)."""
         self._texts.append(box)
+
+    def cover(self, plate: Array) -> None:
+        """A convex plate is there, as corners (N, 2)."""
+        self._plates.append(plate)
 
     def draw(self, line: Array) -> None:
         """Lines from place to place (N, 2) are there."""
@@ -106,7 +111,8 @@ class LabelPlacement:
     def _cost(self, boxes: Array, off_lines: float = 1.0) -> Array:
         """Of texts with corners (C, 4, 2) on others and on lines, these by a factor; (C,)."""
         cost = np.zeros(len(boxes))
-        for others, weight in ((self._texts, ON_TEXT), (self._lines, off_lines * ON_LINE)):
+        covered = (self._texts, ON_TEXT), (self._plates, ON_PLATE), (self._lines, off_lines * ON_LINE)
+        for others, weight in covered:
             for other in others:
                 cost += weight * _overlap(boxes, other)
         return cost

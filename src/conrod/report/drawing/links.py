@@ -116,6 +116,7 @@ def _stem(view: View, roller: Array, forth: float, direction: float) -> None:
     _rails(view, roller, (top - 5.0 * view.size, top), direction)
     tip = roller + (top + 1.5 * view.size) * along
     view.axes.plot(*np.array([foot, tip]).T, color=parts.LINK, linewidth=4, alpha=0.75, zorder=4)
+    view.labels.draw(np.array([roller, tip]))
 
 
 def _cam(view: View, contact: CamContact) -> None:
@@ -207,6 +208,7 @@ def _body(view: View, shape: LinkShape) -> None:
     """A link as a bar, or as a plate with its edges; and its thin arms."""
     if len(shape.corners) > 2:
         view.axes.add_patch(Polygon(shape.corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
+        view.labels.cover(np.asarray(shape.corners))
     if len(shape.edges):
         view.axes.plot(*shape.edges.T, color=parts.LINK, linewidth=BAR, alpha=0.75, zorder=4)
     for line in shape.arms:

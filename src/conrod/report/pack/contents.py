@@ -98,7 +98,7 @@ def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
     """Bodies, joints, drive and start poses as plain values, SI."""
     return {
         "schema": SCHEMA,
-        "units": "m, kg, s, rad; kg m^2 about the centre of gravity",
+        "units": "m, kg, s, rad; kg m² about the centre of gravity",
         "bodies": [asdict(body) | {"start_pose": list(mechanism.poses[body.name])} for body in mechanism.bodies],
         "joints": [{"kind": _kind(joint)} | asdict(joint) for joint in mechanism.joints],
         "driver": asdict(mechanism.driver),

@@ -31,7 +31,7 @@ QUANTITY, ALLOWED = "position", 1e-6  # that presets and knobs are compared at
 STEPS = "steps per revolution"
 COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
 CHEAPEST_HEAD = ["within", "engine", "cheapest settings", STEPS, "error", *COST_HEAD]
-FRONT_HEAD = ["point", "setting", "steps/rev", "position", "velocity", "accel.", "ms/rev", "ratio"]
+FRONT_HEAD = ["point", "setting", "steps/rev", "position", "<= [mm]", "velocity", "accel.", "ms/rev", "ratio"]
 RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
 
 
@@ -45,7 +45,7 @@ def front_table(study: SweepStudy) -> Table:
             point.label,
             f"{point.engine}: {point.rule}" + (f" [{point.preset}]" if point.preset else ""),
             str(point.steps_per_revolution),
-            *_errors(point),
+            *_errors(study, point),
             *(numbers.measured(None if point.cost is None else 1e3 * point.cost), numbers.measured(point.ratio)),
         ]
         for point, fronts in front_points(study)
@@ -63,18 +63,25 @@ def fronts_table(study: SweepStudy) -> Table:
             engine_title(point.engine),
             rule_of(point),
             str(point.steps_per_revolution),
-            *_errors(point),
+            *_errors(study, point),
             *_costs(point),
             ", ".join(f"**{q}**" if on_all else q for q, on_all in fronts.items()),
         ]
         for point, fronts in front_points(study)
     ]
-    head = ["point", "engine", "settings", STEPS, *(f"{q} error" for q in QUANTITIES), *COST_HEAD]
+    head = ["point", "engine", "settings", STEPS, "position error", "at most [mm]", "velocity error"]
+    head += ["acceleration error", *COST_HEAD]
     return table([*head, "on the front for"], rows, right=head[3:])
 
 
-def _errors(point: SweptPoint) -> list[str]:
-    return [numbers.measured(point.error(quantity)) for quantity in QUANTITIES]
+def _errors(study: SweepStudy, point: SweptPoint) -> list[str]:
+    position, *others = (numbers.measured(point.error(quantity)) for quantity in QUANTITIES)
+    return [position, _at_most(study, point), *others]
+
+
+def _at_most(study: SweepStudy, point: SweptPoint) -> str:
+    """The position error in mm, at most: it is saved as the largest over L of all points, whose lengths differ."""
+    return numbers.in_mm(dict.fromkeys(study.lengths, point.error(QUANTITY)), study.lengths)
 
 
 def _costs(point: SweptPoint) -> list[str]:
@@ -96,7 +103,8 @@ def cheapest_rows(study: SweepStudy, quantity: str, tolerances: Sequence[float])
                 choice = [f"none of the grid; the least error is {least}", *[numbers.MISSING] * 4]
             else:
                 choice = [f"{rule_of(best)} ({best.label})", str(best.steps_per_revolution)]
-                choice += [numbers.measured(best.error(quantity)), *_costs(best)]
+                shown = f" (<= {_at_most(study, best)} mm)" if quantity == QUANTITY and study.lengths else ""
+                choice += [numbers.measured(best.error(quantity)) + shown, *_costs(best)]
             rows.append([tolerance(allowed), engine_title(engine), *choice])
     return rows
 

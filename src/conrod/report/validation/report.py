@@ -78,12 +78,14 @@ def _on_grid(values: Any) -> Any:
 
 
 def _summary(study: SceneStudy) -> dict[str, Any]:
-    return {"closed_form": study.scene.closed_form, **summary_of(study, _sizes)}
+    return {"closed_form": study.scene.closed_form, **summary_of(study, partial(_sizes, study.scene.lengths))}
 
 
-def _sizes(result: ValidationResult) -> dict[str, Any]:
+def _sizes(lengths: Mapping[str, float], result: ValidationResult) -> dict[str, Any]:
     largest = {name: result.largest(name) for name in ("position", "velocity", "acceleration", "total")}
-    return {"mode": result.mode, "largest": largest, "allowed": result.limits}
+    places = [lengths[p] * size["max"] for p, sizes in (result.errors or {}).items() if (size := sizes["position"])]
+    metres = max(places, default=None)
+    return {"mode": result.mode, "largest": largest, "position_m": metres, "allowed": result.limits}
 
 
 # -- a scene's page --------------------------------------------------------------------------------------------------
@@ -177,7 +179,7 @@ def _errors_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
         cells = {_run(r): _error(r) for r in entry["summary"]["results"]}
         rows.append((_link(name, entry), entry["title"], *(cells.get(run, "") for run in runs)))
     right = [" ".join(run) for run in runs]
-    return table(("machine", "title", *right), rows, right, "largest position error / L over the run")
+    return table(("machine", "title", *right), rows, right, "largest position error / L over the run (in mm)")
 
 
 def _run(result: Mapping[str, Any]) -> tuple[str, str]:
@@ -187,6 +189,9 @@ def _run(result: Mapping[str, Any]) -> tuple[str, str]:
 def _error(result: Mapping[str, Any]) -> Cell:
     completed = result["outcome"] == "completed"
     text = numbers.measured(result["largest"]["position"]) if completed else result["outcome"]
+    # A summary that an earlier conrod wrote has no lengths.
+    if completed and "position_m" in result and text != numbers.BELOW_ROUNDING:
+        text += f" ({numbers.measured(1e3 * result['position_m'])} mm)"
     return Toned(text, "bad") if result["passed"] is False else text
 
 

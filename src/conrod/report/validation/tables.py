@@ -19,6 +19,7 @@ from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MEASURES = ("max", "rms", "final")
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
+IN_MM = "position [mm]"
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
 
 
@@ -33,12 +34,21 @@ def verdicts_table(studies: Sequence[SceneStudy], order: Callable[[float | None]
     def orders(run: ValidationResult) -> str:
         return "" if run.order is None else ", ".join(order(run.order[q]) for q in QUANTITIES)
 
+    lengths = {study.name: study.scene.lengths for study in studies}
     columns: dict[str, Callable[[ValidationResult], str]] = {
         "steps/rev": lambda r: str(r.steps_per_revolution or ""),
-        **{q: partial(_largest, quantity=q) for q in QUANTITIES},
+        "position": partial(_largest, quantity="position"),
+        IN_MM: lambda r: millimetres(r, lengths[r.scene]),
+        **{q: partial(_largest, quantity=q) for q in QUANTITIES[1:]},
         "order x, v, a": orders,
     }
     return results_table(studies, columns, TITLE)
+
+
+def millimetres(run: ValidationResult, lengths: Mapping[str, float]) -> str:
+    """The largest position error of a run in mm."""
+    errors = {point: (sizes["position"] or {}).get("max") for point, sizes in (run.errors or {}).items()}
+    return numbers.in_mm(errors, lengths)
 
 
 def _largest(run: ValidationResult, quantity: str, measure: str = "max") -> str:
@@ -55,13 +65,20 @@ def _table(
 
 def errors_table(study: SceneStudy, point: str) -> Table:
     """Max, rms and final value of each error of a point."""
-    names = (*QUANTITIES, "total")
-    head = [f"{q}: max, rms, final" for q in names]
-    return _table(study, "errors", head, lambda r: [_sizes((r.errors or {})[point].get(q)) for q in names])
+    places, length = ("position", "total"), 1e3 * study.scene.lengths[point]
+    head = [f"{q}: max, rms, final" for q in (*QUANTITIES, "total")]
+    head += [f"{q} [mm]: max, rms, final" for q in places]
+
+    def cells(run: ValidationResult) -> list[str]:
+        sizes = (run.errors or {})[point]
+        over = [_sizes(sizes.get(q), numbers.measured) for q in (*QUANTITIES, "total")]
+        return [*over, *(_sizes(sizes.get(q), lambda share: numbers.scaled(share, length)) for q in places)]
+
+    return _table(study, "errors", head, cells)
 
 
-def _sizes(size: Mapping[str, float] | None) -> str:
-    return numbers.MISSING if size is None else ", ".join(numbers.measured(size[m]) for m in MEASURES)
+def _sizes(size: Mapping[str, float] | None, shown: Callable[[float], str]) -> str:
+    return numbers.MISSING if size is None else ", ".join(shown(size[m]) for m in MEASURES)
 
 
 def peaks_table(study: SceneStudy, point: str) -> Table:
@@ -108,12 +125,15 @@ def _order(run: ValidationResult, quantity: str) -> str:
 
 def closure_table(study: SceneStudy) -> Table:
     """Closure, phase and drive of every run."""
-    head = ["gap, max / L", "gap rate, max / (ω L)", "gap acceleration, max / (ω² L)", "phase [rad], max", "final"]
+    head = ["gap, max / L", "gap rate, max / (ω L)", "gap acceleration, max / (ω² L)", "gap [mm]"]
+    head += ["phase [deg], max", "final"]
+    longest = {"gap": max(study.scene.lengths.values())}
     head += ["speed ripple", "angular acceleration / ω²"]
 
     def cells(r: ValidationResult) -> list[str]:
-        phase, drive = _values(r.phase, ("max", "final")), _values(r.drive, ("speed", "acceleration"))
-        return [*_values(r.closure, QUANTITIES), *phase, *drive]
+        gap = numbers.in_mm({"gap": (r.closure or {}).get("position")}, longest)
+        phase = [numbers.in_degrees((r.phase or {}).get(measure)) for measure in ("max", "final")]
+        return [*_values(r.closure, QUANTITIES), gap, *phase, *_values(r.drive, ("speed", "acceleration"))]
 
     return _table(study, "closure", head, cells)
 
@@ -135,12 +155,12 @@ def _values(values: Mapping[str, float | None] | None, names: tuple[str, ...]) -
 
 def kinematic_table(study: SceneStudy) -> Table:
     """Kinematic mode: the proof of the model."""
-    head = ["engine", "position error / L, max", "velocity error / (ω L), max", "gap / L, max"]
+    head = ["engine", "position error / L, max", IN_MM, "velocity error / (ω L), max", "gap / L, max"]
     head += ["position allowed", "velocity allowed", "because", "verdict"]
     rows = [
         (
             engine_title(r.engine),
-            *(_largest(r, q) for q in ("position", "velocity")),
+            *(_largest(r, "position"), millimetres(r, study.scene.lengths), _largest(r, "velocity")),
             *_values(r.closure, ("position",)),
             *(numbers.measured(allowed) for allowed in (r.tolerance.position, r.tolerance.velocity)),
             r.tolerance.reason,

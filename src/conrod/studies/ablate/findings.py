@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -173,6 +173,7 @@ class AblationStudy:
     Attributes:
         name, kind, title, parameters: of the scene.
         unsupported: engine -> why it has no ingredients to study.
+        lengths: L of each observed point [m]; empty in reports of an earlier conrod.
     """
 
     name: str
@@ -182,3 +183,4 @@ class AblationStudy:
     gruebler: Gruebler
     engines: tuple[EngineAblation, ...]
     unsupported: Mapping[str, str]
+    lengths: Mapping[str, float] = field(default_factory=dict)

@@ -85,7 +85,8 @@ def ablation_study(
         unsupported: engine -> why it has no ingredients to study.
     """
     count, parameters = gruebler(scene.kinematics.mechanism), dict(scene.parameters)
-    return AblationStudy(name, scene.kind, scene.title, parameters, count, tuple(engines), dict(unsupported))
+    found = tuple(engines), dict(unsupported), dict(scene.lengths)
+    return AblationStudy(name, scene.kind, scene.title, parameters, count, *found)
 
 
 def gruebler(mechanism: Mechanism) -> Gruebler:

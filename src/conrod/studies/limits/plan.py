@@ -157,6 +157,7 @@ class LimitPlan:
             parameters=self.scene.parameters,
             engines={engine.name: engine.version for engine in self.engines},
             **{name: tuple(of) for name, of in parts.items()},
+            lengths=dict(self.scene.lengths),
         )
 
 

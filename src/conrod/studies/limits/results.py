@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any
 
@@ -141,6 +141,7 @@ class LimitStudy:
         name, kind, title, parameters: of the scene.
         engines: name -> version.
         walks: of all axes, presets and engines, refused ones with their reason.
+        lengths: L of each observed point [m]; empty in reports of an earlier conrod.
     """
 
     name: str
@@ -154,6 +155,7 @@ class LimitStudy:
     needs: tuple[IterationNeed, ...]
     determinism: tuple[Determinism, ...]
     floats: tuple[FollowerFloat, ...]
+    lengths: Mapping[str, float] = field(default_factory=dict)
 
 
 # Of a study, and what each is made of.

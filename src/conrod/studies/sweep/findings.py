@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from conrod.runs.convergence import PAIRS_AGREE, observed_order
@@ -136,6 +136,7 @@ class SweepStudy:
         machine: that the costs were taken on.
         grid_convergence: of rules that differ in effect.
         both_ways: of the presets' settings, refined along one path and along the other.
+        lengths: L of each observed point [m]; empty in reports of an earlier conrod.
     """
 
     name: str
@@ -154,6 +155,7 @@ class SweepStudy:
     both_ways: tuple[GridConvergence, ...]
     budgets: tuple[ErrorBudget, ...]
     sensitivities: tuple[Sensitivity, ...]
+    lengths: Mapping[str, float] = field(default_factory=dict)
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:
         """Points that no other one beats in both cost and error, cheapest first."""

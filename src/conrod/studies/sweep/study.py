@@ -187,6 +187,7 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
         both_ways=tuple(grid_convergence_of(family, measurements) for family in plan.both_ways),
         budgets=tuple(_budget(budget, measurements) for budget in plan.budgets),
         sensitivities=tuple(sensitivity_of(plan.name, plan.scene, s, measurements) for s in plan.sensitivities),
+        lengths=dict(plan.scene.lengths),
     )
 
 

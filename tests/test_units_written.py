@@ -1,0 +1,80 @@
+"""Units are written in one way in prose and output (docs/glossary.md, "Unit"); input takes the rival spellings too."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from conrod.mechanism.units import parse_quantity
+
+ROOT = Path(__file__).parents[1]
+# What is to be written -> how it is not.
+RIVALS = {
+    "m/s²": r"\bm/s(\^2|\*\*2|2\b)|\bm s-2",
+    "rad/s²": r"\brad/s(\^2|\*\*2|2\b)",
+    "kg m²": r"\bk?g ?[*·]? ?m(\^2|2\b)|\bkg[*·]m²",
+    "deg": r"\d ?°|\[°\]",
+    "µs": r"(\d|\}) ?(us|μs|usec)\b",
+    "rpm": r"\d ?(r/min|rev/min)\b",
+}
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.jinja")]
+REPORTS = [p for p in (ROOT / "reports").rglob("*.md") if "audit" not in p.parts]  # which quotes what documents print
+
+
+GENERATED = "\n["  # in a mechanism file that is written as text
+
+
+def rivals_in(text: str) -> list[str]:
+    """Rival spellings in prose: what stands in code is to be typed, or is typed by others."""
+    prose = re.sub(r"```(toml|xml|csv|sh).*?```|`[^`\n]*`", "", text, flags=re.DOTALL)
+    return [f"{found[0]} for {right}" for right, rival in RIVALS.items() for found in re.finditer(rival, prose)]
+
+
+def texts_in(module: Path) -> Iterator[str]:
+    """Sentences of a module that a user may read: its strings with a blank, without docstrings."""
+    tree = ast.parse(module.read_text(encoding="utf-8"))
+    holders = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    documented = (n.body[0] for n in ast.walk(tree) if isinstance(n, holders) and n.body)
+    docstrings = {id(first.value) for first in documented if isinstance(first, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            yield node.value if " " in node.value else ""
+
+
+@pytest.mark.parametrize("page", [*PAGES, *REPORTS], ids=lambda page: str(page.relative_to(ROOT)))
+def test_pages_write_units_in_one_way(page: Path) -> None:
+    assert rivals_in(page.read_text(encoding="utf-8")) == []
+
+
+def test_messages_write_units_in_one_way() -> None:
+    modules = sorted((ROOT / "src").rglob("*.py"))
+    found = [
+        f"{m.name}: {rival}"
+        for m in modules
+        for text in texts_in(m)
+        if GENERATED not in text
+        for rival in rivals_in(text)
+    ]
+    assert found == []
+
+
+def test_rival_spellings_are_found_in_prose_and_not_in_code() -> None:
+    for rival in ("9.81 m/s^2", "2 kg m2", "3 kg*m^2", "30°", "7 us", "4 μs", "8 rev/min"):
+        assert rivals_in(f"It is {rival} here.") != [], rival
+    assert rivals_in('`9.81 m/s^2`\n```toml\ninertia = "1 kg*m^2"\n```\n9.81 m/s², 2 kg m², 30 deg, 7 µs') == []
+
+
+@pytest.mark.parametrize(("one", "other", "unit"), [
+    ("9.81 m/s²", "9.81 m/s^2", "m/s^2"),
+    ("0.5 kg m²", "0.5 kg*m^2", "kg*m^2"),
+    ("30 deg", "30°", "rad"),
+    ("5 µs", "5 us", "s"),
+])  # fmt: skip
+def test_input_takes_both_spellings(one: str, other: str, unit: str) -> None:
+    assert parse_quantity("x", one, unit) == parse_quantity("x", other, unit)
