@@ -241,6 +241,13 @@ def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_o
     assert "its crank keeps to the 40 rpm of the scene: it turned at 39.999 rpm on average" in words.verdict(study)
     assert study.own_run is not None
     assert study.own_run.run.worst("position")
+    # What was asked for is asked of both runs: here the file's own is a radian late.
+    late = replace(study.own_run, run=replace(study.own_run.run, phase=1.0))
+    asked = replace(study, tolerance={"phase": 0.1})
+    assert asked.passed
+    assert replace(asked, own_run=late).exceeded() == {"phase": (1.0, 0.1)}
+    assert replace(study, own_run=late).passed
+    assert replace(asked, own_run=replace(late, commanded=None)).passed
     worst = max(run.worst("position") or 0.0 for run in study.judged)
     assert len(study.judged) == 2
     assert not servo_at(tmp_path, SCENE.speed, tolerance=0.99 * worst).passed
