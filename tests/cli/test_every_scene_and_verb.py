@@ -1,0 +1,77 @@
+"""Every shipped name goes through every verb that takes a scene: an answer, `unsupported`, or one line and status 2."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import conrod, said
+
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_names, dynamics_names, scene_named
+
+CHAIN = "four-bar-chain-2"
+NAMES = (*SCENES, *catalogue_names(), *dynamics_names(), CHAIN)
+# No closure; closed forms; a cam by arcs, one by a law; change points; a span; wheels; a rack; a spring; a chain.
+KINDS = (
+    "pendulum", "saw-40rpm", "cam-follower", "cam-3-4-5", "parallelogram", "double-rocker", "planetary-gear",
+    "rack-and-wheel", "slider-crank-spring", CHAIN,
+)  # fmt: skip
+COARSE = "--steps-per-rev 40 --revolutions 1"
+FAST = ("show {}", "export {} --format mjcf -o m.xml")
+VERBS = (
+    *FAST,
+    "lint m.xml --scene {} --seconds 0.01",
+    "show {} --angle 0",
+    "export {} --format csv --steps-per-rev 40 -o t.csv",
+    "validate t.csv --scene {}",
+    "validate m.xml --scene {} --crank crank POINTS",
+    f"validate {{}} {COARSE}",
+    f"validate {{}} --quantity torque,reactions,contact {COARSE}",
+    "validate {} --motion free --seconds 0.02",
+    "validate {} --motion torque --seconds 0.02",
+    "sweep {} --engine pymunk --grid coarse",
+    "recommend {} --engine pymunk --grid coarse --position 1e-2",
+    "limits {} --axis steps --engine pymunk --preset stock",
+    "ablate {} --engine pymunk --steps-per-rev 40 --rounds 2",
+)
+
+
+def answered(line: str, name: str, folder: Path) -> int:
+    """Exit status of a command, which gives an answer or one line of a refusal."""
+    points = (
+        " ".join(f"--point {point}=site:{point}" for point in scene_named(name).lengths) if "POINTS" in line else ""
+    )
+    done = conrod(*line.format(name).replace("POINTS", points).split(), cwd=folder, ledger=folder / "ledger.sqlite")
+    assert done.returncode in (0, 1, 2), done
+    if done.returncode == 2:
+        lines = said(done)
+        assert (len(lines), done.stdout) == (1, ""), done
+        assert lines[0].startswith("conrod: ")
+        assert len(lines[0]) < 700
+    return done.returncode
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_of_machine_is_shown_and_exported(name: str, tmp_path: Path) -> None:
+    assert [answered(line, name, tmp_path) for line in FAST] == [0, 0]
+
+
+def test_a_machine_without_a_closure_goes_through_validate(tmp_path: Path) -> None:
+    assert [answered(line, "pendulum", tmp_path) for line in VERBS if line.endswith(f"{{}} {COARSE}")] == [0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:
+    ends = [answered(line, name, tmp_path) for line in VERBS]
+    # Negative control: the commands are not all refused.
+    assert ends.count(2) < len(ends) // 2
+
+
+def test_a_refusal_of_two_lines_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Negative control of the check.
+    monkeypatch.setattr("conrod.cli._fail", lambda message: sys.exit(2))
+    with pytest.raises(AssertionError):
+        answered("show {}", "none", tmp_path)
