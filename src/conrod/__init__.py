@@ -17,6 +17,8 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from conrod.cli.check import Checked as Checked
+    from conrod.cli.check import check as check
     from conrod.engines.mujoco.settings import MuJoCoSettings as MuJoCoSettings
     from conrod.engines.mujoco.settings import harden as harden
     from conrod.engines.pymunk.settings import PymunkSettings as PymunkSettings
@@ -39,6 +41,7 @@ __version__ = version("conrod")
 
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
+    "conrod.cli.check": ("Checked", "check"),
     "conrod.engines.mujoco.settings": ("MuJoCoSettings", "harden"),
     "conrod.engines.pymunk.settings": ("PymunkSettings",),
     "conrod.engines.running": ("run",),

@@ -5,7 +5,10 @@ from __future__ import annotations
 import difflib
 import pickle
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
+
+T = TypeVar("T")
 
 # Of two names, by the share of letters in the same order: below the first they are not alike. Others than the nearest
 # are named where they are nearly as near; a name that was begun counts a little less than one typed to its end.
@@ -14,6 +17,27 @@ LEAST_LIKENESS, AS_NEAR, BEGUN = 0.49, 0.95, 0.75
 
 class InvalidInput(ValueError):
     """A value that cannot be used; the message names it, what is allowed and the nearest valid choice."""
+
+
+class UnknownName(InvalidInput, KeyError):
+    """A name that a table does not have; a KeyError too, as whoever looks one up expects."""
+
+    __str__ = Exception.__str__  # KeyError quotes its message
+
+
+class Named(dict[str, T]):
+    """A table by name that answers an unknown name with the nearest one and all that there are.
+
+    Attributes:
+        kind: what the names are of, for the message.
+    """
+
+    def __init__(self, entries: Mapping[str, T] | Iterable[tuple[str, T]] = (), kind: str = "name") -> None:
+        super().__init__(entries)
+        self.kind = kind
+
+    def __missing__(self, name: object) -> T:
+        raise UnknownName(str(unknown_choice(self.kind, str(name), self)))
 
 
 def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInput:

@@ -66,12 +66,10 @@ def _validate_file(file: str, asked: Request) -> None:
     if file.lower().endswith(MODELS):
         from conrod.cli.validate_model import validate_model
 
-        refuse(asked, "a model: it is for a table", TableOptions)
         validate_model(file, asked.scene, asked)
     else:
         from conrod.cli.validate_table import validate_table
 
-        refuse(asked, "a table: it is for a model", ModelOptions)
         validate_table(file, asked.scene, asked)
 
 
@@ -81,6 +79,17 @@ def _check_endings(subjects: Sequence[str], scene: str | None) -> None:
         if name.lower().endswith(MECHANISMS):
             continue
         if Path(name).is_file() or (scene is not None and Path(name).suffix):
-            raise InvalidInput(
-                f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"
-            )
+            raise _unknown_ending(name)
+
+
+def _unknown_ending(name: str) -> InvalidInput:
+    return InvalidInput(
+        f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"
+    )
+
+
+def check_file(path: Path) -> None:
+    """Refuse what is no file that can be judged; raises InvalidInput, which says why."""
+    check_readable(path)
+    if not path.name.lower().endswith(MODELS + TABLES):
+        raise _unknown_ending(str(path))

@@ -10,7 +10,7 @@ from rich.text import Text
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
-from conrod.cli.validate_request import ModelOptions, Request
+from conrod.cli.validate_request import ModelOptions, Request, TableOptions
 from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
@@ -23,7 +23,7 @@ from conrod.report.user_model import KIND, drive, findings, runs_table, verdict
 from conrod.scenes import Scene
 from conrod.studies.execution import isolation
 from conrod.studies.frame.files import naming
-from conrod.studies.frame.resolve_arguments import MOST_SAMPLES, REVOLUTIONS, parse_tolerance, select_scene
+from conrod.studies.frame.resolve_arguments import MOST_SAMPLES, REVOLUTIONS, parse_tolerance, scene_text, select_scene
 
 DEFAULT_REVOLUTIONS = 2
 
@@ -41,7 +41,21 @@ def print_model_study(found: ModelStudy) -> None:
 
 
 def validate_model(file: str, scene: str, asked: Request) -> None:
-    """Judge a file against the machine that a scene is; all that touches the engine runs in processes of its own.
+    """Judge a file, print what was found, and write what is to be written; raises InvalidInput as `judge_model`."""
+    path = Path(file)
+    files = outputs(KIND, [path.stem], asked.out, asked.document, as_outputs_must_not_be(path))
+    with waiting(path):
+        judged = judge_model(path, scene, asked)
+    with naming("standard output"):
+        print_model_study(judged)
+    again = reproduction("validate", {path.stem: file}, asked.given, asked.assignments, files.folder)
+    files.write({path.stem: judged}, again)
+    if not judged.passed:
+        sys.exit(exit_status.FAILED)
+
+
+def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
+    """A model against the machine that a scene is; all that touches the engine runs in processes of its own.
 
     Raises:
         InvalidInput: the model cannot be used, or is not what was said.
@@ -52,29 +66,22 @@ def validate_model(file: str, scene: str, asked: Request) -> None:
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
     refuse(asked, its_own, "engine", "preset", "steps_per_rev")
-    machine, path = select_scene(scene, asked.assignments)[1], Path(file)
+    refuse(asked, "a model: it is for a table", TableOptions)
+    machine = select_scene(scene, asked.assignments)[1]
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
-    files = outputs(KIND, [path.stem], asked.out, asked.document, as_outputs_must_not_be(path))
     revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
     check_count("--revolutions", revolutions, *REVOLUTIONS)
     question, given = question_of(asked, machine), given_frame(asked)
-    with waiting(path):
-        scanned = isolation.confined(scan, path, question)
+    scanned = isolation.confined(scan, path, question)
 
     def run(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
         return isolation.confined(drive_model, path, question, scanned, drive, orders)
 
-    engine, turns, one = engine_named("mujoco"), float(revolutions), (scene, machine)
+    engine, turns, one, file = engine_named("mujoco"), float(revolutions), (scene_text(scene), machine), str(path)
     try:
-        judged = study(file, one, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance)
+        return study(file, one, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance)
     except InvalidInput as error:
         raise error if str(error).startswith(file) else InvalidInput(f"{file}: {error}") from None
-    with naming("standard output"):
-        print_model_study(judged)
-    again = reproduction("validate", {path.stem: file}, asked.given, asked.assignments, files.folder)
-    files.write({path.stem: judged}, again)
-    if not judged.passed:
-        sys.exit(exit_status.FAILED)
 
 
 def question_of(options: ModelOptions, scene: Scene) -> Question:

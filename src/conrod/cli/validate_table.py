@@ -10,7 +10,7 @@ from rich.text import Text
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
-from conrod.cli.validate_request import Request
+from conrod.cli.validate_request import ModelOptions, Request
 from conrod.cli.waiting import waiting
 from conrod.own.files import check_readable
 from conrod.own.tables.columns import request
@@ -19,9 +19,10 @@ from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report import trajectory as words
 from conrod.report.terminal import console, print_lines, print_table
+from conrod.scenes import Scene
 from conrod.studies.execution import isolation
 from conrod.studies.frame.files import naming
-from conrod.studies.frame.resolve_arguments import TOLERANCES, parse_tolerance, select_scene
+from conrod.studies.frame.resolve_arguments import TOLERANCES, parse_tolerance, scene_text, select_scene
 
 # A table of the most rows that are kept is read in a tenth of it.
 READING = 300.0  # [s]
@@ -51,25 +52,31 @@ def print_table_study(study: TableStudy) -> None:
 
 
 def validate_table(file: str, scene: str, asked: Request) -> None:
-    """Judge a table against the machine that a scene is.
-
-    Raises:
-        InvalidInput: the table or an option cannot be used; those of an engine's runs may not be given.
-    """
-    refuse(asked, "a table: it is for runs of an engine", "engine", "preset", "steps_per_rev", "revolutions")
-    machine, table = select_scene(scene, asked.assignments)[1], Path(file)
-    allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
-    estimate = () if asked.estimate is None else parse_estimate(asked.estimate)
-    points = tuple(machine.lengths)
-    wanted = request(asked.columns, asked.units, points)
-    check_readable(table)
-    files = outputs(words.KIND, [words.PART], asked.out, asked.document, {"the table": table})
-    with waiting(table):
-        reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
-    study = study_table(file, scene, machine, reading, estimate, allowed)
+    """Judge a table, print what was found, and write what is to be written; raises InvalidInput as `judge_table`."""
+    files = outputs(words.KIND, [words.PART], asked.out, asked.document, {"the table": Path(file)})
+    with waiting(Path(file)):
+        study = judge_table(Path(file), scene, asked)
     with naming("standard output"):
         print_table_study(study)
     again = reproduction("validate", {words.PART: file}, asked.given, asked.assignments, files.folder)
     files.write({words.PART: study}, again)
     if study.passed is False:
         sys.exit(exit_status.FAILED)
+
+
+def judge_table(table: Path, scene: str | Scene, asked: Request) -> TableStudy:
+    """A table against the machine that a scene is.
+
+    Raises:
+        InvalidInput: the table or an option cannot be used; those of an engine's runs may not be given.
+    """
+    refuse(asked, "a table: it is for a model", ModelOptions)
+    refuse(asked, "a table: it is for runs of an engine", "engine", "preset", "steps_per_rev", "revolutions")
+    machine = select_scene(scene, asked.assignments)[1]
+    allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
+    estimate = () if asked.estimate is None else parse_estimate(asked.estimate)
+    points = tuple(machine.lengths)
+    wanted = request(asked.columns, asked.units, points)
+    check_readable(table)
+    reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
+    return study_table(str(table), scene_text(scene), machine, reading, estimate, allowed)

@@ -49,6 +49,10 @@ def check_run(machine: Machine, settings: Settings, revolutions: float, start_an
     Raises:
         InvalidInput: a number out of its range, or settings for another speed.
     """
+    if isinstance(machine, str):
+        raise InvalidInput(f"run takes a scene, not its name: SCENES[{machine!r}]")
+    if isinstance(settings, str):
+        raise InvalidInput(f"run takes settings, not a preset's name: MuJoCoSettings.{settings}(scene, 1000)")
     check_number("revolutions", revolutions, 1e-3, 1e6)
     check_number("start_angle", start_angle, -1e6, 1e6, "rad")
     _check_span(machine, revolutions, start_angle)

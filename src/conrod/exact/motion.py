@@ -9,6 +9,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from conrod.errors import Named
+
 Array = NDArray[np.float64]
 
 Side = Literal["left", "right"]
@@ -43,7 +45,7 @@ class Motion:
     points: Mapping[str, PointMotion]
 
     def point(self, name: str) -> PointMotion:
-        """Motion of the observed point of a name; KeyError if there is none."""
+        """Motion of the observed point of a name; UnknownName, with the choices, if there is none."""
         return self.points[name]
 
 
@@ -83,7 +85,7 @@ def motion_in_time(
                 points[name] = _unfilled(len(angle))
             for axis, along in enumerate(planar):
                 here.apply(along, points[name], rows, axis)
-    return Motion(angle, points)
+    return Motion(angle, Named(points, "observed point"))
 
 
 def _unfilled(count: int) -> PointMotion:

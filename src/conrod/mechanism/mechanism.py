@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, Named
 from conrod.mechanism.cam_law import Profile
 from conrod.mechanism.loads import Load
 from conrod.mechanism.units import check_number
@@ -218,10 +218,10 @@ class Mechanism:
     @cached_property
     def body_index(self) -> dict[str, int]:
         """Place of each moving body in a stacked pose vector."""
-        return {body.name: i for i, body in enumerate(self.bodies)}
+        return Named({body.name: i for i, body in enumerate(self.bodies)}, "body")
 
     def body(self, name: str) -> Body:
-        """The body of a name; KeyError for the ground or an unknown name."""
+        """The body of a name; UnknownName, a KeyError, for the ground or an unknown name."""
         return self.bodies[self.body_index[name]]
 
     def joints_on(self, body: str) -> list[Joint]:

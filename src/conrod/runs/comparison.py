@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.errors import InvalidInput, Named, unknown_choice
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion
 from conrod.exact.reference import ExactReference
@@ -85,7 +86,14 @@ class Comparison:
     drive_acceleration: float  # largest |angular acceleration| / omega^2
 
     def worst(self, quantity: str, measure: str = "max") -> float:
-        """The largest error of a quantity over all observed points; measure is max, rms or final."""
+        """The largest error of a quantity over all observed points; measure is max, rms or final.
+
+        Raises:
+            InvalidInput: there is no such quantity or measure; names the choices.
+        """
+        for kind, given, known in (("quantity", quantity, PointErrors), ("measure", measure, Size)):
+            if given not in known.__dataclass_fields__:
+                raise unknown_choice(kind, given, known.__dataclass_fields__)
         # `max` would pass over what is no number.
         return float(np.max([getattr(getattr(e, quantity).size, measure) for e in self.points.values()]))
 
@@ -116,6 +124,8 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
     Raises:
         ValueError: the run did not complete; an outcome other than completed has no errors.
     """
+    if isinstance(reference, str):
+        raise InvalidInput(f"compare takes a scene, not its name: SCENES[{reference!r}]")
     if trajectory.outcome is not Outcome.COMPLETED or trajectory.bodies is None:
         raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
     speed = abs(trajectory.speed)
@@ -124,7 +134,7 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
     phase = [np.abs(instants.angle - trajectory.speed * instants.times) for instants in _stamps(trajectory)]
     closure = closure_series(trajectory.bodies, reference.mechanism(), max(reference.lengths.values()), speed)
     return Comparison(
-        points=point_errors(trajectory, reference),
+        points=Named(point_errors(trajectory, reference), "observed point"),
         peaks=peaks,
         closure=Closure(**{name: float(gaps.max()) for name, gaps in closure.items()}),
         phase_max=max(float(one.max()) for one in phase),

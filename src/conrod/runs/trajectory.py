@@ -9,6 +9,7 @@ from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 
+from conrod.errors import Named
 from conrod.exact.motion import Array
 
 
@@ -147,6 +148,9 @@ class Trajectory:
     reason: str  # details of the outcome, empty when completed
     points: Mapping[str, PointTracks]
     bodies: BodyTracks | None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", Named(self.points, "observed point"))
 
 
 @dataclass(frozen=True)

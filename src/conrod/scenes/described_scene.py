@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, Named
 from conrod.exact.branch_continuation import OutOfSteps
 from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
@@ -86,7 +86,7 @@ class DescribedScene(Scene):
 
     @cached_property
     def parameters(self) -> dict[str, float]:
-        return dict(self.described.values)
+        return Named(self.described.values, "parameter")
 
     def parameter_facts(self) -> dict[str, Parameter]:
         return dict(self.described.facts)
@@ -132,7 +132,8 @@ class DescribedScene(Scene):
     def lengths(self) -> dict[str, float]:
         start, stop = self.span or (0.0, 2.0 * math.pi)
         angles = np.linspace(start, stop, SAMPLES_PER_TURN, endpoint=self.span is not None)
-        return {name: diameter(p.position) for name, p in self.motion(angles, self.speed).points.items()}
+        travel = {name: diameter(p.position) for name, p in self.motion(angles, self.speed).points.items()}
+        return Named(travel, "observed point")
 
     # -- checks --------------------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from conrod.errors import Named
 from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.exact.reference import ExactReference
 from conrod.mechanism.parameters import Parameter, parameters_of
@@ -77,7 +78,7 @@ class Scene(ExactReference):
     @cached_property
     def parameters(self) -> dict[str, float]:
         """Values of all parameters, SI."""
-        return {name: getattr(self, name) for name in parameters_of(type(self))}
+        return Named({name: getattr(self, name) for name in parameters_of(type(self))}, "parameter")
 
     def identity(self) -> dict[str, Any]:
         """All that distinguishes a scene from others of its kind, as plain values."""
@@ -90,6 +91,8 @@ class Scene(ExactReference):
 
     def with_parameters(self, **values: float) -> Self:
         """The same scene with other parameter values, SI; raises InvalidInput as the constructor does."""
+        for name in values:
+            _ = self.parameters[name]  # an unknown one is answered with the nearest
         return type(self)(**(self.parameters | values))
 
     def parameter_facts(self) -> dict[str, Parameter]:
@@ -100,7 +103,8 @@ class Scene(ExactReference):
     def lengths(self) -> dict[str, float]:
         """L [m] of each observed point."""
         turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES_PER_TURN, endpoint=False)
-        return {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
+        travel = {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
+        return Named(travel, "observed point")
 
 
 def _rebuilt(scene_class: type[Scene], parameters: dict[str, float]) -> Scene:

@@ -151,6 +151,15 @@ def load_model(path: Path) -> mujoco.MjModel:
             raise InvalidInput(f"{path}: MuJoCo cannot load it: {' '.join(str(error).split())}") from None
 
 
+def save_model(model: object, path: Path) -> None:
+    """Write a compiled model as a binary file; raises InvalidInput where it is none."""
+    if not isinstance(model, mujoco.MjModel):
+        raise InvalidInput(
+            f"a {type(model).__name__} cannot be judged: give a file, a mujoco.MjModel or a mapping of numpy arrays"
+        )
+    mujoco.mj_saveModel(model, str(path))
+
+
 def element_id(model: mujoco.MjModel, kind: str, name: str) -> int:
     """Index of a named element.
 

@@ -32,7 +32,10 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
     Raises:
         InvalidInput: unknown scene, parameter or unit, or a value out of range.
     """
-    scenes = _named(names or list(SCENES))
+    return _assigned(_named(names or list(SCENES)), assignments)
+
+
+def _assigned(scenes: Mapping[str, Scene], assignments: Sequence[str]) -> dict[str, Scene]:
     values = _split_all(assignments, "--set")
     known = {name for scene in scenes.values() for name in scene.parameter_facts()}
     for name in values:
@@ -41,12 +44,19 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
     return {name: _with_values(scene, values) for name, scene in scenes.items()}
 
 
-def select_scene(name: str, assignments: Sequence[str]) -> tuple[str, Scene]:
-    """One scene, as `select_scenes` does, with the name that it goes by."""
+def select_scene(name: str | Scene, assignments: Sequence[str]) -> tuple[str, Scene]:
+    """One scene, as `select_scenes` does, with the name that it goes by; one that is there already by its kind."""
+    if isinstance(name, Scene):
+        return name.kind, _assigned({name.kind: name}, assignments)[name.kind]
     if name == CATALOGUE:
         raise InvalidInput(f"{name!r} stands for many machines: name one of them; `conrod show` lists them")
     ((known_as, scene),) = select_scenes([name], assignments).items()
     return known_as, scene
+
+
+def scene_text(scene: str | Scene) -> str:
+    """What a user calls a machine: as it was typed, or the kind of one that is there already."""
+    return scene if isinstance(scene, str) else scene.kind
 
 
 def typed_names(names: Sequence[str]) -> dict[str, str]:

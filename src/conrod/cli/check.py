@@ -1,0 +1,162 @@
+"""`conrod.check`: what `conrod validate FILE` does, from Python; nothing is printed."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from conrod.cli.validate import MODELS, check_file
+from conrod.cli.validate_model import judge_model, print_model_study
+from conrod.cli.validate_request import Request
+from conrod.cli.validate_table import judge_table, print_table_study
+from conrod.errors import InvalidInput
+from conrod.own.models.study import ModelStudy
+from conrod.own.tables.study import TableStudy
+from conrod.report import trajectory, user_model
+from conrod.report.writer import document_text
+from conrod.scenes import Scene
+
+if TYPE_CHECKING:
+    import mujoco
+
+# A value as the command line takes it, a number in SI, several in a list, or by name.
+Given: TypeAlias = str | float | Sequence[str] | Mapping[str, Any] | None
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The answer of `check`.
+
+    Attributes:
+        study: all that was found, as objects.
+    """
+
+    study: ModelStudy | TableStudy
+
+    @property
+    def passed(self) -> bool | None:
+        """True where `conrod validate` ends with status 0 and something was judged; None where nothing was."""
+        return self.study.passed
+
+    @property
+    def verdict(self) -> str:
+        """The answer in a sentence."""
+        return (
+            user_model.verdict(self.study)
+            if isinstance(self.study, ModelStudy)
+            else trajectory.verdict_text(self.study)
+        )
+
+    @property
+    def text(self) -> str:
+        """All that `conrod validate` prints."""
+        with redirect_stdout(io.StringIO()) as printed:
+            if isinstance(self.study, ModelStudy):
+                print_model_study(self.study)
+            else:
+                print_table_study(self.study)
+        return printed.getvalue()
+
+    @property
+    def json(self) -> str:
+        """What `--json` writes."""
+        if isinstance(self.study, ModelStudy):
+            return document_text(user_model.KIND, {Path(self.study.file).stem: self.study})
+        return document_text(trajectory.KIND, {trajectory.PART: self.study})
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} passed={self.passed}: {self.verdict}>"
+
+
+def check(
+    subject: str | Path | mujoco.MjModel | Mapping[str, Any],
+    scene: str | Path | Scene,
+    *,
+    crank: str | None = None,
+    point: Given = None,
+    plane: str | None = None,
+    rotation: str | float | None = None,
+    crank_zero: str | float | None = None,
+    length_unit: str | None = None,
+    keyframe: str | int | None = None,
+    touching: Given = None,
+    column: Given = None,
+    unit: Given = None,
+    estimate: Given = None,
+    revolutions: int | None = None,
+    tolerance: Given = None,
+    set: Given = None,
+) -> Checked:
+    """Judge a MuJoCo model or a table against a machine, as `conrod validate FILE --scene SCENE` does.
+
+    The keywords are that command's options. What it takes as NAME=VALUE is a mapping here, a list is one, and a number
+    without a unit is SI: `point={"C": "site:tip"}, tolerance={"position": 1e-4}, set={"crank": "80 mm"}`.
+
+    Args:
+        subject: a model (the path of an MJCF or binary file, or compiled), or a table (the path of a file, or a mapping
+            of numpy arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
+        scene: the machine that it is to be: a name, a mechanism file, or a scene.
+
+    Raises:
+        InvalidInput: the subject, the scene or a keyword cannot be used.
+    """
+    asked = _request({name: value for name, value in locals().items() if name not in ("subject", "scene")})
+    machine = scene if isinstance(scene, Scene) else str(scene)
+    if isinstance(subject, str | Path):
+        path = Path(subject)
+        check_file(path)
+        judge = judge_model if path.name.lower().endswith(MODELS) else judge_table
+        return Checked(judge(path, machine, asked))
+    with tempfile.TemporaryDirectory() as folder:
+        # Also what is in memory is judged in processes of its own, which take files.
+        model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
+        try:
+            if isinstance(subject, Mapping):
+                np.savez(table, allow_pickle=False, **_columns(subject))
+                study: ModelStudy | TableStudy = judge_table(table, machine, asked)
+            else:
+                from conrod.own.models.loading import save_model
+
+                save_model(subject, model)
+                study = judge_model(model, machine, asked)
+        except InvalidInput as error:
+            raise InvalidInput(str(error).replace(str(model), "the model").replace(str(table), "the table")) from None
+    return Checked(dataclasses.replace(study, file="the table" if isinstance(study, TableStudy) else "the model"))
+
+
+def _columns(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Arrays by name; raises InvalidInput where one is none."""
+    arrays = {str(name): np.asarray(value) for name, value in given.items()}
+    for name, array in arrays.items():
+        # The last two are numpy's own keywords.
+        if array.dtype.kind not in "fiu" or array.ndim == 0 or name in ("file", "allow_pickle"):
+            raise InvalidInput(f"the table: {name!r}: an array of numbers is wanted, by the name of a column")
+    return arrays
+
+
+def _request(keywords: Mapping[str, Given | int]) -> Request:
+    """Keywords as the options of their names."""
+    fields = {keyword_of(one): one for one in dataclasses.fields(Request) if one.metadata}
+    return Request(**{fields[name].name: _typed(fields[name], x) for name, x in keywords.items() if x is not None})
+
+
+def keyword_of(option: dataclasses.Field[Any]) -> str:
+    """The keyword of `check` that an option of `conrod validate` is."""
+    return str(option.metadata["option"]).lstrip("-").replace("-", "_")
+
+
+def _typed(option: dataclasses.Field[Any], value: Any) -> Any:
+    """A value as the command line gives it."""
+    if "type" in option.metadata:
+        return value
+    parts = [f"{name}={one}" for name, one in value.items()] if isinstance(value, Mapping) else value
+    parts = [str(parts)] if isinstance(parts, str) or not isinstance(parts, Sequence) else [str(one) for one in parts]
+    return tuple(parts) if option.metadata.get("multiple") else ",".join(parts)

@@ -1,0 +1,163 @@
+"""`conrod.check` and names that are not there: what the command line answers, in Python."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+import inspect
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from command_line import conrod
+
+from conrod import SCENES, InvalidInput, MuJoCoSettings, Saw, check, compare, run
+from conrod.cli.check import keyword_of
+from conrod.cli.validate_request import ModelOptions, Request, TableOptions
+from conrod.own.tables.study import TableStudy
+from conrod.scenes.described_scene import read_scene
+from tests.support.described import FOUR_BAR
+from tests.support.table_files import csv_text, exact_table
+
+ROOT = Path(__file__).parents[2]
+MODEL = ROOT / "mjcf" / "saw-500rpm.xml"
+SAW = SCENES["saw-500rpm"]
+ASKED: dict[str, Any] = {"crank": "crank", "point": {"C": "site:C"}, "tolerance": {"position": 1e-6}}
+TYPED = ("--scene", "saw-500rpm", "--crank", "crank", "--point", "C=site:C", "--tolerance", "position=1e-6")
+TIMES = np.linspace(0.0, 0.24, 200)
+EXACT = SAW.motion(SAW.speed * TIMES, SAW.speed).point("C")
+TABLE = {"time": TIMES, "C": EXACT.position}
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A process for each look at a file takes longer than what is claimed here.
+    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given, **_: task(*given))
+
+
+def test_a_model_is_judged_as_the_command_judges_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    checked = check(MODEL, "saw-500rpm", **ASKED)
+    assert capsys.readouterr() == ("", "")
+    done = conrod("validate", str(MODEL), *TYPED, "--json", str(tmp_path / "found.json"))
+    assert (checked.passed, done.returncode) == (True, 0)
+    assert checked.text == done.stdout
+    assert checked.json == (tmp_path / "found.json").read_text(encoding="utf-8")
+    assert checked.verdict in checked.text
+    # The compiled model, against the scene itself, with a tolerance that it does not hold.
+    compiled = mujoco.MjModel.from_xml_path(str(MODEL))
+    failed = check(compiled, SAW, **ASKED | {"tolerance": {"position": 1e-9}})
+    assert failed.passed is False
+    assert "out of tolerance: position" in failed.verdict
+    assert json.loads(failed.json)["parts"]["the model"]["findings"]["file"] == "the model"
+
+
+def test_a_table_is_judged_from_a_file_and_from_arrays(tmp_path: Path) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text(csv_text(exact_table(SAW)), encoding="utf-8")
+    measured = check(file, SAW)
+    assert (measured.passed, type(measured.study)) == (None, TableStudy)
+    assert check(TABLE, SAW, tolerance="position=1e-9").passed is True
+    # A defect that is planted is caught, and named.
+    off = check(TABLE | {"C": [*EXACT.position, 0.0001, 0.0]}, "saw-500rpm", tolerance={"position": 1e-4})
+    assert off.passed is False
+    assert "offset by (0.1, 0) mm" in off.text
+    assert repr(off).startswith("<Checked passed=False: OUT OF TOLERANCE: position")
+    estimated = check(TABLE, SAW, estimate=["time", "frame"], unit={"time": "s"}, set={"crank": 0.1})
+    assert "estimated from 200 rows" in estimated.text
+
+
+def test_a_mechanism_file_and_other_parameters_are_taken() -> None:
+    scene = read_scene(FOUR_BAR).with_parameters(speed=3.0)
+    name, *_ = scene.lengths
+    times = np.linspace(0.0, 0.01, 20)
+    table = {"time": times, name: scene.motion(3.0 * times, 3.0).point(name).position}
+    for given, parameters in ((FOUR_BAR, {"speed": "3 rad/s"}), (scene, None)):
+        assert check(table, given, set=parameters, tolerance={"position": 1e-9}).passed is True
+
+
+def test_its_keywords_are_the_options_of_the_command() -> None:
+    own = {"tolerance", "revolutions", "set"}
+    kinds = (ModelOptions, TableOptions)
+    options = {keyword_of(one) for kind in kinds for one in dataclasses.fields(kind)} | own
+    keywords = set(inspect.signature(check).parameters) - {"subject", "scene"}
+    assert keywords == options
+    assert own <= {keyword_of(one) for one in dataclasses.fields(Request) if one.metadata}
+
+
+REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
+    "no file": ("none.xml", {}, "none.xml: there is no such file"),
+    "no such kind": (__file__, {}, "a file is known by its ending"),
+    "no model": (3, {}, "a int cannot be judged: give a file, a mujoco.MjModel or a mapping of numpy arrays"),
+    "no numbers": (TABLE | {"C": ["a"] * 200}, {}, "the table: 'C': an array of numbers is wanted"),
+    "no column": ({"time": TIMES}, {}, "the table: no column for any of C, M"),
+    "a model's keyword": (TABLE, {"crank": "crank"}, "--crank does not go with a table"),
+    "a parameter": (TABLE, {"set": {"crnk": 1}}, "unknown parameter 'crnk': did you mean 'crank'?"),
+    "a scene": (TABLE, {"scene": "saw-50rpm"}, "unknown scene 'saw-50rpm': did you mean 'saw-500rpm'"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_judged_is_invalid_input(case: str) -> None:
+    subject, keywords, message = REFUSED[case]
+    with pytest.raises(InvalidInput) as refused:
+        check(subject, **{"scene": SAW} | keywords)
+    assert message in str(refused.value)
+    assert "/tmp" not in str(refused.value)
+
+
+def test_the_documentation_shows_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    examples = doctest.DocTestParser().get_doctest(page, {}, "python.md", "docs/python.md", 0)
+    assert len(examples.examples) > 8
+    assert doctest.DocTestRunner().run(examples).failed == 0
+
+
+# -- names that are not there ------------------------------------------------------------------------------------------
+
+
+RUN = run(Saw(), MuJoCoSettings.stock(Saw(), 50), revolutions=0.1)
+LOOKUPS = {
+    "a scene": (
+        lambda: SCENES["saw"],
+        "unknown scene 'saw': did you mean 'saw-40rpm' or 'saw-500rpm'? choose from cam",
+    ),
+    "a point": (lambda: SAW.motion(0.0, 1.0).point("D"), "unknown observed point 'D': choose from C, M"),
+    "a point of a run": (lambda: RUN.points["D"], "unknown observed point 'D': choose from C, M"),
+    "a point's errors": (lambda: compare(RUN, Saw()).points["D"], "unknown observed point 'D': choose from C, M"),
+    "a travel": (lambda: SAW.lengths["D"], "unknown observed point 'D': choose from C, M"),
+    "a parameter": (lambda: SAW.with_parameters(cranck=0.1), "unknown parameter 'cranck': did you mean 'crank'?"),
+    "a body": (lambda: SAW.mechanism().body("rot"), "unknown body 'rot': did you mean 'rod'?"),
+}
+
+
+@pytest.mark.parametrize("name", LOOKUPS)
+def test_a_lookup_that_fails_names_the_choices_and_is_a_key_error_too(name: str) -> None:
+    look, message = LOOKUPS[name]
+    with pytest.raises(InvalidInput) as failed:
+        look()
+    assert str(failed.value).startswith(message)
+    assert isinstance(failed.value, KeyError)
+
+
+def test_other_slips_are_invalid_input_too() -> None:
+    compared = compare(RUN, Saw())
+    with pytest.raises(InvalidInput, match="unknown quantity 'positon': did you mean 'position'"):
+        compared.worst("positon")
+    with pytest.raises(InvalidInput, match="unknown measure 'mx': did you mean 'max'"):
+        compared.worst("position", "mx")
+    name: Any = "saw-40rpm"
+    for slip in (lambda: run(name, MuJoCoSettings.stock(Saw(), 50)), lambda: compare(RUN, name)):
+        with pytest.raises(InvalidInput, match=r"takes a scene, not its name: SCENES\['saw-40rpm'\]"):
+            slip()
+
+
+def test_a_table_of_names_is_a_dict_in_all_else() -> None:
+    table = SAW.lengths
+    assert "D" not in table
+    assert table.get("D") is None
+    assert pickle.loads(pickle.dumps(table)) == dict(table)
