@@ -7,6 +7,7 @@ import doctest
 import inspect
 import json
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,7 @@ def test_a_table_is_judged_from_a_file_and_from_arrays(tmp_path: Path) -> None:
     assert (measured.passed, type(measured.study)) == (None, TableStudy)
     assert check(TABLE, SAW, tolerance="position=1e-9").passed is True
     # A defect that is planted is caught, and named.
-    off = check(TABLE | {"C": [*EXACT.position, 0.0001, 0.0]}, "saw-500rpm", tolerance={"position": 1e-4})
+    off = check(TABLE | {"C": EXACT.position + np.array([1e-4, 0.0])}, "saw-500rpm", tolerance={"position": 1e-4})
     assert off.passed is False
     assert "offset by (0.1, 0) mm" in off.text
     assert repr(off).startswith("<Checked passed=False: OUT OF TOLERANCE: position")
@@ -106,7 +107,7 @@ def test_what_cannot_be_judged_is_invalid_input(case: str) -> None:
     with pytest.raises(InvalidInput) as refused:
         check(subject, **{"scene": SAW} | keywords)
     assert message in str(refused.value)
-    assert "/tmp" not in str(refused.value)
+    assert not {"model.mjb", "table.npz"} & set(re.split(r"[/: ]", str(refused.value)))
 
 
 def test_the_documentation_shows_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:

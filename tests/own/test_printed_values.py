@@ -112,7 +112,7 @@ GOOD = "shear-press,G velocity y,10,-33.3,mm/s"
     ("", "no column 'scene'"),
     (HEADING, "no rows"),
     (HEADING.replace(",unit", ""), "no column 'unit'"),
-    (HEADING.replace("unit", "units"), "unknown column 'units': .* did you mean 'unit'"),
+    (HEADING.replace("unit", "units"), "unknown column 'units': did you mean 'unit'"),
 ])  # fmt: skip
 def test_a_table_or_a_row_that_cannot_be_used_is_named(text: str, message: str) -> None:
     assert audit_table("mine", HEADING + GOOD)[0].kind is Kind.AGREES
@@ -141,7 +141,7 @@ def test_fields_apart_by_semicolons_with_decimal_commas_and_a_typeset_minus_are_
 def test_a_remark_may_have_a_column_and_a_slip_of_the_pen_in_a_columns_name_is_told() -> None:
     row = "shear-press,A velocity y,90,-186.88,mm/s,"
     assert audit_table("mine", HEADING.strip() + ",remark\n" + row)[0].kind is Kind.AGREES
-    with pytest.raises(InvalidInput, match=r"unknown column 'paramters': .* did you mean 'parameters'"):
+    with pytest.raises(InvalidInput, match=r"unknown column 'paramters': did you mean 'parameters'"):
         audit_table("mine", HEADING.strip() + ",paramters\n" + row + "crank=10mm")
 
 

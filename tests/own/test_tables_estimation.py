@@ -148,7 +148,10 @@ def test_standard_errors_are_the_scatter_of_estimates() -> None:
 
 def test_what_is_asked_for_is_checked() -> None:
     assert parse_estimate("time, frame,time") == ("time", "frame")
-    with pytest.raises(InvalidInput, match="unknown thing to estimate 'fase': choose from frame, phase, sense, time"):
+    with pytest.raises(
+        InvalidInput,
+        match="unknown thing to estimate 'fase': did you mean 'frame' or 'phase'. choose from frame, phase, sense, time",
+    ):
         parse_estimate("fase")
 
 

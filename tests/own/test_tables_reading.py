@@ -150,7 +150,7 @@ def test_archives_may_hold_planar_arrays_and_units(tmp_path: Path) -> None:
 def test_parquet_says_in_one_line_what_it_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     (tmp_path / "t.parquet").write_bytes(b"PAR1")
-    with pytest.raises(InvalidInput, match=r"needs pyarrow: pip install 'conrod\[parquet\]'"):
+    with pytest.raises(InvalidInput, match=r"needs pyarrow: pip install pyarrow"):
         read(tmp_path / "t.parquet", SAW)
 
 
