@@ -101,7 +101,7 @@ def test_a_mechanism_file_outside_the_tables_folder_is_refused(here: Path, name:
 
 
 @pytest.mark.parametrize(("row", "message"), [
-    (GOOD.replace("shear-press", "shear-pres"), "values.csv: row 2: unknown scene .* did you mean 'shear-press'"),
+    (GOOD.replace("shear-press", "shear-pres"), "values.csv: row 2: unknown scene .*did you mean 'shear-press'"),
     (GOOD.replace("-33.3", "33 or so"), "values.csv: row 2: printed value '33 or so'"),
     (GOOD.replace("-33.3", "9" * 400), "values.csv: row 2: printed value '9999"),
     (GOOD.replace(",10,", ",1e308,"), "values.csv: row 2: angle_deg = 1e"),
