@@ -109,7 +109,7 @@ def test_a_mechanism_file_outside_the_tables_folder_is_refused(here: Path, name:
     (GOOD + GOOD.replace(",10,", ",ten,"), "values.csv: row 3: angle_deg = 'ten'"),
     ("\n" + GOOD.replace("G vel", "Q vel"), "values.csv: row 3: unknown point 'Q'"),
     (GOOD.replace("mm/s", "mm/s,more"), "values.csv: row 2: more fields than the heading"),
-    ("missing.toml,G velocity y,0,1.0,mm/s\n", r"values.csv: row 2: .*missing.toml: it cannot be read"),
+    ("missing.toml,G velocity y,0,1.0,mm/s\n", r"values.csv: row 2: .*missing.toml: there is no such file"),
     ("swinging-four-bar,B velocity x,170,1.0,m/s\n", "row 2: angle_deg = 170: swinging-four-bar is driven from"),
 ])  # fmt: skip
 def test_an_error_in_a_file_is_one_line_that_names_file_row_and_field(here: Path, row: str, message: str) -> None:
