@@ -88,6 +88,7 @@ def check(
     length_unit: str | None = None,
     keyframe: str | int | None = None,
     touching: Given = None,
+    ctrl: Given = None,
     column: Given = None,
     unit: Given = None,
     estimate: Given = None,
