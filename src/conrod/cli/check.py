@@ -48,7 +48,7 @@ class Checked:
 
     @property
     def verdict(self) -> str:
-        """The answer in a sentence."""
+        """The answer in a few sentences, the first of which says it."""
         return (
             user_model.verdict(self.study)
             if isinstance(self.study, ModelStudy)
@@ -73,7 +73,7 @@ class Checked:
         return document_text(trajectory.KIND, {trajectory.PART: self.study})
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} passed={self.passed}: {self.verdict}>"
+        return f"<{type(self).__name__} passed={self.passed}: {self.verdict.split('. ')[0].rstrip('.')}>"
 
 
 def check(
