@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep prior limits ablate audit test test-all lint types mjcf golden golden-write bench wheel check clean
+.PHONY: validate catalogue sweep prior limits ablate audit test test-all lint types mjcf golden golden-write bench mutants wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -61,6 +61,12 @@ golden-write: $(READY) ## make today's results the golden ones, of the groups na
 
 bench: $(READY) ## measure what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
 	$(BIN)/python -m benchmarks
+
+mutants: $(READY) ## plant defects where verdicts are made, and fail where the tests find fewer than 95 %; docs/mutants.md
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,mutants]'
+	rm -rf mutants
+	$(BIN)/mutmut run --max-children 2
+	$(BIN)/python tests/support/killed_mutants.py mutants/src
 
 wheel: $(READY)
 	$(BIN)/python -m build --wheel --outdir dist

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from conrod.runs.convergence import CLEAR_OF_FLOOR, PAIRS_AGREE, observed_order
+from conrod.runs.convergence import CLEAR_OF_FLOOR, PAIRS_AGREE, claimed_order, observed_order
 
 STEPS = (125, 250, 500, 1000)
 LONG = (125, 250, 500, 1000, 2000, 4000, 8000)
@@ -125,3 +125,10 @@ def test_the_order_is_that_of_the_finest_points() -> None:
     assert observed_order(steps, errors_found).claimed == pytest.approx(2.0, abs=1e-9)
     # Pairs that agree from the coarsest on alone are no order.
     assert observed_order(steps, [16e-3, 8e-3, 4e-3, 2e-3, 0.5e-3]).claimed is None
+
+
+def test_an_order_is_claimed_from_the_runs_that_have_an_error() -> None:
+    found = [(100, 4e-3), (200, None), (400, 2.5e-4), (800, 6.25e-5)]
+    assert claimed_order(found) == pytest.approx(2.0, abs=1e-9)
+    assert claimed_order([(100, None)]) is None
+    assert claimed_order([]) is None
