@@ -67,6 +67,9 @@ class _Stopwatch:
     def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None:
         raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
 
+    def unreadable(self, count: int) -> None:
+        raise AssertionError(f"{count} runs were damaged")
+
     def advanced(self, case: Case, how: str) -> None:
         raise AssertionError("a finished run was run again")
 

@@ -41,6 +41,9 @@ def results(
         )
     with Ledger.open(path) as opened:
         table = results_table(opened.rows(), where)
+    if opened.damaged:
+        words = f"{opened.damaged} runs in {path} cannot be read and are left out; the next study makes them again"
+        click.echo(f"conrod: {words}", err=True)
     write_together([single(file, table.written(option.lstrip("-"))) for option, file in files.items()])
     if files:
         click.echo(f"{len(table.rows)} rows: {', '.join(str(file) for file in files.values())}")

@@ -166,6 +166,10 @@ class ProgressBar:
             self._bar.reset(self._task, total=self._asked)
         self._bar.update(self._task, total=self._asked)
 
+    def unreadable(self, count: int) -> None:
+        """So many runs in the ledger are made again."""
+        self._say(f"{self._description}: {count} in the ledger cannot be read and count as not run; made again")
+
     def advanced(self, case: Case, how: str) -> None:
         """A case has ended so, and what came of it is kept."""
         self._ended[how] += 1

@@ -71,7 +71,10 @@ LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dre
 def plain(settings: object) -> dict[str, Any]:
     """The fields of a settings object as values that JSON has, later ones only where they differ from before."""
     # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
-    values = {name: list(value) if isinstance(value, tuple) else value for name, value in vars(settings).items()}
+    values = vars(settings).copy()
+    for name, value in values.items():
+        if type(value) is tuple:
+            values[name] = list(value)
     for name, before in LATER_FIELDS.items():
         if values.get(name) == before:
             del values[name]

@@ -21,7 +21,8 @@ from conrod.mechanism.files import Description, read_description
 from conrod.mechanism.files.toml_file import line_of, read_tables
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.parameters import Parameter
-from conrod.scenes.scene import CANONICAL, SAMPLES_PER_TURN, Scene
+from conrod.scenes.canonical import canonical
+from conrod.scenes.scene import SAMPLES_PER_TURN, Scene
 
 # A body that Newton iteration turns by more than this from its given start has gone to another assembly.
 STRAYED = math.radians(60.0)
@@ -114,7 +115,7 @@ class DescribedScene(Scene):
 
     @cached_property
     def parameters_text(self) -> str:
-        return CANONICAL.encode(self.identity())
+        return canonical(self.identity())
 
     # -- motion --------------------------------------------------------------------------------------------------
 
@@ -226,4 +227,4 @@ def scene_of(tables: Mapping[str, Any]) -> DescribedScene:
     """The scene of tables that a TOML text gave; raises InvalidInput, which names the field and what was expected."""
     # Read before it is written as JSON: what JSON does not know (dates, numbers that are none) is refused by its place.
     read_description(tables, {})
-    return DescribedScene(CANONICAL.encode(tables))
+    return DescribedScene(canonical(tables))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from abc import abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
@@ -15,13 +14,13 @@ from conrod.errors import Named
 from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.exact.reference import ExactReference
 from conrod.mechanism.parameters import Parameter, parameters_of
+from conrod.scenes.canonical import canonical
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.
 SAMPLES_PER_TURN = 7200
 # Samples computed together: more would not fit the cache, fewer would be mostly calls.
 CHUNK = 8192
-CANONICAL = json.JSONEncoder(sort_keys=True, allow_nan=False, separators=(",", ":"))
 
 
 class Scene(ExactReference):
@@ -87,7 +86,7 @@ class Scene(ExactReference):
     @cached_property
     def parameters_text(self) -> str:
         """The same in one canonical text, which distinguishes scenes in any process."""
-        return CANONICAL.encode(self.identity())
+        return canonical(self.identity())
 
     def with_parameters(self, **values: float) -> Self:
         """The same scene with other parameter values, SI; raises InvalidInput as the constructor does."""

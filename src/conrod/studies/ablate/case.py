@@ -21,11 +21,11 @@ from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.comparison import point_errors
 from conrod.runs.outcome import Verdict, prevailing
-from conrod.runs.plain import plain
+from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome, Piece, Settings, Track, concatenate_pieces
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.frame.paired_timing import ROUNDS, time_pair
+from conrod.studies.frame.paired_timing import ROUNDS, PairedTiming, time_pair
 from conrod.studies.frame.run import RunCase, as_run, too_coarse
 from conrod.studies.limits.recorders import ExactTorque
 from conrod.studies.limits.stream_run import GONE
@@ -79,6 +79,10 @@ class CostCase(PairCase):
             engine_named(self.settings.engine), self.scene, self.settings, self.against, rounds=self.rounds
         )
         return Measurement(Outcome.COMPLETED.slug, beside={"paired": plain(timing)})
+
+    def _read(self, measurement: Measurement) -> None:
+        if measurement.beside is not None:
+            restore(PairedTiming, measurement.beside["paired"])
 
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
         paired = {"cost": COST_VERSION, "machine": self.machine, "rounds": self.rounds}

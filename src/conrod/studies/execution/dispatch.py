@@ -28,6 +28,10 @@ class Watcher(Protocol):
         """There are so many different cases, of which so many need not run; an estimate of the CPU time [s], or 0."""
         ...
 
+    def unreadable(self, count: int) -> None:
+        """So many runs are damaged in the ledger, or in the form of another conrod; they are made again."""
+        ...
+
     def advanced(self, case: Case, how: str) -> None:
         """A case has ended so, and what came of it is kept."""
         ...
@@ -44,8 +48,8 @@ def run_cases(
     """Run those cases that the ledger does not have, and give the results of all.
 
     A case that kills its process, or ends at a limit of the executor, has that as its outcome. Those that ended at a
-    limit run again where there is a wider one now. An error or Ctrl-C cancels what waits, keeps what is finished and
-    goes on to the caller.
+    limit run again where there is a wider one now, and so do those whose row cannot be read. An error or Ctrl-C
+    cancels what waits, keeps what is finished and goes on to the caller.
 
     Args:
         fresh: run them all.
@@ -71,7 +75,15 @@ def run_cases(
 
     # Long ones first; else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
     _run(sorted(waiting.values(), key=lambda case: (-case.effort, case.key)), executor, keep)
-    return ledger.measurements(by_key)
+    found = ledger.measurements(by_key)
+    lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
+    if not lost:
+        return found
+    if watcher is not None:
+        watcher.unreadable(len(lost))
+    ledger.forget(lost)
+    found |= run_cases(list(lost.values()), ledger, executor, watcher=watcher)
+    return {key: found[key] for key in by_key}
 
 
 def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:

@@ -12,12 +12,19 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
 
+from conrod.errors import InvalidInput
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.scenes.scene import CANONICAL
+from conrod.scenes.canonical import canonical
 from conrod.studies.frame.measurement import Measurement
 
 # Raised when the measurement of the same run would come out otherwise, or mean something else, than before.
 RESULT_VERSION = 1
+
+
+def key_of(text: str) -> str:
+    """Canonical text of an identity in 32 hexadecimal digits."""
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,18 @@ class Case(ABC):
         """All that determines the result, as plain values."""
         return self._identity(self.scene.identity())
 
+    def understands(self, measurement: Measurement) -> bool:
+        """False of a measurement that another conrod kept in a form that this one cannot read."""
+        try:
+            Outcome.of(measurement.outcome)
+            self._read(measurement)
+        except (InvalidInput, KeyError, TypeError):
+            return False
+        return True
+
+    def _read(self, measurement: Measurement) -> None:  # noqa: B027
+        """Read what a study of such cases will; errors as `understands` catches."""
+
     @property
     def labels(self) -> dict[str, str]:
         """Names for people that a ledger keeps beside the identity; they change neither key nor result."""
@@ -65,9 +84,9 @@ class Case(ABC):
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
         # The scene's part is a long text that is the same for all its cases.
-        text = CANONICAL.encode(self._identity(None))
+        text = canonical(self._identity(None))
         text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
-        return hashlib.sha256(text.encode()).hexdigest()[:32]
+        return key_of(text)
 
 
 # -- studies ---------------------------------------------------------------------------------------------------------

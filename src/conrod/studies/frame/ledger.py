@@ -6,16 +6,19 @@ import json
 import os
 import sqlite3
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+import msgspec
 import platformdirs
 
-from conrod.studies.frame.case import Case
+from conrod.errors import InvalidInput
+from conrod.scenes.canonical import canonical
+from conrod.studies.frame.case import Case, key_of
 from conrod.studies.frame.ledger_file import PATIENCE, connected, naming_ledger
 from conrod.studies.frame.measurement import Measurement
 
@@ -24,6 +27,9 @@ if TYPE_CHECKING:
 
 # Keys asked for in one statement; SQLite takes at least 999 values.
 AT_ONCE = 500
+LABEL = "label"  # kept with the identity, and no part of it: the preset that the settings are
+# What is damaged may inflate to anything; the text [bytes] of the largest result takes a hundredth of this.
+MOST_TEXT = 1 << 24
 TIMING = "machine, seconds_per_revolution, reference_seconds, ratio, steps, repeats"
 
 
@@ -38,13 +44,17 @@ class Ledger:
 
     What `keep` returned from survives the process being killed at any moment. Several processes may use one ledger.
     Every method raises InvalidInput, in one line, where the file is locked for long, on a full disk, read-only or
-    damaged; what was kept before stays.
+    damaged as a whole; what was kept before stays. A single damaged row counts as not there.
+
+    Attributes:
+        damaged: how many runs `rows` has left out.
     """
 
     def __init__(self, path: Path, connection: sqlite3.Connection, patience: float) -> None:
         self.path = path
         self._connection = connection
         self._patience = patience
+        self.damaged = 0
 
     @classmethod
     def open(cls, path: Path, patience: float = PATIENCE) -> Ledger:
@@ -77,7 +87,7 @@ class Ledger:
             ((rows,),) = self._connection.execute("SELECT ifnull(max(rowid), 0) FROM runs").fetchall()
             # To read a key costs a third of looking one up.
             if rows < 3 * len(wanted):
-                return wanted.intersection(key for (key,) in self._connection.execute("SELECT key FROM runs"))
+                return wanted.intersection(chain.from_iterable(self._connection.execute("SELECT key FROM runs")))
         return {key for (key,) in self._select("SELECT key FROM runs WHERE key IN", wanted)}
 
     def stopped(self, keys: Iterable[str]) -> dict[str, tuple[str, float]]:
@@ -95,10 +105,16 @@ class Ledger:
         return self.measurements([key]).get(key)
 
     def measurements(self, keys: Iterable[str]) -> dict[str, Measurement]:
-        """Measurements of the runs of the keys that have been run; in the order of the keys."""
+        """Measurements of the runs of the keys that have been run; in the order of the keys.
+
+        A row that is damaged, what is known of the run's case included, counts as not there.
+        """
         wanted = list(keys)
-        found = dict(self._select("SELECT key, measurement FROM runs WHERE key IN", wanted))
-        return {key: _unpacked(found[key]) for key in wanted if key in found}
+        rows = self._select(
+            "SELECT runs.key, identity, measurement FROM runs JOIN cells USING (key) WHERE runs.key IN", wanted
+        )
+        found = {key: _unpacked(blob) for key, identity, blob in rows if _identity(key, identity) is not None}
+        return {key: measured for key in wanted if (measured := found.get(key)) is not None}
 
     def keep(self, case: Case, measurement: Measurement, limit: float | None = None, *, replace: bool = False) -> None:
         """Keep what a run showed, in the place of what was kept of it before.
@@ -118,6 +134,16 @@ class Ledger:
                 (key, measurement.outcome, limit, _packed(measurement), replace),
             )
 
+    def forget(self, keys: Collection[str]) -> None:
+        """Drop what there is of runs that cannot be read, so that they can be kept anew."""
+        with naming_ledger(self.path, self._patience), self._writing():
+            for table in ("runs", "cells"):
+                self._connection.executemany(f"DELETE FROM {table} WHERE key = ?", ((key,) for key in keys))
+            # Rows and their index may have been damaged apart from each other.
+            self._connection.execute("REINDEX")
+        if self.finished(keys):
+            raise InvalidInput(f"the ledger {self.path} is damaged beyond its rows; remove it or name another")
+
     # -- timings -----------------------------------------------------------------------------------------------------
 
     def keep_timing(self, case: Case, timing: Timing) -> None:
@@ -134,28 +160,27 @@ class Ledger:
     def timings(self, keys: Iterable[str], machine: str) -> dict[str, Timing]:
         """Timings of the runs of the keys that were timed on a machine."""
         found = self._select(f"SELECT key, {TIMING} FROM timings WHERE machine = ? AND key IN", keys, machine)
-        return {key: _timing(values) for key, *values in found}
+        return {key: timing for key, *values in found if (timing := _timing(values)) is not None}
 
     # -- all of it ---------------------------------------------------------------------------------------------------
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """A flat row for each run, and for each machine on which it was timed; in the order of the keys.
 
-        Columns: see `tidy_row`.
+        Columns: see `tidy_row`. What is damaged is left out, see `measurements`; `damaged` counts those runs.
         """
         from conrod.studies.frame.results_table import tidy_row
 
+        self.damaged = 0
         # In pieces, so that a reader who takes long holds nobody up; each begins behind the last row of the one before.
         after = ("", "")
         while piece := self._piece(*after):
-            for key, name, identity, measurement, *timing in piece:
-                yield tidy_row(
-                    key,
-                    name,
-                    json.loads(identity),
-                    None if measurement is None else _unpacked(measurement),
-                    None if timing[0] is None else _timing(timing),
-                )
+            for key, name, text, blob, *timing in piece:
+                identity, measured = _identity(key, text), None if blob is None else _unpacked(blob)
+                if identity is None or (measured is None and blob is not None):
+                    self.damaged += 1
+                else:
+                    yield tidy_row(key, name, identity, measured, None if timing[0] is None else _timing(timing))
             after = (piece[-1][0], piece[-1][4] or "")
 
     def _piece(self, key: str, machine: str) -> list[Any]:
@@ -189,17 +214,41 @@ class Ledger:
 
 
 def _packed(measurement: Measurement) -> bytes:
-    # Its fields hold plain values: `plain` would copy them all, which takes longer than all the rest here. The
-    # lightest compression halves the file; a stronger one costs more than writing does.
-    return zlib.compress(json.dumps(vars(measurement), separators=(",", ":")).encode(), 1)
+    # Its fields hold plain values: `plain` would copy them all, which takes longer than all the rest here.
+    values = {name: value for name, value in vars(measurement).items() if value is not None}
+    text = msgspec.json.encode(values)
+    if b"null" in text:  # which may be a NaN: JSON has none, Python's own encoder does
+        text = json.dumps(values, separators=(",", ":")).encode()
+    # The lightest compression halves the file; a stronger one costs more than writing does.
+    return zlib.compress(text, 1)
 
 
-def _unpacked(blob: bytes) -> Measurement:
-    return Measurement(**json.loads(zlib.decompress(blob)))
+def _unpacked(blob: bytes) -> Measurement | None:
+    """The measurement, None if the row is damaged."""
+    try:
+        inflating = zlib.decompressobj()
+        text = inflating.decompress(blob, MOST_TEXT)
+        # Not msgspec's decoder: Python's own wrote and reads a NaN.
+        return msgspec.convert(json.loads(text), Measurement) if inflating.eof else None
+    except (zlib.error, ValueError, TypeError, RecursionError):
+        return None
 
 
-def _timing(values: list[Any]) -> Timing:
+def _identity(key: str, text: str) -> dict[str, Any] | None:
+    """The identity, with the labels beside it, None unless it is the one that the key was made from."""
+    try:
+        found = json.loads(text)
+        bare = {name: value for name, value in found.items() if name != LABEL}
+        return found if key_of(canonical(bare)) == key else None
+    except (ValueError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def _timing(values: list[Any]) -> Timing | None:
+    """The timing, None if the row is damaged."""
     from conrod.studies.frame.timing import Timing
 
-    machine, seconds, reference, ratio, steps, repeats = values
-    return Timing(seconds, reference, ratio, steps, repeats, machine)
+    try:
+        return msgspec.convert(dict(zip(TIMING.split(", "), values, strict=True)), Timing)
+    except msgspec.ValidationError:
+        return None

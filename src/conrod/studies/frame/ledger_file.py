@@ -65,6 +65,8 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
             _check_or_make(connection, path, patience)
             # Safe against a killed process; only a power cut may undo the last runs, and never more than them.
             connection.execute("PRAGMA synchronous = NORMAL")
+            # A damaged text is known by what is made of it; SQLite would stop at it.
+            connection.text_factory = lambda text: text.decode(errors="replace")
         except BaseException:
             connection.close()
             raise
@@ -155,6 +157,8 @@ def naming_ledger(path: Path, patience: float) -> Iterator[None]:
         if code == sqlite3.SQLITE_IOERR:
             raise InvalidInput(f"cannot use the ledger {path}: {error}") from None
         raise
+    except UnicodeDecodeError:  # of a message of SQLite's that quotes what it met
+        raise InvalidInput(f"{path} is not a ledger of conrod, or a damaged one") from None
 
 
 def _is_full(path: Path) -> bool:

@@ -193,6 +193,10 @@ class EngineCase(Case, Generic[Found]):
         found = replace(kept, **self.facts())
         return found if self.tolerance is None else found.judged(self.tolerance)
 
+    def _read(self, measurement: Measurement) -> None:
+        if measurement.beside is not None:
+            self.result(measurement)
+
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
         return {
             "result_version": RESULT_VERSION,

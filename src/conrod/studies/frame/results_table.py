@@ -20,7 +20,6 @@ from conrod.studies.frame.timing import Timing
 # Of runs that only one study makes, a part of the identity that only these have.
 MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}}
 TIMED = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
-LABEL = "label"  # with the identity, and no part of it: the preset that the settings are
 
 
 def tidy_row(
@@ -51,7 +50,7 @@ def tidy_row(
         **{f"parameter.{n}": _plain(value) for n, value in identity["parameters"].items()},
         "engine": identity["engine"],
         "engine_version": identity["engine_version"],
-        "preset": identity.get("preset", identity.get(LABEL)),
+        "preset": identity.get("preset", identity.get("label")),
         **{f"setting.{n}": _plain(value) for n, value in settings.items()},
         "steps_per_revolution": steps,
         "revolutions": identity.get("revolutions"),

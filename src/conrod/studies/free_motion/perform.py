@@ -185,6 +185,11 @@ class MotionCase(EngineCase[MotionResult]):
         measurement = super().perform()
         return replace(measurement, beside={**(measurement.beside or {}), "exact": plain(exact_summary(self.course))})
 
+    def _read(self, measurement: Measurement) -> None:
+        super()._read(measurement)
+        if measurement.beside is not None:
+            restore(ExactSummary, measurement.beside["exact"])
+
     @property
     def tolerance(self) -> Mapping[str, float] | None:
         return self.plan.tolerance

@@ -20,6 +20,7 @@ from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, RunCase
+from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run
 
 # Raised when what is recorded of a run comes out otherwise, or means something else, than before.
@@ -88,6 +89,9 @@ class LimitCase(RunCase):
 
     def perform(self) -> Measurement:
         return stream_run(self)
+
+    def _read(self, measurement: Measurement) -> None:
+        Extremes.of(measurement)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         declared = None if self.declaration is None else asdict(self.declaration)
