@@ -10,7 +10,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -344,6 +344,10 @@ def test_a_disk_that_is_full_is_said_to_be_and_keeps_what_it_has(tmp_path: Path)
             assert ledger.finished(KEYS) == set(kept)
         with Ledger.open(disk / "ledger.sqlite") as ledger:
             assert ledger.finished(KEYS) == set(kept)
+        with suppress(OSError):
+            (disk / "the rest").write_bytes(bytes(1 << 20))
+        with Ledger.reading(disk / "ledger.sqlite") as ledger:
+            assert {row["key"] for row in ledger.rows()} == set(kept)
     finally:
         subprocess.run(["umount", disk], check=True)
 
@@ -353,7 +357,8 @@ def powerless() -> Iterator[Path]:
     """A folder in which nobody may write, and this process without the power to write there all the same."""
     with tempfile.TemporaryDirectory() as name:
         folder, user = Path(name), os.geteuid()
-        Ledger.open(folder / "made.sqlite").close()
+        with Ledger.open(folder / "made.sqlite") as made:
+            made.keep(CELLS[0], MEASURED)
         folder.chmod(0o555)
         (folder / "made.sqlite").chmod(0o444)
         if user == 0:
@@ -370,6 +375,20 @@ def powerless() -> Iterator[Path]:
 def test_a_read_only_place_is_said_to_be(powerless: Path, name: str) -> None:
     message = refusal(powerless / name)
     assert "read-only" in message or "Permission denied" in message
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions are POSIX")
+def test_a_ledger_in_a_read_only_place_is_read(powerless: Path) -> None:
+    with Ledger.reading(powerless / "made.sqlite") as ledger:
+        assert [row["key"] for row in ledger.rows()] == KEYS[:1]
+
+
+def test_a_ledger_is_read_without_a_byte_written(ledger: Ledger, path: Path) -> None:
+    ledger.keep(CELLS[0], MEASURED)
+    with Ledger.reading(path) as reader:
+        assert reader.measurement(KEYS[0]) == MEASURED  # from the journal of the one that has it open
+        with pytest.raises(InvalidInput, match="read-only"):
+            reader.keep(CELLS[1], MEASURED)
 
 
 def test_a_missing_folder_is_made(tmp_path: Path) -> None:

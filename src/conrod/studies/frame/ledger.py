@@ -19,7 +19,7 @@ import platformdirs
 from conrod.errors import InvalidInput
 from conrod.scenes.canonical import canonical
 from conrod.studies.frame.case import Case, key_of
-from conrod.studies.frame.ledger_file import PATIENCE, connected, naming_ledger
+from conrod.studies.frame.ledger_file import PATIENCE, connected, connected_to_read, naming_ledger
 from conrod.studies.frame.measurement import Measurement
 
 if TYPE_CHECKING:
@@ -67,6 +67,11 @@ class Ledger:
             InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod.
         """
         return cls(path, connected(path, patience), patience)
+
+    @classmethod
+    def reading(cls, path: Path, patience: float = PATIENCE) -> Ledger:
+        """The ledger in a file that is there, to be read alone; raises InvalidInput as `open`."""
+        return cls(path, connected_to_read(path, patience), patience)
 
     def close(self) -> None:
         """Give the file back; closing twice does nothing."""

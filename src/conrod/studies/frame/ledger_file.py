@@ -62,15 +62,46 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
     with naming_ledger(path, patience):
         connection = sqlite3.connect(path, timeout=patience, isolation_level=None)
         try:
-            _check_or_make(connection, path, patience)
+            if _is_blank(connection):
+                _make(connection, patience)
+            _check(connection, path)
             # Safe against a killed process; only a power cut may undo the last runs, and never more than them.
             connection.execute("PRAGMA synchronous = NORMAL")
-            # A damaged text is known by what is made of it; SQLite would stop at it.
-            connection.text_factory = lambda text: text.decode(errors="replace")
+            connection.text_factory = _text
         except BaseException:
             connection.close()
             raise
     return connection
+
+
+def connected_to_read(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
+    """A connection to a ledger that is there, which writes nothing, on a full disk or in a read-only place too.
+
+    There it sees what SQLite has moved from the journal into the file: all, unless a process was killed as it wrote.
+
+    Raises:
+        InvalidInput: as `connected`.
+    """
+    _check_place(path)
+    address = f"{real_path(path).as_uri()}?mode=ro"
+    with naming_ledger(path, patience):
+        connection = sqlite3.connect(address, uri=True, timeout=patience, isolation_level=None)
+        try:
+            _check(connection, path)
+        except sqlite3.OperationalError as error:
+            connection.close()
+            if _code(error) not in _READ_ONLY | {sqlite3.SQLITE_IOERR, sqlite3.SQLITE_FULL}:
+                raise
+            # A journal's index cannot be made there.
+            connection = sqlite3.connect(f"{address}&immutable=1", uri=True, isolation_level=None)
+            _check(connection, path)
+        connection.text_factory = _text
+    return connection
+
+
+def _text(stored: bytes) -> str:
+    # A damaged text is known by what is made of it; SQLite would stop at it.
+    return stored.decode(errors="replace")
 
 
 def _check_place(path: Path) -> None:
@@ -86,17 +117,19 @@ def _check_place(path: Path) -> None:
         raise InvalidInput(f"cannot use the ledger {path}: {error.strerror or error}") from None
 
 
-def _check_or_make(connection: sqlite3.Connection, path: Path, patience: float) -> None:
-    if _is_blank(connection):
-        _journal_ahead(connection, patience)
-        # Looked at again with the file locked: two processes may make one ledger at the same time.
-        connection.execute("BEGIN IMMEDIATE")
-        with connection:
-            if _is_blank(connection):
-                for statement in SCHEMA.split(";\n"):
-                    connection.execute(statement)
-                connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-                connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+def _make(connection: sqlite3.Connection, patience: float) -> None:
+    _journal_ahead(connection, patience)
+    # Looked at again with the file locked: two processes may make one ledger at the same time.
+    connection.execute("BEGIN IMMEDIATE")
+    with connection:
+        if _is_blank(connection):
+            for statement in SCHEMA.split(";\n"):
+                connection.execute(statement)
+            connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+
+def _check(connection: sqlite3.Connection, path: Path) -> None:
     if _pragma(connection, "application_id") != APPLICATION_ID:
         raise InvalidInput(f"{path} is not a ledger of conrod: it is another program's SQLite file")
     version = _pragma(connection, "user_version")
