@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from importlib import import_module
 from importlib.metadata import version
@@ -69,6 +70,8 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
+    # What a batch system or `timeout` sends ends it as Ctrl-C does: with what is under way undone.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         cli.main(prog_name="conrod", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -103,5 +106,7 @@ def _drop_output() -> None:
 
 
 def _fail(message: str) -> None:
-    click.echo(f"conrod: {' '.join(message.split())}", err=True)
+    from conrod.report.escaping import one_line
+
+    click.echo(f"conrod: {one_line(message)}", err=True)
     sys.exit(exit_status.USAGE)

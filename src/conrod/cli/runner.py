@@ -28,6 +28,7 @@ from conrod.cli.options import RunOptions
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
+from conrod.studies.execution.local import RepeatingExecutor
 from conrod.studies.frame.case import Case, Study, pursue
 from conrod.studies.frame.files import check_apart
 from conrod.studies.frame.ledger import Ledger
@@ -49,6 +50,7 @@ class Runner:
 
     ledger: Ledger
     options: RunOptions
+    executor: RepeatingExecutor
 
     @classmethod
     @contextmanager
@@ -65,24 +67,25 @@ class Runner:
             raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
         path = options.ledger_file
         check_apart({"the ledger": path, **({"--json": document} if document else {})})
-        with Ledger.open(path) as ledger:
+        # What the executor refuses is refused before there is a ledger.
+        with options.executor() as executor, Ledger.open(path) as ledger:
             try:
-                yield cls(ledger, options)
+                yield cls(ledger, options, executor)
             except KeyboardInterrupt:
                 click.echo(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
                 raise
 
     @contextmanager
     def answering(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
-        """A function that gives the measurements of cells, batch after batch: one set of processes, one bar."""
+        """A function that gives the measurements of cells, batch after batch: one bar."""
         answered: dict[str, Measurement] = {}
-        with self.options.executor() as executor, ProgressBar("runs") as bar:
+        with ProgressBar("runs") as bar:
 
             def answer(cells: Sequence[Case]) -> dict[str, Measurement]:
                 # What is asked for twice runs once, with --fresh too.
                 new = [cell for cell in cells if cell.key not in answered]
                 fresh = self.options.fresh
-                answered.update(run_cases(new, self.ledger, executor, fresh=fresh, watcher=bar))
+                answered.update(run_cases(new, self.ledger, self.executor, fresh=fresh, watcher=bar))
                 return {cell.key: answered[cell.key] for cell in cells}
 
             yield answer

@@ -14,6 +14,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from conrod.report import numbers
+from conrod.report.escaping import in_markdown
 from conrod.report.figure import Figure
 from conrod.report.table import Cell, Table, Toned
 
@@ -114,9 +115,11 @@ def _environment() -> Environment:
 def _shown(value: Any) -> Any:
     match value:
         case Table():
-            return table_text(value)
+            return in_markdown(table_text(value))
         case Figure():
-            return figure_text(value)
+            return in_markdown(figure_text(value))
+        case str():
+            return in_markdown(value)
         case None:
             return ""
         case _:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from rich.cells import cell_len
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.text import Text
 
+from conrod.report.escaping import visible
 from conrod.report.table import VERDICT, Cell, Table, Toned, text_of
 
 UNBOUNDED = 100_000  # columns where there is no terminal to fit
@@ -16,11 +18,19 @@ GAP, INDENT = "  ", "  "
 STYLES = {"good": "green", "bad": "red", "odd": "yellow"}
 
 
+class _Console(Console):
+    """A console on which what is printed commands nothing: see `conrod.report.escaping`."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        for one in super().render(renderable, options):
+            yield one if one.control else Segment(visible(one.text), one.style)
+
+
 def console() -> Console:
     """Standard output, as wide as the terminal, or without bounds where there is none."""
     # A user's file or body may be called ":key:".
-    out = Console(highlight=False, emoji=False)
-    return out if out.is_terminal else Console(highlight=False, emoji=False, width=UNBOUNDED)
+    out = _Console(highlight=False, emoji=False)
+    return out if out.is_terminal else _Console(highlight=False, emoji=False, width=UNBOUNDED)
 
 
 def print_table(out: Console, table: Table) -> None:
