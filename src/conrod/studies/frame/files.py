@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import shutil
 import stat
@@ -14,6 +16,7 @@ from pathlib import Path
 from conrod.errors import InvalidInput
 
 STAGING = ".conrod-"
+PLANNED = "planned.json"  # in it: each file that is to be put in place, with the digest of what is, or null
 
 # -- what a user names -----------------------------------------------------------------------------------------------
 
@@ -130,7 +133,8 @@ def _mode(path: Path) -> int:
 
 def _try_folder(folder: Path, wanted: Path) -> None:
     try:
-        _staging(folder).cleanup()
+        with _staging(folder):
+            pass
     except OSError as error:
         raise InvalidInput(f"cannot write {wanted}: {error.strerror or error} in {folder}") from None
 
@@ -161,6 +165,8 @@ def single(path: Path, content: str | bytes) -> Batch:
 def write_together(batches: Sequence[Batch]) -> None:
     """Write all files of all batches, or none: an error or an interrupt leaves what was there before.
 
+    What a process that was killed in the middle has left is undone when its folder is looked at next, see `_mended`.
+
     Raises:
         OSError: names the file that could not be written.
     """
@@ -188,13 +194,16 @@ def _staged(batch: Batch, folders: ExitStack, staging: ExitStack) -> Iterator[tu
     folder = real_path(batch.folder)
     _make_folder(folder, folders)
     with naming(folder):
-        waiting = Path(staging.enter_context(_staging(folder)))
+        waiting = staging.enter_context(_staging(folder))
+    contents = {name: text.encode() if isinstance(text, str) else text for name, text in batch.files.items()}
+    planned = [(name, hashlib.sha256(content).hexdigest()) for name, content in contents.items()]
+    with naming(folder):
+        (waiting / PLANNED).write_text(json.dumps([*planned, *((name, None) for name in batch.obsolete)]))
     for k, name in enumerate((*batch.files, *batch.obsolete)):
         target, new, old = folder / name, waiting / f"{k}.new", waiting / f"{k}.old"
         with naming(target):
             if name in batch.files:
-                content = batch.files[name]
-                new.write_bytes(content.encode() if isinstance(content, str) else content)
+                new.write_bytes(contents[name])
             if target.exists():
                 shutil.copy2(target, old)
         yield target, new if name in batch.files else None, old
@@ -222,8 +231,46 @@ def _remove(folder: Path) -> None:
         folder.rmdir()
 
 
-def _staging(folder: Path) -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory(dir=folder, prefix=STAGING, ignore_cleanup_errors=True)
+@contextmanager
+def _staging(folder: Path) -> Iterator[Path]:
+    """A hidden folder inside another one, after what is there of killed processes is cleared away."""
+    for left in folder.glob(f"{STAGING}*"):
+        with suppress(OSError, ImportError), _locked(left):
+            _mended(folder, left)
+    made = tempfile.TemporaryDirectory(dir=folder, prefix=STAGING, ignore_cleanup_errors=True)
+    with made as name, ExitStack() as lock:
+        # Where a file system or a system has no locks, what is left is never cleared away.
+        with suppress(OSError, ImportError):
+            lock.enter_context(_locked(Path(name)))
+        yield Path(name)
+
+
+@contextmanager
+def _locked(staging: Path) -> Iterator[None]:
+    """Hold a lock on a folder, which ends with the process however that ends; OSError where another has it."""
+    import fcntl
+
+    descriptor = os.open(staging, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _mended(folder: Path, left: Path) -> None:
+    """Put back what a killed process has replaced in a folder, and remove its staging.
+
+    A file is touched only where it is the very one that the process put there.
+    """
+    with suppress(OSError, ValueError, TypeError):
+        for k, (name, digest) in enumerate(json.loads((left / PLANNED).read_text())):
+            target = folder / name
+            inside = real_path(target.parent).is_relative_to(folder)
+            found = hashlib.sha256(target.read_bytes()).hexdigest() if target.is_file() else None
+            if inside and found == digest:
+                _put_back(target, left / f"{k}.old")
+    shutil.rmtree(left)
 
 
 @contextmanager

@@ -1,0 +1,77 @@
+"""What a user's file says is shown, and commands nothing: no terminal, no browser, no reader of a page."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from conrod.report.escaping import LONGEST, in_markdown, one_line, visible
+from conrod.report.figure import Figure
+from conrod.report.table import Toned, table
+from conrod.report.template import _environment
+from conrod.report.terminal import console, print_lines, print_table
+from tests.support.command_line import conrod
+
+TITLE = "\x1b]0;owned\x07\x9b2J <script>alert(1)</script> <img src=x onerror=a()> [a](javascript:a()) \u202egnp"
+COMMANDING = {"\x1b", "\x07", "\x9b", "\u202e"}
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_terminal_shows_control_characters_as_question_marks(
+    terminal: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if terminal:
+        monkeypatch.setenv("FORCE_COLOR", "1")
+    out = console()
+    print_table(out, table(("body", TITLE), [(TITLE, Toned(TITLE, "bad"))], title=TITLE))
+    print_lines(out, [TITLE])
+    shown = capsys.readouterr().out
+    assert shown.count("?]0;owned?") >= 4
+    assert ("\x1b[31m" in shown) is terminal  # conrod's own colours stay
+    assert COMMANDING.isdisjoint(re.sub("\x1b\\[[0-9;]*m", "", shown))
+
+
+def test_an_error_is_one_line_without_control_characters() -> None:
+    done = conrod("show", f"{TITLE}{'x' * 5000}\n\n")
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert len(done.stderr) < LONGEST + 50
+    assert COMMANDING.isdisjoint(done.stderr)
+
+
+def test_a_long_error_keeps_its_beginning_and_its_end() -> None:
+    line = one_line("unknown scene 'x': choose from " + "many, " * 500 + "; did you mean 'saw'?")
+    assert len(line) <= LONGEST
+    assert line.startswith("unknown scene")
+    assert line.endswith("did you mean 'saw'?")
+    assert one_line("short\nas it is") == "short as it is"
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        TITLE,
+        table(("point", TITLE), [(TITLE, "1")], title=TITLE),
+        Figure("x", TITLE, str),
+        "\\<script>",
+        "[a](\n java&#115;cript:a())",
+        "[a]: javascript:a()",
+        "<!-- ",
+    ],
+)
+def test_a_page_has_no_html_or_running_link_of_a_value(value: object) -> None:
+    page = _environment().from_string("# <b>{{ value }}</b>").render(value=value)
+    assert page.startswith("# <b>")  # a template's own is left
+    inner = page.removeprefix("# <b>").removesuffix("</b>")
+    assert "<" not in inner
+    assert "](j" not in inner.replace("\n ", "")
+    assert "]: j" not in inner
+    assert COMMANDING.isdisjoint(inner)
+
+
+@pytest.mark.parametrize(
+    "text", ["error < 1e-12, **bold**", "[page](saw.md)", "[a](https://x.org/?a=1&b=2)", "L [mm]\tand\n`code`", "ω² L"]
+)
+def test_what_harms_nobody_stays(text: str) -> None:
+    assert in_markdown(text) == visible(text) == text
