@@ -44,6 +44,7 @@ def run_cases(
     *,
     fresh: bool = False,
     watcher: Watcher | None = None,
+    again: bool = False,
 ) -> dict[str, Measurement]:
     """Run those cases that the ledger does not have, and give the results of all.
 
@@ -53,6 +54,7 @@ def run_cases(
 
     Args:
         fresh: run them all.
+        again: whether these are the ones that could not be read.
 
     Raises:
         InvalidInput: as `Case.perform`, `Ledger.keep` and the executor.
@@ -79,10 +81,12 @@ def run_cases(
     lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
     if not lost:
         return found
+    if again:
+        raise InvalidInput(f"the ledger {ledger.path} is damaged: what it keeps cannot be read; name another")
     if watcher is not None:
         watcher.unreadable(len(lost))
     ledger.forget(lost)
-    found |= run_cases(list(lost.values()), ledger, executor, watcher=watcher)
+    found |= run_cases(list(lost.values()), ledger, executor, watcher=watcher, again=True)
     return {key: found[key] for key in by_key}
 
 

@@ -234,7 +234,7 @@ def _unpacked(blob: bytes) -> Measurement | None:
         inflating = zlib.decompressobj()
         text = inflating.decompress(blob, MOST_TEXT)
         # Not msgspec's decoder: Python's own wrote and reads a NaN.
-        return msgspec.convert(json.loads(text), Measurement) if inflating.eof else None
+        return Measurement(**json.loads(text)) if inflating.eof else None
     except (zlib.error, ValueError, TypeError, RecursionError):
         return None
 
