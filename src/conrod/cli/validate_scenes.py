@@ -127,10 +127,11 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
 
 def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
-    from conrod.report.validation.tables import verdicts_table
+    from conrod.report.validation.tables import added_words, verdicts_table
 
     out = console()
     print_table(out, verdicts_table(studies, fine_order))
+    print_lines(out, added_words(studies))
     reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)
         for study in studies

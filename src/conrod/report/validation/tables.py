@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.results import name_of, refinement_table, results_table, verdict_cell
@@ -49,6 +50,17 @@ def millimetres(run: ValidationResult, lengths: Mapping[str, float]) -> str:
     """The largest position error of a run in mm."""
     errors = {point: (sizes["position"] or {}).get("max") for point, sizes in (run.errors or {}).items()}
     return numbers.in_mm(errors, lengths)
+
+
+def added_words(studies: Sequence[SceneStudy]) -> list[str]:
+    """What the stock preset has beside the engine as it comes, on each scene."""
+    return [
+        f"{study.name}: stock is {engine_title(run.engine)} as it comes, and a drive: a flywheel of "
+        f"{numbers.quantity(flywheel)} kg m² on the crank, and a solver tolerance of {run.settings['tolerance']:g}"
+        for study in studies
+        for run in dynamic(study)
+        if run.preset == STOCK and run.settings is not None and (flywheel := run.settings.get("armature"))
+    ]
 
 
 def _largest(run: ValidationResult, quantity: str, measure: str = "max") -> str:
