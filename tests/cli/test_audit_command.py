@@ -85,7 +85,7 @@ def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
 def test_a_table_is_tied_to_a_mechanism_file_beside_it(here: Path) -> None:
     (here / "mine.toml").write_text(catalogue_text("slider-crank"), encoding="utf-8")
     row = "mine.toml,B position x,0,860.0,mm\n"
-    assert "1" in run(written(here, HEADING + row)).output.splitlines()[1].split()
+    assert "1" in run(written(here, HEADING + row)).output.splitlines()[2].split()
     own = audit_file(here / "values.csv").verdicts
     written(here, HEADING + row.replace("mine.toml", "slider-crank"), "shipped.csv")
     shipped = audit_file(here / "shipped.csv").verdicts

@@ -86,7 +86,7 @@ def test_a_file_that_cannot_be_read_is_told_in_one_line(tmp_path: Path) -> None:
     for command in (["show"], ["validate"], ["export", "--format", "csv"]):
         done = conrod(*command, str(tmp_path / "none.toml"))
         assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-        assert "none.toml: it cannot be read" in done.stderr
+        assert "none.toml: there is no such file" in done.stderr
 
 
 # -- slips ------------------------------------------------------------------------------------------------------------

@@ -321,8 +321,10 @@ def finding(harm: Harm) -> Finding:
     ((Harm.WRONG,), ("note", "warning", "error")),
 ])  # fmt: skip
 def test_the_severity_that_fails_can_be_chosen(
-    harms: tuple[Harm, ...], fails: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+    harms: tuple[Harm, ...], fails: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    (tmp_path / "saw.xml").write_text("<mujoco/>")
+    monkeypatch.chdir(tmp_path)
     report = Report("saw.xml", "a free run", tuple(map(finding, harms)), ())
     monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given: report)
     for severity in ("note", "warning", "error"):

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from conrod.report.escaping import LONGEST, in_markdown, one_line, visible
+from conrod.report.escaping import LONGEST, in_markdown, one_line, verbatim, visible
 from conrod.report.figure import Figure
 from conrod.report.table import Toned, table
 from conrod.report.template import _environment
@@ -75,3 +75,8 @@ def test_a_page_has_no_html_or_running_link_of_a_value(value: object) -> None:
 )
 def test_what_harms_nobody_stays(text: str) -> None:
     assert in_markdown(text) == visible(text) == text
+
+
+def test_code_to_paste_stays_as_it_is_and_cannot_end_its_block() -> None:
+    assert str(verbatim('<option timestep="0.001"/>')) == '<option timestep="0.001"/>'
+    assert "```" not in verbatim("```\n<script>")

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from command_line import conrod
 
+import conrod as conrod_package
 from conrod.engines import engine_named
 from conrod.engines.forces import ForceTracks
 from conrod.exact.kinematics import Kinematics
@@ -243,6 +244,7 @@ def test_a_machine_with_change_points_is_measured_away_from_them() -> None:
 
 # -- the command -----------------------------------------------------------------------------------------------------
 
+TABLE = str(Path(conrod_package.__file__).parent / "scenes" / "shear_press_table.csv")
 QUICK = ("--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "250", "--revolutions", "1", "--jobs", "1")
 
 
@@ -294,7 +296,7 @@ def test_a_mechanism_file_is_validated_and_its_report_names_it(tmp_path: Path) -
         (("saw-40rpm", "--quantity", "torque", "--figures", "motion"), "--figures does not go with --quantity"),
         (("saw-40rpm", "--quantity", "torque", "--motion", "free"), "does not go with --motion"),
         (("saw-40rpm", "--figures", "motion"), "--figures motion is for a report: name its folder with --out"),
-        (("table.csv", "--scene", "saw-40rpm", "--quantity", "torque"), "--quantity does not go with a file"),
+        ((TABLE, "--scene", "saw-40rpm", "--quantity", "torque"), "--quantity does not go with a file"),
     ],
 )
 def test_what_cannot_be_asked_is_said_in_a_line(arguments: tuple[str, ...], said: str) -> None:

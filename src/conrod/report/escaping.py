@@ -23,6 +23,15 @@ def in_markdown(text: str) -> str:
     return _HAZARD.sub(lambda found: "&lt;" if found[0] == "<" else "&#93;", visible(text))
 
 
+class Verbatim(str):
+    """Text of a fenced block of code, in which an entity would be read as it is written."""
+
+
+def verbatim(text: str) -> Verbatim:
+    """The text as a fenced block shows it; nothing in it closes the fence."""
+    return Verbatim(visible(text).replace("```", "`` `"))
+
+
 def one_line(message: str) -> str:
     """The message of an error on one line of bounded length: its beginning, and its end with the nearest choice."""
     line = visible(" ".join(message.split()))

@@ -14,7 +14,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from conrod.report import numbers
-from conrod.report.escaping import in_markdown
+from conrod.report.escaping import Verbatim, in_markdown, verbatim
 from conrod.report.figure import Figure
 from conrod.report.table import Cell, Table, Toned
 
@@ -108,7 +108,7 @@ def _environment() -> Environment:
         loader=PackageLoader("conrod.report"), undefined=StrictUndefined, finalize=_shown, trim_blocks=True,
         lstrip_blocks=True, autoescape=False,
     )  # fmt: skip
-    made.filters |= FILTERS | {"begun": begun}
+    made.filters |= FILTERS | {"begun": begun, "verbatim": verbatim}
     return made
 
 
@@ -118,6 +118,8 @@ def _shown(value: Any) -> Any:
             return in_markdown(table_text(value))
         case Figure():
             return in_markdown(figure_text(value))
+        case Verbatim():
+            return value
         case str():
             return in_markdown(value)
         case None:
