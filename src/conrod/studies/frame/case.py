@@ -72,7 +72,7 @@ class Case(ABC):
             return False
         return True
 
-    def _read(self, measurement: Measurement) -> None:  # noqa: B027
+    def _read(self, measurement: Measurement) -> None:  # noqa: B027  most studies read a measurement as it is
         """Read what a study of such cases will; errors as `understands` catches."""
 
     @property
