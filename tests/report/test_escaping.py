@@ -71,7 +71,15 @@ def test_a_page_has_no_html_or_running_link_of_a_value(value: object) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["error < 1e-12, **bold**", "[page](saw.md)", "[a](https://x.org/?a=1&b=2)", "L [mm]\tand\n`code`", "ω² L"]
+    "text",
+    [
+        "error < 1e-12, **bold**",
+        "[page](saw.md)",
+        "[a](https://x.org/?a=1&b=2)",
+        "L [mm]\tand\n`code`",
+        "ω² L",
+        "position [mm]: max | velocity: max",
+    ],
 )
 def test_what_harms_nobody_stays(text: str) -> None:
     assert in_markdown(text) == visible(text) == text

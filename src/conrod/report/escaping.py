@@ -9,7 +9,7 @@ LONGEST = 400  # characters of an error's line
 _COMMANDING = [*range(0x09), *range(0x0B, 0x20), *range(0x7F, 0xA0), *range(0x202A, 0x202F), *range(0x2066, 0x206A)]
 _VISIBLE = dict.fromkeys(_COMMANDING, "?")
 # In Markdown: what opens a tag, and what makes a link of brackets, unless it leads to a file or a page.
-_HAZARD = re.compile(r"<(?=[A-Za-z/!?])|\](?=[(:](?!\s*<?https?://)[^)]*[:&])")
+_HAZARD = re.compile(r"<(?=[A-Za-z/!?])|\](?=\((?!\s*<?https?://)[^)]*[:&]|:(?!\s*<?https?://)\s*(<[^>]*|\S*)[:&])")
 
 
 def visible(text: str) -> str:
