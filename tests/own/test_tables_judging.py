@@ -10,7 +10,7 @@ import pytest
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 from tests.support.synthetic import synthetic_trajectory
-from tests.support.table_files import LETTERS, Columns, exact_table, judged
+from tests.support.table_files import LETTERS, ROWS, Columns, exact_table, judged
 
 ALL = ("position", "velocity", "acceleration")
 STEPS = 100
@@ -163,3 +163,75 @@ def test_a_million_rows_are_judged(tmp_path: Path) -> None:
     study = judged(table, scene, tmp_path)
     assert study.rows == 1_000_000
     assert study.largest("total") == pytest.approx(1e-3, rel=1e-6)
+
+
+# -- the clock: errors at the crank angle that a table says show nothing of it -----------------------------------------
+
+WRONG = 1e-4  # of the timestep: 0.01 %
+
+
+def with_clock(scene: Scene, step: float = 0.0, late: int = 0) -> Columns:
+    """A table with a crank angle, whose times alone are wrong: timesteps too long, and stamps that many rows late."""
+    table = exact_table(scene, ALL, crank=True)
+    return table | {"time": table["time"] * (1.0 - step) + late * (table["time"][1] - table["time"][0])}
+
+
+def written_with(table: Columns, digits: int | None) -> Columns:
+    """The table as a tool writes it that has so many digits, its angle in degrees from 0 to 360; None: as it is."""
+    if digits is None:
+        return table
+    crank = np.degrees(table["crank_angle"]) % 360.0
+    rounded = {"time": table["time"], "crank_angle [deg]": crank}
+    short = {name: np.array([float(f"{v:.{digits}g}") for v in column]) for name, column in rounded.items()}
+    return {name: column for name, column in (table | short).items() if name != "crank_angle"}
+
+
+@pytest.mark.parametrize("digits", [None, 7])
+@pytest.mark.parametrize("scene", [Saw(speed=20.0), ShearPress(speed=-3.0)], ids=["saw", "press"])
+@pytest.mark.parametrize(
+    ("fault", "turned"),
+    [({}, 0.0), ({"step": WRONG}, WRONG * 4.0 * np.pi), ({"late": 1}, 2.0 * np.pi / ROWS)],
+    ids=["right", "long steps", "stamps a step late"],
+)
+def test_a_table_is_judged_by_its_clock(
+    fault: dict[str, float], turned: float, scene: Scene, digits: int | None, tmp_path: Path
+) -> None:
+    study = judged(
+        written_with(with_clock(scene, **fault), digits),
+        scene,
+        tmp_path,
+        tolerance={"position": 2e-6, "velocity": 2e-6},
+    )
+    assert study.largest("phase") == pytest.approx(turned, rel=1e-3, abs=3e-6 if digits else 1e-12)
+    assert study.passed is (turned == 0.0)
+    # At the angle that the table says there is nothing to be seen of it.
+    assert set(study.exceeded) == ({"phase", "total"} if turned else set())
+    assert any("--estimate time" in note for note in study.notes) is (turned > 0.0)
+    assert study.tolerance["phase"] < (2e-5 if digits else 1e-10)
+
+
+def test_a_wrong_start_is_estimated_and_a_wrong_timestep_is_not(tmp_path: Path) -> None:
+    scene, allowed = Saw(speed=20.0), {"position": 1e-9}
+    assert judged(with_clock(scene, late=1), scene, tmp_path, ("time",), allowed).passed is True
+    assert judged(with_clock(scene, step=WRONG), scene, tmp_path, ("time",), allowed).passed is False
+
+
+def test_a_user_says_how_well_the_drive_keeps_its_speed(tmp_path: Path) -> None:
+    scene, table = Saw(speed=20.0), with_clock(Saw(speed=20.0), step=WRONG)
+    assert judged(table, scene, tmp_path, tolerance={"position": 1e-6, "phase": 2e-3}).passed is True
+    assert set(judged(table, scene, tmp_path, tolerance={"position": 1e-6, "phase": 1e-3}).exceeded) == {
+        "phase",
+        "total",
+    }
+    # Whoever limits the total has said what the clock may do.
+    assert set(judged(table, scene, tmp_path, tolerance={"position": 1e-6, "total": 1e-2}).exceeded) == set()
+
+
+def test_whole_degrees_at_equal_distances_are_taken_at_their_word(tmp_path: Path) -> None:
+    scene = Saw(speed=20.0)
+    table = written_with(exact_table(scene, crank=True), 7)
+    table["crank_angle [deg]"] = np.rint(table["crank_angle [deg]"])
+    assert judged(table, scene, tmp_path, tolerance={"position": 1e-6}).tolerance["phase"] < 2e-6
+    # Written to whole degrees of others, half a degree is all that can be known.
+    table["crank_angle [deg]"][7] += 1.0
+    assert 0.008 < judged(table, scene, tmp_path, tolerance={"position": 1e-2}).tolerance["phase"] < 0.009

@@ -10,6 +10,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.own.tables.causes import Cause, likely_causes
+from conrod.own.tables.clock import clock_limits
 from conrod.own.tables.columns import Column
 from conrod.own.tables.estimation import Estimation, estimate
 from conrod.own.tables.reading import Reading
@@ -31,6 +32,10 @@ NOTEWORTHY = 1e-6
 CLOCK_ROUNDING = 1e-9
 BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
 WHOLE = 1.0 - 1e-6  # revolutions that are one: times are written with so many digits
+CLOCK_NOTE = (
+    "phase and total are held to the scene's speed from crank angle 0 at time 0: --set speed=SPEED gives another, "
+    "--estimate time finds an unknown start, and --tolerance phase=ANGLE allows a drive that does not keep its speed"
+)
 EPS = float(np.finfo(float).eps)
 RMS = "velocity_rms"
 
@@ -51,7 +56,7 @@ class TableStudy:
         components: of each point, those that the table has ("x", "y" or "xy").
         crank: None where the table does not say where its crank was.
         estimation: None where nothing was to be estimated.
-        tolerance: as asked for, by quantity; empty where nothing is judged.
+        tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
         causes: that reproduce what is wrong.
         notes: what is not judged, or not as one might think, a sentence each.
     """
@@ -88,7 +93,9 @@ class TableStudy:
     def exceeded(self) -> dict[str, tuple[float, float]]:
         """Errors beyond their tolerance: name -> (found, allowed)."""
         found = {name: (self.largest(name), allowed) for name, allowed in self.tolerance.items()}
-        return {name: (size, allowed) for name, (size, allowed) in found.items() if size is not None and size > allowed}
+        return {
+            name: (size, allowed) for name, (size, allowed) in found.items() if size is not None and not size <= allowed
+        }
 
     @property
     def passed(self) -> bool | None:
@@ -140,6 +147,10 @@ def study_table(
         notes=tuple(_notes(reading, scene)),
     )
     _check_tolerance(found)
+    clock = clock_limits(table, reading.columns, found.tolerance)
+    found = replace(found, tolerance={**clock, **found.tolerance})
+    if "phase" in found.exceeded and "phase" not in (tolerance or {}):
+        found = replace(found, notes=(*found.notes, CLOCK_NOTE))
     return replace(found, causes=likely_causes(table, _wrong(found)))
 
 
