@@ -15,38 +15,72 @@ from conrod.studies.execution.isolation import isolated
 from conrod.studies.frame.files import PLANNED, STAGING, _staging, check_writable_folder
 from tests.support.command_line import conrod
 
-FILES = {name: f"new {name}" for name in ("README.md", "results.json", "data/a.json", "figures/b.svg", "c", "d", "e")}
+NAMES = ("README.md", "results.json", "data/a.json", "figures/b.svg", "same")
+FILES = {name: f"new {name}" for name in NAMES} | {"same": "old same"}
+# Writes a report's folder and a file elsewhere, again and again, killed before its first step, its second, and so on; a
+# step is whatever Python reports of a call on the file system. Prints what is there then, and after one of the folders,
+# in turns, was looked at.
 WRITER = f"""
-import os, signal, sys
+import json, os, shutil, signal, sys
 from pathlib import Path
-from conrod.studies.frame.files import Batch, write_together
-replace, moved = os.replace, []
-def put(source, target):
-    replace(source, target)
-    moved.append(target)
-    if len(moved) == int(sys.argv[2]):
-        os.kill(os.getpid(), signal.SIGKILL)
-os.replace = put
-write_together([Batch(Path(sys.argv[1]), {FILES!r}, ("obsolete",))])
+from conrod.studies.frame.files import Batch, check_writable_folder, single, write_together
+root = Path(sys.argv[1])
+def state():
+    return {{str(file.relative_to(root)): file.read_text() for file in root.rglob("*") if file.is_file()}}
+def killed(step):
+    process = os.fork()
+    if process:
+        return os.waitpid(process, 0)[1] != 0
+    def count(event, _):
+        nonlocal step
+        step -= event in ("open", "os.rename", "os.remove", "os.rmdir", "os.mkdir")
+        if step < 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+    sys.addaudithook(count)
+    write_together([Batch(root / "report", {FILES!r}, ("obsolete",)), single(root / "beside" / "all.json", "new")])
+    os._exit(0)
+step, more = 0, True
+while more:
+    shutil.rmtree(root, ignore_errors=True)
+    for name in ("report/README.md", "report/data/a.json", "report/obsolete", "report/same", "report/mine", "beside/x"):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(f"old {{Path(name).name}}")
+    more = killed(step)
+    torn = state()
+    for folder in ("report", "beside")[:: 1 if step % 2 else -1]:
+        check_writable_folder(root / folder)
+    print(json.dumps([torn, state()]))
+    step += 1
 """
 
 
-def contents(folder: Path) -> dict[str, str]:
-    return {str(file.relative_to(folder)): file.read_text() for file in folder.rglob("*") if file.is_file()}
+def test_a_kill_at_any_step_leaves_all_or_nothing_once_a_folder_is_looked_at(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", WRITER, tmp_path / "root"], check=True, capture_output=True, text=True)
+    states = [json.loads(line) for line in done.stdout.splitlines()]
+    old = {name: f"old {Path(name).name}" for name in states[0][0]}
+    new = {f"report/{name}": text for name, text in FILES.items()}
+    new |= {"report/mine": "old mine", "beside/x": "old x", "beside/all.json": "new"}
+    found = [after for _, after in states]
+    switch = found.index(new)
+    assert found == [old] * switch + [new] * (len(found) - switch)
+    # Negative control: it was killed in the middle, too, and left its hidden folder.
+    torn = [{name: text for name, text in before.items() if STAGING not in name} for before, _ in states]
+    assert sum(files not in (old, new) for files in torn) > 4
+    assert 20 < switch < len(found) - 5
+    assert any(STAGING in name for before, _ in states for name in before)
 
 
-@pytest.mark.parametrize("count", [3, 7])
-def test_files_that_a_killed_process_has_replaced_are_put_back(count: int, tmp_path: Path) -> None:
-    folder = tmp_path / "report"
-    (folder / "data").mkdir(parents=True)
-    for name in ("README.md", "data/a.json", "d", "obsolete", "mine"):
-        (folder / name).write_text(f"old {name}")
-    before = contents(folder)
-    assert subprocess.run([sys.executable, "-c", WRITER, folder, str(count)], check=False).returncode == -9
-    assert sum(text.startswith("new") for name, text in contents(folder).items() if STAGING not in name) == count
-    (folder / "README.md").write_text("edited since")
-    check_writable_folder(folder)
-    assert contents(folder) == before | {"README.md": "edited since"}
+def test_what_was_edited_since_the_kill_stays(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("edited")
+    (tmp_path / "b").write_text("new b")
+    left = tmp_path / f"{STAGING}x"
+    left.mkdir()
+    (left / "0.old").write_text("old a")
+    (left / "1.old").write_text("old b")
+    digests = {name: hashlib.sha256(f"new {name}".encode()).hexdigest() for name in "ab"}
+    (left / PLANNED).write_text(json.dumps({"together": [str(left)], "files": digests}))
+    check_writable_folder(tmp_path)
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"a": "edited", "b": "old b"}
 
 
 def test_a_writer_that_is_alive_is_left_alone(tmp_path: Path) -> None:
@@ -61,11 +95,16 @@ def test_a_planted_plan_touches_nothing_outside_its_folder(tmp_path: Path) -> No
     precious.write_text("mine")
     (folder / f"{STAGING}x").mkdir(parents=True)
     digest = hashlib.sha256(b"mine").hexdigest()
-    plan = [["../precious", digest], [str(precious), digest], ["..", None], [7, None], "nonsense"]
-    for k in range(len(plan)):
-        (folder / f"{STAGING}x").mkdir(exist_ok=True)
-        (folder / f"{STAGING}x" / PLANNED).write_text(json.dumps(plan[k:]))
-        check_writable_folder(folder)
+    other = tmp_path / f"{STAGING}mine"
+    left = folder / f"{STAGING}x"
+    plans = [{"../precious": digest}, {str(precious): digest}, {"..": None}, {"a": 7}, "nonsense"]
+    for plan in plans:
+        for together in ([str(left)], [str(left), str(other), str(precious), "/dev/zero", "\0"]):
+            other.mkdir(exist_ok=True)
+            left.mkdir(exist_ok=True)
+            (left / PLANNED).write_text(json.dumps({"together": together, "files": plan}))
+            check_writable_folder(folder)
+            assert other.is_dir()
         assert precious.read_text() == "mine"
         assert list(folder.iterdir()) == []
 

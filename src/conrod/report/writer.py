@@ -15,7 +15,7 @@ from conrod.report.folder import ReportFolder, document_in
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, kind_named
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import GIVEN, json_text, plain, restore, shortened
-from conrod.studies.frame.files import Batch
+from conrod.studies.frame.files import Batch, recover
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]
@@ -78,6 +78,7 @@ def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> l
     Raises:
         InvalidInput: there is no report, or it is of another version of conrod.
     """
+    recover(folder)
     kinds = [kind_named(name) for name in _kinds_in(folder)]
     if not kinds:
         raise InvalidInput(f"{folder}: no report that can be rendered: no JSON file in it names a kind of report")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import shutil
 import stat
@@ -13,10 +12,11 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from conrod.errors import InvalidInput
 
-STAGING = ".conrod-"
-PLANNED = "planned.json"  # in it: each file that is to be put in place, with the digest of what is, or null
+STAGING, PLANNED = ".conrod-", "planned.json"
 
 # -- what a user names -----------------------------------------------------------------------------------------------
 
@@ -162,64 +162,71 @@ def single(path: Path, content: str | bytes) -> Batch:
     return Batch(real.parent, {real.name: content})
 
 
-def write_together(batches: Sequence[Batch]) -> None:
-    """Write all files of all batches, or none: an error or an interrupt leaves what was there before.
+@dataclass(frozen=True)
+class Plan:
+    """Plan in a staging, a hidden folder with each file to be put in place as `0.new`, and what is there as `0.old`.
 
-    What a process that was killed in the middle has left is undone when its folder is looked at next, see `_mended`.
+    Attributes:
+        together: stagings of one write. While the first has its plan, what was put in place is put back by whoever
+            looks at one; its removal is the moment at which everything is written.
+        files: digest by name of each file; None for one to be removed.
+    """
+
+    together: list[str]
+    files: dict[str, str | None]
+
+
+def write_together(batches: Sequence[Batch]) -> None:
+    """Write all files of all batches, or none: an error, an interrupt or a kill leaves what was there before.
+
+    After a kill it is put back when one of the folders is looked at next, see `recover`. What has the content that it
+    is to have is left as it is.
 
     Raises:
         OSError: names the file that could not be written.
     """
-    with ExitStack() as folders, ExitStack() as staging, ExitStack() as undo:
-        moves = [move for batch in batches for move in _staged(batch, folders, staging)]
-        for target, new, old in moves:
-            _make_folder(target.parent, folders)
-            # Before the file is put in place: an interrupt may come between the two.
-            undo.callback(_put_back, target, old)
-            with naming(target):
-                if new is None:
-                    target.unlink(missing_ok=True)
-                else:
-                    os.replace(new, target)
-        undo.pop_all()
-        folders.pop_all()
+    with ExitStack() as folders, ExitStack() as stagings:
+        staged = [_staged(batch, folders, stagings) for batch in batches]
+        for staging, files in staged:
+            with naming(staging.parent):
+                plan = Plan([str(one) for one, _ in staged], files)
+                (staging / PLANNED).write_bytes(msgspec.json.encode(plan))
+        for staging, files in staged:
+            for k, (name, digest) in enumerate(files.items()):
+                target = staging.parent / name
+                with naming(target):
+                    if digest is None:
+                        target.unlink()
+                    else:
+                        os.replace(staging / f"{k}.new", target)
+        for staging, _ in staged[:1]:
+            (staging / PLANNED).unlink()
 
 
-def _staged(batch: Batch, folders: ExitStack, staging: ExitStack) -> Iterator[tuple[Path, Path | None, Path]]:
-    """Write a batch into a hidden folder inside its own, which is sure to be on the same device.
-
-    Yields:
-        each target, the file to be put there, or None for none, and where a copy is of what is there, if anything is.
-    """
-    folder = real_path(batch.folder)
+def _staged(batch: Batch, folders: ExitStack, stagings: ExitStack) -> tuple[Path, dict[str, str | None]]:
+    """Fill a staging, inside the batch's folder, where it is sure to be on the same device; its files as of `Plan`."""
+    folder, files = real_path(batch.folder), dict[str, str | None]()
     _make_folder(folder, folders)
     with naming(folder):
-        waiting = staging.enter_context(_staging(folder))
+        staging = stagings.enter_context(_staging(folder))
     contents = {name: text.encode() if isinstance(text, str) else text for name, text in batch.files.items()}
-    planned = [(name, hashlib.sha256(content).hexdigest()) for name, content in contents.items()]
-    with naming(folder):
-        (waiting / PLANNED).write_text(json.dumps([*planned, *((name, None) for name in batch.obsolete)]))
-    for k, name in enumerate((*batch.files, *batch.obsolete)):
-        target, new, old = folder / name, waiting / f"{k}.new", waiting / f"{k}.old"
+    for name, content in (*contents.items(), *((name, None) for name in batch.obsolete)):
+        target = folder / name
         with naming(target):
-            if name in batch.files:
-                new.write_bytes(contents[name])
-            if target.exists():
-                shutil.copy2(target, old)
-        yield target, new if name in batch.files else None, old
-
-
-def _put_back(target: Path, old: Path) -> None:
-    # One file that cannot be restored must not keep the others from it.
-    with suppress(OSError):
-        if old.exists():
-            os.replace(old, target)
-        else:
-            target.unlink(missing_ok=True)
+            old = target.read_bytes() if target.exists() else None
+            if content == old:
+                continue
+            if old is not None:
+                shutil.copy2(target, staging / f"{len(files)}.old")
+            if content is not None:
+                _make_folder(target.parent, folders)
+                (staging / f"{len(files)}.new").write_bytes(content)
+        files[name] = None if content is None else hashlib.sha256(content).hexdigest()
+    return staging, files
 
 
 def _make_folder(folder: Path, undo: ExitStack) -> None:
-    """Make a folder with its parents; those that were made go again when it is undone, if they are empty."""
+    """Make a folder with its parents; those that were made go again in the end if they are empty."""
     for missing in reversed([p for p in (folder, *folder.parents) if not p.exists()]):
         undo.callback(_remove, missing)
     with naming(folder):
@@ -233,16 +240,17 @@ def _remove(folder: Path) -> None:
 
 @contextmanager
 def _staging(folder: Path) -> Iterator[Path]:
-    """A hidden folder inside another one, after what is there of killed processes is cleared away."""
-    for left in folder.glob(f"{STAGING}*"):
-        with suppress(OSError, ImportError), _locked(left):
-            _mended(folder, left)
-    made = tempfile.TemporaryDirectory(dir=folder, prefix=STAGING, ignore_cleanup_errors=True)
-    with made as name, ExitStack() as lock:
+    """A hidden folder inside another one, after what is there of killed processes is settled."""
+    recover(folder)
+    made = Path(tempfile.mkdtemp(dir=folder, prefix=STAGING))
+    with ExitStack() as lock:
         # Where a file system or a system has no locks, what is left is never cleared away.
         with suppress(OSError, ImportError):
-            lock.enter_context(_locked(Path(name)))
-        yield Path(name)
+            lock.enter_context(_locked(made))
+        try:
+            yield made
+        finally:
+            _settle(made)
 
 
 @contextmanager
@@ -258,19 +266,49 @@ def _locked(staging: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def _mended(folder: Path, left: Path) -> None:
-    """Put back what a killed process has replaced in a folder, and remove its staging.
+def recover(folder: Path) -> None:
+    """Put back what killed processes have replaced in a folder, and remove their stagings."""
+    for left in real_path(folder).glob(f"{STAGING}*"):
+        with suppress(OSError, ImportError), ExitStack() as locks:
+            together = _plan(left).together
+            # Those in other folders say so themselves: what is planted in this one reaches no further.
+            others = [one for one in map(Path, together) if one != left and _plan(one).together == together]
+            group = sorted([left, *others], key=lambda one: str(one) in together[:1])
+            for one in group:
+                locks.enter_context(_locked(one))
+            for one in group:
+                _settle(one)
 
-    A file is touched only where it is the very one that the process put there.
+
+def _plan(staging: Path) -> Plan:
+    """The plan in a staging; an empty one where none can be read."""
+    with suppress(OSError, msgspec.MsgspecError):
+        if staging.name.startswith(STAGING) and (staging / PLANNED).is_file():
+            return msgspec.json.decode((staging / PLANNED).read_bytes(), type=Plan)
+    return Plan([], {})
+
+
+def _settle(staging: Path) -> None:
+    """Put back what was put in place of a staging, unless all was, and remove it; that with the decision comes last.
+
+    A file is touched only where it is the very one that was put there.
     """
-    with suppress(OSError, ValueError, TypeError):
-        for k, (name, digest) in enumerate(json.loads((left / PLANNED).read_text())):
-            target = folder / name
-            inside = real_path(target.parent).is_relative_to(folder)
-            found = hashlib.sha256(target.read_bytes()).hexdigest() if target.is_file() else None
-            if inside and found == digest:
-                _put_back(target, left / f"{k}.old")
-    shutil.rmtree(left)
+    plan, folder, lost = _plan(staging), staging.parent, False
+    first = [staging if Path(one).name == staging.name else Path(one) for one in plan.together[:1]]
+    if any((one / PLANNED).is_file() for one in first):
+        for k, (name, digest) in enumerate(plan.files.items()):
+            target, old = folder / name, staging / f"{k}.old"
+            try:
+                inside = real_path(target.parent).is_relative_to(folder)
+                found = hashlib.sha256(target.read_bytes()).hexdigest() if target.is_file() else None
+                if inside and found == digest and old.exists():
+                    os.replace(old, target)
+                elif inside and found == digest is not None:
+                    target.unlink()
+            except OSError:  # one file that cannot be restored must not keep the others from it
+                lost = True
+    if not lost:
+        shutil.rmtree(staging, ignore_errors=True)
 
 
 @contextmanager
