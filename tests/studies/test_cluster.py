@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -35,7 +37,9 @@ class Cluster:
     def __init__(self, folder: Path, workers: int, *options: str) -> None:
         self.folder = folder
         told = folder / "scheduler.json"
-        self.scheduler = self._started("scheduler", "--port", "0", "--scheduler-file", str(told))
+        safe = [option for option in options if option.startswith("--tls")]
+        protocol = ["--protocol", "tls"] if safe else []
+        self.scheduler = self._started("scheduler", "--port", "0", "--scheduler-file", str(told), *protocol, *safe)
         self.address = _address(told, self.scheduler)
         self.workers = [self._started("worker", self.address, "--nthreads", "1", *options) for _ in range(workers)]
         with distributed.Client(self.address, set_as_default=False) as client:
@@ -227,11 +231,83 @@ def test_a_scheduler_that_dies_is_one_line_and_finished_cells_are_kept(own_clust
     assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
 
 
+@pytest.mark.slow
+def test_a_command_whose_scheduler_dies_ends_with_one_line(own_cluster: Cluster, tmp_path: Path) -> None:
+    sweep = ("sweep", "saw-500rpm", "--engine", "pymunk", "--ledger", "l.sqlite", "--cluster", own_cluster.address)
+    with subprocess.Popen(
+        [sys.executable, "-m", "conrod", *sweep],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as command:
+        assert command.stderr is not None
+        assert "to do" in command.stderr.readline()
+        own_cluster.scheduler.kill()
+        lines = command.stderr.read().splitlines()
+    assert command.returncode == 2
+    assert [line.split(":")[0] for line in lines] == ["runs", "conrod"]
+    assert lines[-1].startswith("conrod: lost the connection to the cluster at tcp://")
+
+
 def refusal(address: str) -> str:
     with pytest.raises(InvalidInput) as told:
         DaskCluster(address, patience=1.0)
     assert "\n" not in str(told.value)
+    # Nor does Dask say anything of it.
+    assert not any(
+        logging.getLogger(name).isEnabledFor(logging.ERROR) for name in ("distributed", "distributed.client")
+    )
     return str(told.value)
+
+
+# -- certificates ----------------------------------------------------------------------------------------------------
+
+
+def certified(folder: Path, name: str) -> dict[str, str]:
+    """A certificate authority, and a certificate of it; as of Dask's configuration."""
+    key = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2")
+    authority, own = str(folder / f"{name}-ca"), str(folder / name)
+    signed = ("-CA", f"{authority}.pem", "-CAkey", f"{authority}.key")
+    for file, is_ca, how in ((authority, "TRUE", ()), (own, "FALSE", signed)):
+        subject = ("-subj", f"/CN={Path(file).name}", "-addext", f"basicConstraints=critical,CA:{is_ca}")
+        files = ("-keyout", f"{file}.key", "-out", f"{file}.pem")
+        subprocess.run(["openssl", "req", "-x509", *key, *subject, *how, *files], check=True, capture_output=True)
+    tls = "distributed.comm.tls."
+    return {f"{tls}ca-file": f"{authority}.pem", f"{tls}client.cert": f"{own}.pem", f"{tls}client.key": f"{own}.key"}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="makes certificates with openssl")
+def test_a_cluster_with_certificates_runs_cells_and_one_of_another_authority_is_refused(tmp_path: Path) -> None:
+    import dask
+
+    ours, theirs = certified(tmp_path, "ours"), certified(tmp_path, "theirs")
+    names = ("--tls-ca-file", "--tls-cert", "--tls-key")
+    options = [f"{name}={file}" for name, file in zip(names, ours.values(), strict=True)]
+    cells = tasks.cells(6)
+    with dask.config.set(ours):
+        cluster = Cluster(tmp_path, 1, *options)
+        try:
+            with Ledger.open(tmp_path / "tls") as ledger, DaskCluster(cluster.address) as executor:
+                assert cluster.address.startswith("tls://")
+                table = run_cases(cells, ledger, executor)
+            assert table[cells[0].key] == measure(cells[0])
+            missing = str(tmp_path / "none.pem")
+            with dask.config.set({"distributed.comm.tls.ca-file": missing}):
+                assert "cannot be used: " in refusal(cluster.address)
+            assert "no cluster answers" in refusal(cluster.address.replace("tls", "tcp"))
+            with dask.config.set(theirs):
+                assert "certificate does not match" in refusal(cluster.address)
+        finally:
+            cluster.stop()
+
+
+def test_a_safe_address_without_certificates_is_refused() -> None:
+    assert "set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, " in refusal("tls://127.0.0.1:8786")
+
+
+# -- addresses -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("address", ["", "here", "127.0.0.1:8786", "http://127.0.0.1:8786", "tcp://127.0.0.1"])

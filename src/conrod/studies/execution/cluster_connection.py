@@ -21,6 +21,9 @@ from conrod.errors import InvalidInput
 from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcesses
 from conrod.studies.frame.case import Case
 
+# As Dask's own programs take them, from its configuration.
+CERTIFICATES = ("CA_FILE", "CLIENT__CERT", "CLIENT__KEY")
+
 _lock = threading.Lock()
 _processes: dict[Limits, WorkerProcesses] = {}
 
@@ -74,7 +77,8 @@ def connected(address: str, patience: float) -> Any:
         patience: how long to wait for an answer [s].
 
     Raises:
-        InvalidInput: the address is none, Dask is not installed, nothing answers, or versions do not match.
+        InvalidInput: the address is none, Dask is not installed, nothing answers, versions do not match, or a tls://
+            address has no certificates in Dask's configuration.
     """
     if not re.fullmatch(r"(tcp|tls)://[^/\s]+:\d{1,5}", address):
         raise InvalidInput(f"cluster {address!r}: give the scheduler's address, such as tcp://192.168.0.7:8786")
@@ -82,16 +86,20 @@ def connected(address: str, patience: float) -> Any:
         import distributed
     except ImportError:
         raise InvalidInput("a cluster needs Dask: pip install 'conrod[cluster]'") from None
-    # What Dask would log of a lost connection is said in one line by the error.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    # What Dask would log of a lost connection is said in one line by the error; each of these has a level of its own.
+    for name in ("distributed", "distributed.client", "tornado.application"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    security = distributed.Security()  # type: ignore[no-untyped-call]  # Dask has no types
     try:
-        _greet(address, patience)
+        _greet(address, patience, _certified(security, address))
         with warnings.catch_warnings():
             # A difference that matters is refused below; Dask warns in a table of all that differs.
             warnings.simplefilter("ignore")
-            client: Any = distributed.Client(address, timeout=patience, set_as_default=False)  # type: ignore[no-untyped-call]  # Dask has no types
+            client: Any = distributed.Client(address, timeout=patience, security=security, set_as_default=False)  # type: ignore[no-untyped-call]
+    except InvalidInput:
+        raise
     except (OSError, ValueError, ImportError) as error:
-        raise InvalidInput(f"no cluster answers at {address}: {one_line(error)}") from None
+        raise InvalidInput(f"no cluster answers at {address}: {one_line(error.__cause__ or error)}") from None
     try:
         check_versions(client.get_versions(), address)
     except BaseException:
@@ -100,7 +108,25 @@ def connected(address: str, patience: float) -> Any:
     return client
 
 
-def _greet(address: str, patience: float) -> None:
+def _certified(security: Any, address: str) -> dict[str, Any]:
+    """What a connection needs: for tls://, the certificates of Dask's configuration.
+
+    Raises:
+        InvalidInput: there are none, or they cannot be read.
+    """
+    names = ", ".join(f"DASK_DISTRIBUTED__COMM__TLS__{name}" for name in CERTIFICATES)
+    if address.startswith("tls") and not all((security.tls_ca_file, security.tls_client_cert, security.tls_client_key)):
+        raise InvalidInput(f"cluster {address}: TLS takes files from Dask's configuration: set {names}")
+    try:
+        connection: dict[str, Any] = security.get_connection_args("client")
+    except OSError as error:
+        raise InvalidInput(
+            f"cluster {address}: the files that {names} name cannot be used: {one_line(error)}"
+        ) from None
+    return connection
+
+
+def _greet(address: str, patience: float, connection: Mapping[str, Any]) -> None:
     """Ask who is there. Dask's client itself waits without end for one that accepts a connection and says nothing.
 
     Raises:
@@ -111,7 +137,7 @@ def _greet(address: str, patience: float) -> None:
     import distributed
 
     async def ask() -> Any:
-        async with distributed.rpc(address) as there:  # type: ignore[no-untyped-call]  # Dask has no types
+        async with distributed.rpc(address, connection_args=connection) as there:  # type: ignore[no-untyped-call]  # Dask has no types
             return await there.identity()
 
     async def ask_in_time() -> Any:
