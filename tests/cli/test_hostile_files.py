@@ -17,8 +17,10 @@ import pytest
 from command_line import conrod, said
 
 from conrod.errors import InvalidInput
+from conrod.own.files import copies_asked_for
 from conrod.report.pack.contents import read_parameters
 
+SLOW = pytest.mark.slow
 BODY = '<body name="b"><joint name="j" type="hinge" axis="0 1 0"/><geom name="g" size="0.1" pos="0 0 -0.5"/></body>'
 FIELD = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></asset>'
 VERBS = {
@@ -59,6 +61,43 @@ def test_a_sound_timestep_is_not(tmp_path: Path) -> None:
 def test_a_height_field_of_gigabytes_is_out_of_memory(verb: str, tmp_path: Path) -> None:
     model(tmp_path, FIELD, '<geom type="hfield" hfield="h"/>')
     assert "needed more memory than its limit" in refused(*VERBS[verb], cwd=tmp_path)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_copies_that_cannot_be_compiled_are_refused_at_once(verb: str, tmp_path: Path) -> None:
+    for beside in (
+        f'<replicate count="1000000">{BODY}</replicate>',
+        '<replicate count="1000"><frame><replicate count="1000" offset="1 0 0"><site/></replicate></frame></replicate>',
+        '<flexcomp name="f" type="grid" count="1000 1000 1" spacing="1 1 1"/>',
+    ):
+        model(tmp_path, worldbody=beside)
+        assert "m.xml: it asks for 1e+06 copies of a part: at most 150000" in refused(*VERBS[verb], cwd=tmp_path)
+
+
+def test_copies_beside_each_other_are_not_multiplied() -> None:
+    # Negative control.
+    once, closed = '<replicate offset="1 0 0"  count="400"><frame><site/></frame></replicate>', '<replicate count="9"/>'
+    assert copies_asked_for(once * 3 + closed + once) == 400.0
+
+
+@pytest.mark.parametrize("verb", ["lint", pytest.param("harden", marks=SLOW), pytest.param("validate", marks=SLOW)])
+def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -> None:
+    # Compiling it takes hours.
+    model(tmp_path, worldbody=f'<replicate count="149999">{BODY}</replicate>')
+    code = "from conrod.cli import main, waiting\nwaiting.SAID_AFTER = 2.0\nmain()\n"
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", code, *VERBS[verb]], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    ) as running:  # fmt: skip
+        try:
+            assert running.stderr is not None
+            assert "m.xml: under way, ended after 600 s, by Ctrl-C at once" in running.stderr.readline()
+            os.killpg(running.pid, signal.SIGINT)
+            # Standard error ends where the last process has it no more: none is left that compiles.
+            assert running.stderr.read().strip() == "conrod: interrupted"
+            assert running.wait() == 130
+        finally:
+            running.kill()
 
 
 @pytest.mark.parametrize("verb", VERBS)

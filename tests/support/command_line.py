@@ -30,6 +30,7 @@ def conrod(*arguments: str, cwd: Path | None = None, ledger: Path | None = None)
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.setattr(sys, "argv", ["conrod", *arguments])
+        patch.setattr("conrod.cli.waiting.SAID_AFTER", 1e6)  # however slow the machine is
         if cwd is not None:
             patch.chdir(cwd)
         if ledger is not None:

@@ -54,7 +54,7 @@ def print_table_study(study: TableStudy) -> None:
 def validate_table(file: str, scene: str, asked: Request) -> None:
     """Judge a table, print what was found, and write what is to be written; raises InvalidInput as `judge_table`."""
     files = outputs(words.KIND, [words.PART], asked.out, asked.document, {"the table": Path(file)})
-    with waiting(Path(file)):
+    with waiting(Path(file), READING):
         study = judge_table(Path(file), scene, asked)
     with naming("standard output"):
         print_table_study(study)

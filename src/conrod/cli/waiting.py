@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import click
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from conrod.report.escaping import one_line
 from conrod.studies.execution.isolation import FILE_TIMEOUT
+
+SAID_AFTER = 5.0  # [s], where there is no terminal for a clock
 
 
 @contextmanager
-def waiting(path: Path) -> Iterator[None]:
-    """Show at a terminal for how long the work on a file has taken, and when it is ended."""
+def waiting(path: Path, timeout: float = FILE_TIMEOUT) -> Iterator[None]:
+    """Show at a terminal for how long the work on a file has taken; elsewhere say once that it goes on.
+
+    Args:
+        timeout: after which it is ended [s].
+    """
     console = Console(stderr=True, highlight=False)
-    words = f"{escape(str(path))}: ended after {FILE_TIMEOUT:g} s, by Ctrl-C at once"
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        bar.add_task(words, total=None)
+    words = one_line(f"{path}: under way, ended after {timeout:g} s, by Ctrl-C at once")
+    if console.is_terminal:
+        columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+        with Progress(*columns, console=console, transient=True) as bar:
+            bar.add_task(escape(words), total=None)
+            yield
+        return
+    said = threading.Timer(SAID_AFTER, click.echo, (words,), {"err": True})
+    said.daemon = True
+    said.start()
+    try:
         yield
+    finally:
+        said.cancel()
