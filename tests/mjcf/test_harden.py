@@ -287,11 +287,11 @@ def test_a_machine_that_stands_has_no_orders_and_no_drift_below_what_its_referen
     table = printed(stands, capsys)
     assert table["order in the step"] == ["-"] * 3
     assert table["energy, change over exchanged"] == ["-"] * 3
-    assert table["drift from the reference [m]"][2] == "-"
+    assert table["drift from the reference [mm]"][2] == "-"
     # Control: one that moves has them.
     assert not any("nothing moves" in note for note in saw(None).warnings)
     table = printed(saw(None), capsys)
-    assert "-" not in table["drift from the reference [m]"]
+    assert "-" not in table["drift from the reference [mm]"]
     assert table["order in the step"][2].startswith("4.")
     assert not any("-0.0" in cell for cells in table.values() for cell in cells)
 

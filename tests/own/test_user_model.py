@@ -227,7 +227,7 @@ def test_limits_that_keep_a_model_from_its_turn_are_told(tmp_path: Path) -> None
     told = "limits keep it from its turn: slide is held to -0.1 to 0.3 units of length, needs -0.203541 to 0.00756977"
     assert told in verdict(limited)
     short = facts(tmp_path, replaced(SAW, crank, f'{crank} range="-0.5 0.5"'))
-    assert short.stops == ("crank is held to -0.5 to 0.5 rad, needs a full turn",)
+    assert short.stops == ("crank is held to -28.6479 to 28.6479 deg, needs a full turn",)
     # Negative control: limits that the turn stays within are no matter.
     for joint, wide in ((slide, "-0.3 0.3"), (crank, "-4 4")):
         assert facts(tmp_path, replaced(SAW, joint, f'{joint} range="{wide}"')).stops == ()

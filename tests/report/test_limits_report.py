@@ -118,7 +118,7 @@ def test_a_flight_keeps_the_digits_of_its_landing(tmp_path: Path) -> None:
     assert found.held == 0.99812345
     # A landing is given to a thousandth of a degree, for which four digits of the angle would not do.
     assert math.degrees(found.flights[0].landing_error or 0.0) == pytest.approx(0.05, abs=1e-5)
-    assert "+0.050 deg" in str(batch.files["cam-follower.md"])
+    assert "+0.050 |" in str(batch.files["cam-follower.md"])
     assert "figures/cam-follower-follower-float.svg" in batch.files
 
 

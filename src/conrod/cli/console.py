@@ -119,8 +119,8 @@ def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
 def show_instant(instant: InstantQuantities, numbering: dict[str, int]) -> None:
     """Print the quantities of a linkage at a crank angle."""
     out, state = console(), instant.state
-    speed = numbers.quantity(state.speed, 6)
-    print_lines(out, ("", f"at crank angle {degrees(state.angle)} deg, crank speed {speed} rad/s"))
+    speed = " ".join(numbers.in_shown_unit(state.speed, "rad/s"))
+    print_lines(out, ("", f"at crank angle {degrees(state.angle)} deg, crank speed {speed}"))
     _print_apart(out, [links_table(instant, numbering)])
     for push in instant.pushes:
         angle = float(push.angle[0])

@@ -44,7 +44,7 @@ def print_table_study(study: TableStudy) -> None:
     unused = ", ".join(name or "(no name)" for name in study.unused)
     lines = [words.figure_line(study), words.crank_text(study), f"columns not used: {unused}" if unused else ""]
     lines += [f"note: {note}" for note in study.notes]
-    lines += [words.cause_line(cause) for cause in study.causes]
+    lines += [words.cause_line(study, cause) for cause in study.causes]
     if study.causes == () and study.passed is False:
         lines.append("none of the common causes reproduces the difference")
     colour = {True: "green", False: "red", None: "default"}[study.passed]

@@ -169,8 +169,9 @@ class Driver:
         for angle in self.span:
             check_number(f"span of the driver {self.joint}", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
         if not self.span[0] <= 0.0 <= self.span[1] or self.span[0] == self.span[1]:
+            first, last = map(math.degrees, self.span)
             raise InvalidInput(
-                f"span of the driver {self.joint}: from {self.span[0]:g} to {self.span[1]:g} rad; it must grow, and "
+                f"span of the driver {self.joint}: from {first:g} to {last:g} deg; it must grow, and "
                 "hold the crank angle 0, at which the bodies' poses are given"
             )
 

@@ -64,7 +64,7 @@ def verdicts_table(studies: Sequence[MotionStudy], with_clock: bool = False) -> 
     columns: dict[str, Callable[[MotionResult], str]] = {
         "step": lambda r: step_text(r.step),
         "position": lambda r: numbers.measured(r.largest("position")),
-        "position [mm]": lambda r: numbers.in_mm({p: s["max"] for p, s in (r.errors or {}).items()}, lengths[r.scene]),
+        numbers.IN_MM: lambda r: numbers.in_mm({p: s["max"] for p, s in (r.errors or {}).items()}, lengths[r.scene]),
         "rms": lambda r: numbers.measured(r.largest("position", "rms")),
         "final": lambda r: numbers.measured(r.largest("position", "final")),
         "crank [deg]": lambda r: numbers.in_degrees(r.largest("angle")),
@@ -87,7 +87,10 @@ def _leaves(result: MotionResult) -> str:
 def steps_table(study: MotionStudy) -> Table:
     """Errors along the refinement path, a row for each run of it."""
     rows = [
-        (*name_of(r), step_text(p.step), p.outcome, numbers.measured(p.position), numbers.measured(p.energy))
+        (
+            *(*name_of(r), step_text(p.step), p.outcome),
+            *(numbers.error("position", p.position, study.scene.lengths), numbers.measured(p.energy)),
+        )
         for r in study.results
         for p in r.refinement
     ]

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from conrod.mjcf.harden.results import HardenedModel, Orders, Touching, Variant
+from conrod.report import numbers
 from conrod.report.table import Cell, Table, Toned, table
 
-MOST_LOOPS = 12
+MOST_LOOPS, MM = 12, 1e3
 ALWAYS = (
     "mj_setConst makes the weights anew and so undoes this: run the lines again after it, or after changing masses "
     "in a way that calls it",
@@ -19,11 +20,12 @@ ALWAYS = (
 
 def run_words(found: HardenedModel) -> list[str]:
     """The runs, and how far the loops are open at their start."""
-    opened = ", ".join(f"{value:.1e} {unit}" for unit, value in (found.start_opening or {}).items())
+    shown = {numbers.SHOWN_UNITS[unit]: value for unit, value in (found.start_opening or {}).items()}
+    opened = ", ".join(f"{_figure(factor * value)} {unit}" for (unit, factor), value in shown.items())
     begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
     return [
         f"{found.path}: MuJoCo {found.mujoco}, {found.seconds:.4g} s in steps of {found.timestep:g} s from "
-        f"{found.start}; size {found.size:.4g} m",
+        f"{found.start}; size {MM * found.size:.4g} mm",
         f"its loops are open by {opened} there; {begin}",
     ]
 
@@ -38,18 +40,22 @@ def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
     variants = found.variants
     yield ["steps completed", *(_completed(v) for v in variants)]
     for k, loop in enumerate(found.loops[:MOST_LOOPS]):
-        values = (None if v.openings is None else v.openings[k] for v in variants)
-        yield [f"opening of {loop.kind} {loop.name} [{loop.unit}]", *map(_figure, values)]
+        unit, factor = numbers.SHOWN_UNITS[loop.unit]
+        values = (None if v.openings is None else factor * v.openings[k] for v in variants)
+        yield [f"opening of {loop.kind} {loop.name} [{unit}]", *map(_figure, values)]
     if len(found.loops) > MOST_LOOPS:
         yield [f"... and {len(found.loops) - MOST_LOOPS} loops more (--json has them)", *[""] * len(variants)]
     yield ["largest opening over size", *(_figure(v.opening_over_size) for v in variants)]
     yield ["  order in the step", *(_orders(v.closing) for v in variants)]
-    yield ["drift from the reference [m]", *(_drift(found, v.drift) for v in variants)]
+    yield ["drift from the reference [mm]", *(_drift(found, v.drift) for v in variants)]
     yield ["  order in the step", *(_orders(v.drift) for v in variants)]
     yield ["energy, change over exchanged", *(_figure(v.energy) for v in variants)]
     touching = [v.touching for v in variants]
     if any(one and (one.contacts or one.limits) for one in touching):
-        yield ["contacts at once, penetration [m]", *(_counted(one, "contacts", "penetration") for one in touching)]
+        yield [
+            "contacts at once, penetration [mm]",
+            *(_counted(one, "contacts", "penetration", MM) for one in touching),
+        ]
         yield ["limits passed at once, by [rad, m]", *(_counted(one, "limits", "excess") for one in touching)]
     yield ["solver iterations", *("-" if v.iterations is None else f"{v.iterations:.1f}" for v in variants)]
 
@@ -57,10 +63,11 @@ def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
 def reading_words(found: HardenedModel) -> list[str]:
     """Explanation of the figures."""
     drift = "drift: none, the reference (hardened, RK4, a sixteenth of the step) breaks off"
-    if found.reference_known_to is not None:
+    if found.reference_known_to is not None and found.travel is not None:
         drift = (
             "drift: of any body's centre of gravity, from the hardened model under RK4 at a sixteenth of the step, "
-            f"which is known to {found.reference_known_to:.1e} m (-: less than that); travel {found.travel:.3g} m"
+            f"which is known to {MM * found.reference_known_to:.1e} mm (-: less than that); travel "
+            f"{MM * found.travel:.3g} mm"
         )
     without = ", ".join(found.energy_without)
     energy = f"of copies without {without}" if without else "nothing takes or gives any"
@@ -102,14 +109,14 @@ def _orders(orders: Orders | None) -> str:
 def _drift(found: HardenedModel, drift: Orders | None) -> str:
     if drift is None or found.reference_known_to is None or drift.values[0] <= found.reference_known_to:
         return "-"
-    return _figure(drift.values[0])
+    return _figure(MM * drift.values[0])
 
 
-def _counted(touching: Touching | None, number: str, most: str) -> str:
+def _counted(touching: Touching | None, number: str, most: str, factor: float = 1.0) -> str:
     if touching is None:
         return "-"
     count = getattr(touching, number)
-    return f"{count}, {getattr(touching, most):.1e}" if count else "none"
+    return f"{count}, {factor * getattr(touching, most):.1e}" if count else "none"
 
 
 def _figure(value: float | None) -> str:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TypeAlias
 
 # Below this every normalised error is rounding noise, different on another machine: its digits mean nothing.
 ROUNDING = 1e-12
 BELOW_ROUNDING = "< 1e-12"
 NOISE_DECIMALS = 14  # that leave three digits of an error of that size; those beyond may be others the next time
 MISSING = "n/a"
+PLACES = ("position", "total")  # quantities whose errors are over L
+IN_MM = "position [mm]"
 PLAIN = (1e-3, 1e4)  # sizes that read best without an exponent
 
 # SI unit of a parameter -> the unit people use, and the factor to it.
@@ -43,11 +47,40 @@ def scaled(value: float | None, factor: float) -> str:
     return measured(None if value is None else factor * value)
 
 
-def in_mm(errors: Mapping[str, float | None], lengths: Mapping[str, float]) -> str:
-    """The largest of some errors over L, by point, in mm; L [m] by point."""
-    known = {point: error for point, error in errors.items() if error is not None}
+# Errors over L by point; or their largest, where no more was kept.
+Errors: TypeAlias = float | Mapping[str, float | None] | None
+
+
+def in_mm(errors: Errors, lengths: Mapping[str, float]) -> str:
+    """The largest of errors over L in mm; at most that, `<= 7.9`, where L differs and the point is not known.
+
+    Args:
+        lengths: L of each point [m].
+    """
+    of_points = errors if isinstance(errors, Mapping) else dict.fromkeys(lengths, errors)
+    known = {point: error for point, error in of_points.items() if error is not None}
     worst = max(known, key=lambda point: known[point] * lengths[point], default=None)
-    return MISSING if worst is None else scaled(known[worst], 1e3 * lengths[worst])
+    if worst is None:
+        return MISSING
+    shown = scaled(known[worst], 1e3 * lengths[worst])
+    at_most = errors is not of_points and len(set(lengths.values())) > 1 and shown[0].isdigit()
+    return f"<= {shown}" if at_most else shown
+
+
+def with_mm(errors: Errors, lengths: Mapping[str, float]) -> str:
+    """The largest of errors over L, as it is and in mm: `0.038 (7.9 mm)`."""
+    known = errors.values() if isinstance(errors, Mapping) else (errors,)
+    over = measured(max((error for error in known if error is not None), default=None))
+    shown = in_mm(errors, lengths)
+    return over if shown in (MISSING, over) else f"{over} ({shown} mm)"
+
+
+def error(name: str, size: Errors, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
+    """The largest error of a quantity: of a place in mm too where L [m] is given, of the crank angle in deg."""
+    if name in PLACES:
+        return with_mm(size, lengths)
+    assert not isinstance(size, Mapping)
+    return f"{in_degrees(size)} deg" if name == "phase" and size is not None else measured(size)
 
 
 def lengths(travels: Mapping[str, float]) -> str:
@@ -101,10 +134,10 @@ def percent(share: float | None) -> str:
     return "> 99 %" if whole == 100 and share < 1.0 else f"{whole} %"
 
 
-def in_shown_unit(value: float, unit: str) -> tuple[str, str]:
+def in_shown_unit(value: float, unit: str, digits: int = 6) -> tuple[str, str]:
     """A parameter's value and unit as people write them: ('32.5', 'mm') for 0.0325 m."""
     shown, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
-    return quantity(value * factor, 6), shown or "-"
+    return quantity(value * factor, digits), shown or "-"
 
 
 def reproducible(value: float, digits: int) -> float:

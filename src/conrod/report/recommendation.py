@@ -10,12 +10,12 @@ from typing import Any
 from conrod.engines.engine import CUSTOM, STOCK
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.linkage.transmission import least_transmission_angle
+from conrod.report import numbers
 from conrod.report.kind import Kind, Page, Part
-from conrod.report.numbers import in_mm
 from conrod.report.template import rendered
 from conrod.scenes import Scene
 from conrod.studies.frame.run import RunCase
-from conrod.studies.sweep.recommend import Answer, Recommendation, Refusal, Rejected
+from conrod.studies.sweep.recommend import Answer, Confirmation, Recommendation, Refusal, Rejected
 from conrod.studies.sweep.step_search import Choice
 
 Allowed = Mapping[str, float]  # largest error by quantity
@@ -101,7 +101,7 @@ def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
         f"  cost: {1e3 * timing.seconds_per_revolution:.3g} ms of CPU time a revolution on this machine, as much as "
         f"{timing.ratio:.3g} steps of the engine's reference loop"
     )
-    confirmed = [f"{one.what} {_errors(one.errors(allowed))}" for one in found.confirmations]
+    confirmed = [f"{one.what} {_listed(_errors(one, allowed, choice.case.scene))}" for one in found.confirmations]
     yield f"  confirmed: {'; '.join(confirmed)}"
     yield from _rejected(found.rejected, allowed)
     yield _savings(found, allowed)
@@ -126,20 +126,25 @@ def _setting(choice: Choice) -> str:
     return f"{choice.swept.rule.name}, {choice.steps} steps per revolution"
 
 
-def _errors(errors: Allowed) -> str:
-    return ", ".join(f"{q} {error:.1e}" for q, error in errors.items())
+def _errors(found: Choice | Confirmation, allowed: Allowed, scene: Scene) -> dict[str, str]:
+    places = {point: sizes["position"]["max"] for point, sizes in (found.measurement.errors or {}).items()}
+    errors = found.errors(allowed)
+    return {q: numbers.error(q, places if q == "position" else e, scene.lengths) for q, e in errors.items()}
+
+
+def _listed(errors: Mapping[str, str]) -> str:
+    return ", ".join(f"{q} {size}" for q, size in errors.items())
 
 
 def _errors_allowed(choice: Choice, allowed: Allowed) -> str:
-    errors, lengths = choice.measurement.errors or {}, choice.case.scene.lengths
-    shown = in_mm({point: sizes["position"]["max"] for point, sizes in errors.items()}, lengths)
-    sizes = {q: f"{e:.1e}" + (f" = {shown} mm" if q == "position" else "") for q, e in choice.errors(allowed).items()}
-    return ", ".join(f"{q} {size} (allowed {allowed[q]:g})" for q, size in sizes.items())
+    errors = _errors(choice, allowed, choice.case.scene)
+    return _listed({q: f"{size} (allowed {numbers.quantity(allowed[q])})" for q, size in errors.items()})
 
 
 def _rejected(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:
     for one in rejected:
-        lost = "; ".join(f"{c.what}: {_errors(c.errors(allowed)) or c.measurement.outcome}" for c in one.why)
+        shown = ((c, _listed(_errors(c, allowed, one.choice.case.scene))) for c in one.why)
+        lost = "; ".join(f"{c.what}: {errors or c.measurement.outcome}" for c, errors in shown)
         yield f"  cheaper, but not confirmed: {_setting(one.choice)} ({lost})"
 
 
@@ -153,7 +158,8 @@ def _savings(found: Recommendation, allowed: Allowed) -> str:
     if savings.cost_factor is not None:
         words.append(f"stock settings cost {savings.cost_factor:.3g} times as much for the same tolerance")
     else:
-        best = _errors({q: e for q, e in savings.best.items() if e > allowed[q]})
+        lengths = found.choice.case.scene.lengths
+        best = _listed({q: numbers.error(q, e, lengths) for q, e in savings.best.items() if e > allowed[q]})
         words.append("stock settings never get there" + (f" (at best {best})" if best else ""))
     return f"  against stock: {'; '.join(words)}"
 

@@ -14,7 +14,7 @@ from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result, SceneResults
 
-PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t", "phase": "phase [rad]"}
+PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
 KINEMATIC = "kinematic mode"
 
 R = TypeVar("R", bound=Result)
@@ -35,16 +35,18 @@ def verdict_words(result: Result) -> str:
         return "measured, not judged"
     if result.passed:
         return "within tolerance"
-    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result), *result.faults()])
+    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.exceeded()), *result.faults()])
 
 
-def exceeded_words(result: Result) -> list[str]:
+def exceeded_words(
+    exceeded: Mapping[str, tuple[float | None, float]], allowed_text: Callable[[str, float], str] = numbers.error
+) -> list[str]:
     """The judged quantities that are out of tolerance, with what was found and allowed."""
-    pairs = {PLAIN_NAMES.get(name, name): pair for name, pair in result.exceeded().items()}
+    pairs = {PLAIN_NAMES.get(name, name): pair for name, pair in exceeded.items()}
     return [
         f"{name} has no error to judge"
         if found is None
-        else f"{name} {numbers.measured(found)} > {numbers.measured(allowed)}"
+        else f"{name} {numbers.error(name, found)} > {allowed_text(name, allowed)}"
         for name, (found, allowed) in pairs.items()
     ]
 
@@ -96,19 +98,26 @@ def refinement_table(
     keys: Callable[[R], Iterable[str]],
     size: Callable[[R, Any, str], float | None],
     order: Callable[[R, str], str],
+    shown: Callable[[str, float | None], str] = numbers.error,
 ) -> Table:
     """Errors along the refinement paths and the order that they show.
 
     Args:
         keys: those of a run that have a row each.
         size: the error of a key at a point of the path.
+        shown: it as people read it.
     """
+
+    def cell(run: R, point: Any, key: str) -> str:
+        ended = "" if point.outcome == Outcome.COMPLETED.slug else f" ({point.outcome})"
+        return shown(key, size(run, point, key)) + ended
+
     paths = [(run, {p.steps_per_revolution: p for p in _points(run)}) for run in runs if _points(run)]
     steps = sorted({n for _, points in paths for n in points})
     rows = []
     for run, points in paths:
         for key in keys(run):
-            cells = [_refined(size(run, points[n], key), points[n]) if n in points else numbers.MISSING for n in steps]
+            cells = [cell(run, points[n], key) if n in points else numbers.MISSING for n in steps]
             rows.append((*name_of(run), key, *cells, order(run, key)))
     return table(["engine", "preset", heading, *(f"N = {n}" for n in steps), "order"], rows)
 
@@ -116,11 +125,6 @@ def refinement_table(
 def _points(run: Any) -> Sequence[Any]:
     found: Sequence[Any] = run.refinement
     return found
-
-
-def _refined(size: float | None, point: Any) -> str:
-    ended = "" if point.outcome == Outcome.COMPLETED.slug else f" ({point.outcome})"
-    return numbers.measured(size) + ended
 
 
 def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -> dict[str, Any]:

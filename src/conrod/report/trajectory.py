@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 from conrod.own.tables.causes import Cause
@@ -13,6 +14,7 @@ from conrod.report import numbers
 from conrod.report.charts.own import error_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
+from conrod.report.results import exceeded_words
 from conrod.report.scene_words import parameters_table
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
@@ -35,12 +37,9 @@ def summary_line(study: TableStudy) -> str:
 
 def figure_line(study: TableStudy) -> str:
     """The one figure that counts; empty where the table has no positions."""
-    largest = study.largest("total")
-    if largest is None:
-        return ""
     errors = {point: curves["total"].size.max for point, curves in study.errors.items() if "total" in curves}
-    size = f"{numbers.measured(largest)} ({numbers.in_mm(errors, study.scene.lengths)} mm)"
-    return f"largest position error / L over {_turns(study)}: {size}"
+    shown = numbers.with_mm(errors, study.scene.lengths)
+    return f"largest position error / L over {_turns(study)}: {shown}" if errors else ""
 
 
 def _turns(study: TableStudy) -> str:
@@ -52,10 +51,15 @@ def verdict_text(study: TableStudy) -> str:
     if study.passed is None:
         return "measured, not judged: give --tolerance"
     if study.passed:
-        found = ((name, numbers.measured(study.largest(name)), limit) for name, limit in study.tolerance.items())
-        return f"within tolerance: {', '.join(f'{name} {size} <= {limit:g}' for name, size, limit in found)}"
-    beyond = study.exceeded.items()
-    return f"OUT OF TOLERANCE: {', '.join(f'{n} {numbers.measured(f)} > {limit:g}' for n, (f, limit) in beyond)}"
+        found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
+        within = (f"{name} {numbers.error(name, size)} <= {_allowed(name, limit)}" for name, size, limit in found)
+        return f"within tolerance: {', '.join(within)}"
+    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _allowed))}"
+
+
+def _allowed(name: str, limit: float) -> str:
+    """A tolerance as it was given, that of the crank's angle in deg."""
+    return numbers.error(name, limit) if name == "phase" else f"{limit:g}"
 
 
 def crank_text(study: TableStudy) -> str:
@@ -72,26 +76,32 @@ def estimation_lines(study: TableStudy) -> list[str]:
     found = study.estimation
     if found is None:
         return []
-    unit = "of L" if study.errors else "rad"
-    left = f"what is left after it: {numbers.measured(found.remaining)} {unit} rms"
-    return [*([] if found.sense is None else [_sense_text(found.sense)]), *found.undetermined, left]
+    left = f"what is left after it: {_remaining(study, found.remaining)} rms"
+    return [*([] if found.sense is None else [_sense_text(study, *found.sense)]), *found.undetermined, left]
 
 
-def _sense_text(sense: tuple[int, float, float]) -> str:
-    value, left, opposite = sense
+def _remaining(study: TableStudy, size: float) -> str:
+    """A rest of a fit, of places over L where there are any."""
+    return numbers.error("total" if study.errors else "phase", size, study.scene.lengths)
+
+
+def _sense_text(study: TableStudy, value: int, *rests: float) -> str:
     name = "the scene's" if value > 0 else "opposite to the scene's"
-    return (
-        f"sense of rotation: {name} (leaves {numbers.measured(left)} rms, the other one {numbers.measured(opposite)})"
-    )
+    left, opposite = (_remaining(study, rest) for rest in rests)
+    return f"sense of rotation: {name} (leaves {left} rms, the other one {opposite})"
 
 
-def cause_line(cause: Cause) -> str:
+def cause_line(study: TableStudy, cause: Cause) -> str:
     """A cause with what it explains."""
-    without = ", ".join(
-        f"{name} is {numbers.measured(after)} instead of {numbers.measured(before)}"
-        for name, (before, after) in cause.explains.items()
-    )
+    without = ", ".join(f"{name} is {after} instead of {before}" for name, before, after in _explained(study, cause))
     return f"likely cause: {cause.text}; without it {without}"
+
+
+def _explained(study: TableStudy, cause: Cause) -> Iterator[tuple[str, str, str]]:
+    """Each error that a cause explains, as it is and without the cause."""
+    for name, (before, after) in cause.explains.items():
+        lengths = study.scene.lengths
+        yield name, numbers.error(name, before, lengths), numbers.error(name, after, lengths)
 
 
 # -- tables ----------------------------------------------------------------------------------------------------------
@@ -111,8 +121,7 @@ def errors_table(study: TableStudy) -> Table:
             if name in curves:
                 size, limit = curves[name].size, study.tolerance.get(name)
                 sizes = (numbers.measured(value) for value in (size.max, size.rms, size.final))
-                placed = name in ("total", "position")
-                shown = numbers.scaled(size.max, 1e3 * study.scene.lengths[point]) if placed else ""
+                shown = numbers.in_mm({point: size.max}, study.scene.lengths) if name in numbers.PLACES else ""
                 rows.append((point, name, *sizes, shown, "not judged" if limit is None else f"{limit:g}"))
     right = ("max", "rms", "final", "max [mm]")
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)
@@ -136,11 +145,7 @@ def _with_digits(value: float, error: float) -> str:
 
 
 def _causes_table(study: TableStudy) -> Table:
-    rows = [
-        (cause.text, name, numbers.measured(before), numbers.measured(after))
-        for cause in study.causes
-        for name, (before, after) in cause.explains.items()
-    ]
+    rows = [(cause.text, *explained) for cause in study.causes for explained in _explained(study, cause)]
     return table(("cause", "error", "as it is", "without the cause"), rows)
 
 

@@ -16,13 +16,14 @@ from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy, OwnRun
 from conrod.report.charts.own import model_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.numbers import SHOWN_UNITS, in_degrees, in_mm, measured, quantity, rounded
+from conrod.report.numbers import IN_MM, error, in_degrees, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
+from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
-RIGHT = ("steps/rev", "position", "position [mm]", *QUANTITIES[1:])
+RIGHT = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
 MM = 1e3
 TOLD_TOGETHER = 4
 # Lengths that leave more than this share of what the expected ones leave explain nothing.
@@ -61,8 +62,7 @@ def _judgement(study: ModelStudy) -> str:
         how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
         return f"{it_is}, but with its own settings it {how}."
     if over := study.exceeded():
-        found = ", ".join(f"{name} {measured(size)} > {measured(most)}" for name, (size, most) in over.items())
-        return f"{it_is}; its own settings are out of tolerance: {found}."
+        return f"{it_is}; its own settings are out of tolerance: {', '.join(exceeded_words(over))}."
     if study.own_run is not None and study.own_run.failed:
         return f"{it_is}, and goes through its turns where conrod drives it."
     return f"{it_is}; its own settings are {'within tolerance' if study.tolerance else 'measured, not judged'}."
@@ -98,7 +98,7 @@ def _crank_words(crank: CrankMotion) -> str:
 
 
 def _rpm(speed: float) -> str:
-    return quantity(SHOWN_UNITS["rad/s"][1] * speed, 5)
+    return in_shown_unit(speed, "rad/s", 5)[0]
 
 
 def _why_not(study: ModelStudy) -> str:
@@ -108,7 +108,7 @@ def _why_not(study: ModelStudy) -> str:
         return " and ".join([*branch, " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])])
     if branch and identity.closest is None:
         return branch[0]
-    off = f"its points are off by up to {measured(identity.largest)} of their travel"
+    off = f"its points are off by up to {with_mm(identity.off_by, study.scene.lengths)} of their travel"
     return "; ".join([*branch, off, *other_kinds(study)])
 
 
@@ -198,10 +198,7 @@ def other_kinds(study: ModelStudy) -> list[str]:
 def _paths(study: ModelStudy) -> Iterator[str]:
     """Comparison of the points' paths with the exact ones, and what explains the difference."""
     identity, shape, lengths = study.identity, study.model.touching, study.scene.lengths
-    off = ", ".join(
-        f"{name} {measured(size)} of its travel ({measured(MM * size * lengths[name])} mm)"
-        for name, size in identity.off_by.items()
-    )
+    off = ", ".join(f"{name} {with_mm({name: size}, lengths)} of its travel" for name, size in identity.off_by.items())
     yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
     if identity.rate_off is not None:
         with_found = " (with what was found)" if identity.explanations else ""
@@ -217,19 +214,19 @@ def _paths(study: ModelStudy) -> Iterator[str]:
 
 
 def _explained(study: ModelStudy) -> Iterator[str]:
-    identity = study.identity
+    identity, lengths = study.identity, study.scene.lengths
     if identity.other_branch:
         yield "it is on the other assembly branch; if its plane is to be seen from the other side, --plane says so"
     if identity.explanations:
         if (count := len(identity.explanations)) > 1:
             yield f"{count} explanations leave nothing; the paths cannot distinguish them"
         for one in identity.explanations[:TOLD_TOGETHER]:
-            yield f"{explanation(one)}; that leaves {measured(one.left)}"
+            yield f"{explanation(one)}; that leaves {with_mm(one.left, lengths)} of the travel"
     elif identity.closest is None:
         yield "all lengths are as expected"
     else:
         left = identity.closest.left
-        yield f"no lengths explain it: what comes nearest leaves {measured(left)} of the travel"
+        yield f"no lengths explain it: what comes nearest leaves {with_mm(left, lengths)} of the travel"
         if left < NEAREST * identity.largest:
             yield f"nearest: {explanation(identity.closest)}"
         yield from other_kinds(study)
@@ -318,7 +315,7 @@ def drive(study: ModelStudy) -> Iterator[str]:
         f"{measured(own.ripple)}, crank angle off the nominal by {in_degrees(own.phase)} deg"
     )
     if share is not None:
-        sizes = ", ".join(f"{name} {measured(size)}" for name, size in share.items())
+        sizes = ", ".join(f"{name} {error(name, size, study.scene.lengths)}" for name, size in share.items())
         yield f"with the solver tolerance at 0 the errors change by {sizes}: that is the drive's, not the model's"
     elif EXACT_SOLVER in study.runs:
         yield "what the drive changes is not known: a run did not complete"

@@ -178,7 +178,7 @@ def described(bench: Bench, request: Request) -> str:
     crank = driven_crank(model, request.crank)
     off = _speed_off(bench.run.states[:, model.nq + crank.rate], request.speed)
     name = name_or_number(model, "joint", crank.joint)
-    return f"a driven {sentence}; {name} turns at {request.speed:.4g} rad/s, kept to {100.0 * off:.2g} %"
+    return f"a driven {sentence}; {name} turns at {request.speed * 30.0 / math.pi:.4g} rpm, kept to {100.0 * off:.2g} %"
 
 
 # -- a crank that is driven -------------------------------------------------------------------------------------------

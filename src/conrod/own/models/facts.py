@@ -115,8 +115,8 @@ def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
     elif model.nu:
         found.append("with conrod's drive all controls are 0")
     if model.jnt_limited[joint]:
-        low, high = model.jnt_range[joint]
-        found.append(f"the crank has limits, {low:g} to {high:g} rad: the drive turns it through them")
+        low, high = np.degrees(model.jnt_range[joint])
+        found.append(f"the crank has limits, {low:g} to {high:g} deg: the drive turns it through them")
     for what, value in (("damping", model.dof_damping[dof]), ("friction", model.dof_frictionloss[dof])):
         size = float(abs(value).max())
         if size > 0.0:
@@ -135,14 +135,15 @@ def stops(model: mujoco.MjModel, crank: Crank, states: Array) -> tuple[str, ...]
     found = list[str]()
     limits_act = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_LIMIT
     for joint in np.flatnonzero(model.jnt_limited).tolist() if limits_act else ():
-        unit = {"hinge": "rad", "slide": "units of length"}.get(joint_kind(model, joint))
-        if unit is None:
+        known = {"hinge": ("deg", float(np.degrees(1.0))), "slide": ("units of length", 1.0)}
+        if (shown := known.get(joint_kind(model, joint))) is None:
             continue
-        low, high = (float(value) for value in model.jnt_range[joint])
-        way = states[:, model.jnt_qposadr[joint]]
+        unit, factor = shown
+        low, high = (factor * float(value) for value in model.jnt_range[joint])
+        way = factor * states[:, model.jnt_qposadr[joint]]
         # A crank may begin its turn at the lower of its limits.
         is_crank = joint == crank.joint
-        if high - low < TURN if is_crank else way.min() < low or way.max() > high:
+        if high - low < factor * TURN if is_crank else way.min() < low or way.max() > high:
             needs = "a full turn" if is_crank else f"{way.min():.6g} to {way.max():.6g}"
             name = name_or_number(model, "joint", joint)
             found.append(f"{name} is held to {low:.6g} to {high:.6g} {unit}, needs {needs}")

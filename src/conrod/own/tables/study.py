@@ -213,4 +213,4 @@ def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
         yield "no angular acceleration of the crank: accelerations are judged at none"
     rounding = EPS * abs(scene.speed) * float(np.abs(observed.times).max())
     if rounding > CLOCK_ROUNDING:
-        yield f"times this large leave the crank angle uncertain by {rounding:.1e} rad"
+        yield f"times this large leave the crank angle uncertain by {math.degrees(rounding):.1e} deg"

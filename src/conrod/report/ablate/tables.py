@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from conrod.engines.mobility import MobilityCount
 from conrod.report import numbers
@@ -53,8 +54,10 @@ def cost_text(cost: PairedTiming | None) -> str:
     return f"{ratio} ({low} .. {high})"
 
 
-def _change(change: Mapping[str, float] | None, quantity: str = POSITION) -> str:
-    return numbers.measured(None if change is None else change[quantity])
+def _change(
+    change: Mapping[str, float] | None, quantity: str = POSITION, lengths: Mapping[str, float] = MappingProxyType({})
+) -> str:
+    return numbers.error(quantity, None if change is None else change[quantity], lengths)
 
 
 # -- ingredients -----------------------------------------------------------------------------------------------------
@@ -131,8 +134,8 @@ def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
 # -- models ----------------------------------------------------------------------------------------------------------
 
 
-def models_table(found: EngineAblation) -> Table:
-    """A row for each model that was run."""
+def models_table(found: EngineAblation, lengths: Mapping[str, float]) -> Table:
+    """A row for each model that was run; L [m] by point."""
     head = ["model", "ended", "cost over minimal", *(f"{q} error" for q in QUANTITIES)]
     head += [*(f"change of {q}" for q in QUANTITIES), "torque error"]
     rows = [
@@ -140,8 +143,7 @@ def models_table(found: EngineAblation) -> Table:
             ROLES[variant.role].format(variant.ingredient),
             f"`{variant.outcome}`" + (f": {variant.reason}" if variant.reason else ""),
             cost_text(variant.cost),
-            *(_change(variant.errors, q) for q in QUANTITIES),
-            *(_change(variant.change, q) for q in QUANTITIES),
+            *(_change(size, q, lengths) for size in (variant.errors, variant.change) for q in QUANTITIES),
             numbers.measured(variant.torque_error),
         ]
         for variant in found.variants
@@ -158,8 +160,10 @@ def full_table(studies: Mapping[str, AblationStudy]) -> Table:
         for found in study.engines:
             minimal, full, cells = found.variant(Role.MINIMAL), found.variant(Role.FULL), [ABSENT] * 4
             if minimal and full:
-                errors = [_change(v.errors) if v.errors else f"`{v.outcome}`" for v in (minimal, full)]
-                cells = [cost_text(full.cost), _change(full.change), *errors]
+                errors = [
+                    _change(v.errors, lengths=study.lengths) if v.errors else f"`{v.outcome}`" for v in (minimal, full)
+                ]
+                cells = [cost_text(full.cost), _change(full.change, lengths=study.lengths), *errors]
             rows.append([f"[{name}]({name}.md)", engine_title(found.engine), *cells])
     return table(head, rows)
 

@@ -5,6 +5,7 @@ Runs on an axis that did not complete are marks at the top.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -159,7 +160,9 @@ def long_run_figure(runs: Sequence[LongRun]) -> Figure:
     left, right = (layout.axes(x, BOTTOM, wide, PANEL) for x in (LEFT, 2.0 * LEFT + wide))
     _history(left, runs, [(lambda mark: mark.closure, {})], "loop error since the mark before, / L")
     clock: dict[str, Any] = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
-    _history(right, runs, [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)], "phase error (rad)")
+    phases: list[tuple[Quantity, Any]] = [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)]
+    in_degrees = [(lambda m, of=of: math.degrees(of(m)), style) for of, style in phases]
+    _history(right, runs, in_degrees, "phase error [deg]")
     handles = [*preset_handles((run.engine, run.preset) for run in runs), Line2D([], [], label=CLOCK, **clock)]
     layout.legend(handles, 3, handlelength=3.0)
     return layout.figure

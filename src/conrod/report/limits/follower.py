@@ -56,8 +56,8 @@ def _flight_panel(axes: Axes, drawn: Sequence[tuple[FollowerFloat, GapCurve]]) -
         at, height = on_grid(np.degrees(gaps[:, 0]), 360.0), on_grid(1e3 * gaps[:, 1], span)
         axes.plot(at, height, markevery=(phase, MARKER_SPACING), **style)
     axes.set_xlim(angle[0] - BESIDE, angle[-1] + 2.0 * BESIDE)
-    axes.set_xlabel("crank angle (deg)")
-    axes.set_ylabel("gap between roller and cam (mm)")
+    axes.set_xlabel("crank angle [deg]")
+    axes.set_ylabel("gap between roller and cam [mm]")
     title = f"In flight: {curve.speed:g} times the float speed, {curve.steps_per_revolution} steps per revolution"
     axes.set_title(title, loc="left")
 
@@ -81,7 +81,7 @@ def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
     axes.set_yticks([NONE, 0.1, 1.0, 10.0, 100.0], ["none", "0.1", "1", "10", "100"])
     axes.minorticks_off()
     axes.set_xlabel("crank speed over the float speed")
-    axes.set_ylabel("longest flight (deg)")
+    axes.set_ylabel("longest flight [deg]")
     axes.set_title(f"{engine_title(own[0].engine)}: it flies (filled), or does not (open)", loc="left")
 
 
@@ -90,7 +90,7 @@ def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
 
 def onset_table(floats: Iterable[FollowerFloat]) -> Table:
     """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
-    head = (*WHO, "steps per revolution", "penetration (mm)", "onset / theory", "off")
+    head = (*WHO, "steps per revolution", "penetration [mm]", "onset / theory", "off")
     rows = [
         (
             *who(found),
@@ -119,9 +119,9 @@ def _onset_verdict(found: FollowerFloat) -> Cell:
 
 def flight_table(floats: Iterable[FollowerFloat]) -> Table:
     """Return a row for each flight beside the exact one."""
-    head = (*WHO, "speed / float speed", "steps per revolution", "ended", "exact gap (mm)", "measured, off by")
+    head = (*WHO, "speed / float speed", "steps per revolution", "ended", "exact gap [mm]", "measured, off by")
     rows = [(*who(found), *_flight(flight)) for found in floats for flight in found.flights]
-    return table((*head, "exact landing (deg)", "measured minus exact"), rows)
+    return table((*head, "exact landing [deg]", "measured minus exact [deg]"), rows)
 
 
 def _flight(flight: ComparedFlight) -> tuple[str, ...]:
@@ -133,7 +133,7 @@ def _flight(flight: ComparedFlight) -> tuple[str, ...]:
         numbers.MISSING if exact is None else numbers.quantity(1e3 * exact.gap),
         _share(flight.gap_error),
         numbers.MISSING if exact is None else f"{math.degrees(exact.landing):.2f}",
-        numbers.MISSING if off is None else f"{math.degrees(off):+.3f} deg",
+        numbers.MISSING if off is None else f"{math.degrees(off):+.3f}",
     )
 
 

@@ -305,7 +305,8 @@ def long_run_table(runs: Iterable[LongRun]) -> Table:
         last: Mark | None = run.marks[-1] if run.marks else None
         failed = last is not None and run.outcome != "completed"
         ended = f"{run.outcome} after {numbers.quantity(last.revolution)}" if failed and last else run.outcome
-        sizes = [None] * 4 if last is None else [run.marks[0].closure, last.closure, last.phase, last.clock]
+        gaps, phases = ([], []) if last is None else ([run.marks[0].closure, last.closure], [last.phase, last.clock])
         steps = str(run.steps_per_revolution), numbers.quantity(run.revolutions)
-        rows.append((*who(run), *steps, ended, *map(numbers.measured, sizes)))
-    return table((*head, "phase at the end (rad)", "of a clock that sums its steps (rad)"), rows)
+        sizes = [*map(numbers.measured, gaps), *map(numbers.in_degrees, phases)] or [numbers.MISSING] * 4
+        rows.append((*who(run), *steps, ended, *sizes))
+    return table((*head, "phase at the end [deg]", "of a clock that sums its steps [deg]"), rows)

@@ -31,7 +31,7 @@ QUANTITY, ALLOWED = "position", 1e-6  # that presets and knobs are compared at
 STEPS = "steps per revolution"
 COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
 CHEAPEST_HEAD = ["within", "engine", "cheapest settings", STEPS, "error", *COST_HEAD]
-FRONT_HEAD = ["point", "setting", "steps/rev", "position", "<= [mm]", "velocity", "accel.", "ms/rev", "ratio"]
+FRONT_HEAD = ["point", "setting", "steps/rev", "position", "[mm]", "velocity", "accel.", "ms/rev", "ratio"]
 RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
 
 
@@ -69,19 +69,14 @@ def fronts_table(study: SweepStudy) -> Table:
         ]
         for point, fronts in front_points(study)
     ]
-    head = ["point", "engine", "settings", STEPS, "position error", "at most [mm]", "velocity error"]
+    head = ["point", "engine", "settings", STEPS, "position error", "position [mm]", "velocity error"]
     head += ["acceleration error", *COST_HEAD]
     return table([*head, "on the front for"], rows, right=head[3:])
 
 
 def _errors(study: SweepStudy, point: SweptPoint) -> list[str]:
     position, *others = (numbers.measured(point.error(quantity)) for quantity in QUANTITIES)
-    return [position, _at_most(study, point), *others]
-
-
-def _at_most(study: SweepStudy, point: SweptPoint) -> str:
-    """The position error in mm, at most: it is saved as the largest over L of all points, whose lengths differ."""
-    return numbers.in_mm(dict.fromkeys(study.lengths, point.error(QUANTITY)), study.lengths)
+    return [position, numbers.in_mm(point.error(QUANTITY), study.lengths), *others]
 
 
 def _costs(point: SweptPoint) -> list[str]:
@@ -103,8 +98,7 @@ def cheapest_rows(study: SweepStudy, quantity: str, tolerances: Sequence[float])
                 choice = [f"none of the grid; the least error is {least}", *[numbers.MISSING] * 4]
             else:
                 choice = [f"{rule_of(best)} ({best.label})", str(best.steps_per_revolution)]
-                shown = f" (<= {_at_most(study, best)} mm)" if quantity == QUANTITY and study.lengths else ""
-                choice += [numbers.measured(best.error(quantity)) + shown, *_costs(best)]
+                choice += [numbers.error(quantity, best.error(quantity), study.lengths), *_costs(best)]
             rows.append([tolerance(allowed), engine_title(engine), *choice])
     return rows
 

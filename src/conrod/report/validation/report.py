@@ -113,6 +113,8 @@ def _page(part: Part[SceneStudy]) -> Page:
     figures = _figures(study, part.options.get("figures", FIGURE_NAMES))
     printed = next((r.printed for r in study.results if r.printed is not None), None)
     whole, last = _stretch(scene, runs[0].revolutions) if runs else ("", "")
+    lift = follower_lift(scene.kinematics)
+    full_lift = lift.full if lift else None
     points = [(p, tables.peaks_table(study, p), tables.errors_table(study, p)) for p in scene.lengths] if runs else []
     text = rendered(
         "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures, whole=whole,
@@ -121,8 +123,8 @@ def _page(part: Part[SceneStudy]) -> Page:
         one_pass=scene.kinematics.mechanism.driver.span is not None, kinematic=tables.kinematic_table(study),
         refined=any(run.refinement for run in runs), points=points, orders=tables.orders_table(study),
         closure=tables.closure_table(study), prediction=tables.prediction_table(study), printed=printed,
-        printed_table=tables.printed_table(study), contact=tables.contact_table(study),
-        lift=_lift(scene) if has_contact else "", breaks=_breaks(scene),
+        printed_table=tables.printed_table(study), contact=tables.contact_table(study, full_lift),
+        full_lift=full_lift, breaks=_breaks(scene),
         cam=scene if isinstance(scene, CamFollower) else None, tolerances=tables.tolerances_table(study),
         settings=tables.settings_tables(study, has_contact),
     )  # fmt: skip
@@ -141,14 +143,6 @@ def _stretch(scene: Scene, revolutions: float) -> tuple[str, str]:
 def _breaks(scene: Scene) -> str:
     """Crank angles [deg] where the acceleration or the jerk jumps."""
     return ", ".join(numbers.quantity(float(np.degrees(a))) for a in scene.break_angles())
-
-
-def _lift(scene: Scene) -> str:
-    """The full lift of a cam; empty where there is none."""
-    if isinstance(scene, CamFollower):
-        return f"Full lift: {numbers.quantity(1e3 * scene.full_lift)} mm."
-    lift = follower_lift(scene.kinematics)
-    return f"Full lift: {numbers.quantity(1e3 * lift.full)} mm." if lift else ""
 
 
 # -- the index -------------------------------------------------------------------------------------------------------

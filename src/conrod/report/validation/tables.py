@@ -20,7 +20,6 @@ from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MEASURES = ("max", "rms", "final")
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
-IN_MM = "position [mm]"
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
 
 
@@ -39,7 +38,7 @@ def verdicts_table(studies: Sequence[SceneStudy], order: Callable[[float | None]
     columns: dict[str, Callable[[ValidationResult], str]] = {
         "steps/rev": lambda r: str(r.steps_per_revolution or ""),
         "position": partial(_largest, quantity="position"),
-        IN_MM: lambda r: millimetres(r, lengths[r.scene]),
+        numbers.IN_MM: lambda r: millimetres(r, lengths[r.scene]),
         **{q: partial(_largest, quantity=q) for q in QUANTITIES[1:]},
         "order x, v, a": orders,
     }
@@ -77,14 +76,13 @@ def _table(
 
 def errors_table(study: SceneStudy, point: str) -> Table:
     """Max, rms and final value of each error of a point."""
-    places, length = ("position", "total"), 1e3 * study.scene.lengths[point]
     head = [f"{q}: max, rms, final" for q in (*QUANTITIES, "total")]
-    head += [f"{q} [mm]: max, rms, final" for q in places]
+    head += [f"{q}: max, rms, final [mm]" for q in numbers.PLACES]
 
     def cells(run: ValidationResult) -> list[str]:
-        sizes = (run.errors or {})[point]
+        sizes, of = (run.errors or {})[point], {point: study.scene.lengths[point]}
         over = [_sizes(sizes.get(q), numbers.measured) for q in (*QUANTITIES, "total")]
-        return [*over, *(_sizes(sizes.get(q), lambda share: numbers.scaled(share, length)) for q in places)]
+        return [*over, *(_sizes(sizes.get(q), partial(numbers.in_mm, lengths=of)) for q in numbers.PLACES)]
 
     return _table(study, "errors", head, cells)
 
@@ -94,18 +92,20 @@ def _sizes(size: Mapping[str, float] | None, shown: Callable[[float], str]) -> s
 
 
 def peaks_table(study: SceneStudy, point: str) -> Table:
-    """L and the exact peaks of a point, in mm, beside what velocity and acceleration are divided by."""
+    """L and the exact peaks of a point, beside what velocity and acceleration are divided by."""
     length, speed = study.scene.lengths[point], abs(study.scene.speed)
     turn = np.linspace(*study.scene.kinematics.span, 7201)
     exact = study.scene.motion(turn, study.scene.speed).point(point)
-    velocity, acceleration = (
-        numbers.quantity(1e3 * float(np.linalg.norm(values, axis=1).max()))
-        for values in (exact.velocity, exact.acceleration)
-    )
+
+    def row(quantity: str, unit: str, divisor: str, size: float) -> tuple[str, str, str]:
+        peak = float(np.linalg.norm(getattr(exact, quantity), axis=1).max())
+        shown = (" ".join(numbers.in_shown_unit(value, unit, 4)) for value in (size, peak))
+        return quantity, f"{divisor} = {next(shown)}", next(shown)
+
     rows = [
-        ("position", f"L = {numbers.quantity(1e3 * length)} mm", "-"),
-        ("velocity", f"ω L = {numbers.quantity(1e3 * speed * length)} mm/s", f"{velocity} mm/s"),
-        ("acceleration", f"ω² L = {numbers.quantity(1e3 * speed**2 * length)} mm/s²", f"{acceleration} mm/s²"),
+        (*row("position", "m", "L", length)[:2], "-"),
+        row("velocity", "m/s", "ω L", speed * length),
+        row("acceleration", "m/s^2", "ω² L", speed**2 * length),
     ]
     return table(("exact motion", "errors are divided by", "exact peak"), rows)
 
@@ -117,11 +117,12 @@ def orders_table(study: SceneStudy) -> Table:
         "quantity",
         lambda _: QUANTITIES,
         lambda _, point, quantity: getattr(point, quantity),
-        _order,
+        partial(_order, lengths=study.scene.lengths),
+        partial(numbers.error, lengths=study.scene.lengths),
     )
 
 
-def _order(run: ValidationResult, quantity: str) -> str:
+def _order(run: ValidationResult, quantity: str, lengths: Mapping[str, float]) -> str:
     """The claimed order, or what the errors do instead."""
     claimed = None if run.order is None else run.order.get(quantity)
     if claimed is not None:
@@ -131,19 +132,18 @@ def _order(run: ValidationResult, quantity: str) -> str:
         return numbers.MISSING
     pairs = [p for p in observed_order([n for n, _ in stable], [e for _, e in stable]).pairs if p is not None]
     if stable[-1][1] < numbers.ROUNDING or (pairs and max(pairs[-2:]) <= PAIRS_AGREE):
-        return f"none: plateau at {numbers.measured(stable[-1][1])}"
+        return f"none: plateau at {numbers.error(quantity, stable[-1][1], lengths)}"
     return "none claimed: pairs " + ", ".join(f"{round(p, 1) + 0.0:.1f}" for p in pairs)
 
 
 def closure_table(study: SceneStudy) -> Table:
     """Closure, phase and drive of every run."""
     head = ["gap, max / L", "gap rate, max / (ω L)", "gap acceleration, max / (ω² L)", "gap [mm]"]
-    head += ["phase [deg], max", "final"]
+    head += ["phase [deg], max", "final", "speed ripple", "angular acceleration / ω²"]
     longest = {"gap": max(study.scene.lengths.values())}
-    head += ["speed ripple", "angular acceleration / ω²"]
 
     def cells(r: ValidationResult) -> list[str]:
-        gap = numbers.in_mm({"gap": (r.closure or {}).get("position")}, longest)
+        gap = numbers.in_mm((r.closure or {}).get("position"), longest)
         phase = [numbers.in_degrees((r.phase or {}).get(measure)) for measure in ("max", "final")]
         return [*_values(r.closure, QUANTITIES), gap, *phase, *_values(r.drive, ("speed", "acceleration"))]
 
@@ -153,12 +153,21 @@ def closure_table(study: SceneStudy) -> Table:
 def prediction_table(study: SceneStudy) -> Table:
     """Errors predicted from the joints alone, beside the measured ones."""
     head = [f"{q}: measured, predicted, difference" for q in QUANTITIES]
-    return _table(study, "prediction", head, lambda r: [", ".join(_predicted(r, q)) for q in QUANTITIES])
+    head += ["position: measured, predicted, difference [mm]"]
+
+    def cells(run: ValidationResult) -> list[str]:
+        found = [_predicted(run, q) for q in QUANTITIES]
+        shown = [[numbers.measured(size) for size in sizes] for sizes in found]
+        lengths = study.scene.lengths
+        in_mm = [millimetres(run, lengths), *(numbers.in_mm(size, lengths) for size in found[0][1:])]
+        return [", ".join(sizes) for sizes in (*shown, in_mm)]
+
+    return _table(study, "prediction", head, cells)
 
 
-def _predicted(run: ValidationResult, quantity: str) -> list[str]:
-    found = None if run.prediction is None else run.prediction[quantity]
-    return [_largest(run, quantity), *_values(found, ("predicted", "difference"))]
+def _predicted(run: ValidationResult, quantity: str) -> list[float | None]:
+    found = (run.prediction or {})[quantity]
+    return [run.largest(quantity), found.get("predicted"), found.get("difference")]
 
 
 def _values(values: Mapping[str, float | None] | None, names: tuple[str, ...]) -> list[str]:
@@ -167,14 +176,16 @@ def _values(values: Mapping[str, float | None] | None, names: tuple[str, ...]) -
 
 def kinematic_table(study: SceneStudy) -> Table:
     """Kinematic mode: the proof of the model."""
-    head = ["engine", "position error / L, max", IN_MM, "velocity error / (ω L), max", "gap / L, max"]
-    head += ["position allowed", "velocity allowed", "because", "verdict"]
+    head = ["engine", "position error / L, max", numbers.IN_MM, "velocity error / (ω L), max", "gap / L, max"]
+    head += ["gap [mm]", "position allowed", "velocity allowed", "because", "verdict"]
+    lengths = study.scene.lengths
+    longest = {"gap": max(lengths.values())}
     rows = [
         (
-            engine_title(r.engine),
-            *(_largest(r, "position"), millimetres(r, study.scene.lengths), _largest(r, "velocity")),
+            *(engine_title(r.engine), _largest(r, "position"), millimetres(r, lengths), _largest(r, "velocity")),
             *_values(r.closure, ("position",)),
-            *(numbers.measured(allowed) for allowed in (r.tolerance.position, r.tolerance.velocity)),
+            numbers.in_mm((r.closure or {}).get("position"), longest),
+            *(numbers.error(q, getattr(r.tolerance, q), lengths) for q in ("position", "velocity")),
             r.tolerance.reason,
             verdict_cell(r),
         )
@@ -186,23 +197,13 @@ def kinematic_table(study: SceneStudy) -> Table:
 
 def tolerances_table(study: SceneStudy) -> Table:
     """The errors allowed in dynamic mode, and why."""
-    head = [
-        "engine",
-        "preset",
-        "position",
-        "velocity",
-        "acceleration",
-        "total",
-        "velocity, rms",
-        "phase [rad]",
-        "because",
-    ]
     rows = []
     for r in dynamic(study):
         unsupported = r.outcome == Outcome.UNSUPPORTED.slug
         because = r.tolerance.reason or ("unsupported" if unsupported else "not judged")
-        rows.append((*name_of(r), *(numbers.measured(getattr(r.tolerance, n)) for n in JUDGED), because))
-    return table(head, rows)
+        allowed = (numbers.error(name, getattr(r.tolerance, name), study.scene.lengths) for name in JUDGED)
+        rows.append((*name_of(r), *allowed, because))
+    return table(["engine", "preset", *(name.replace("_", ", ") for name in JUDGED), "because"], rows)
 
 
 def printed_table(study: SceneStudy) -> Table:
@@ -215,13 +216,15 @@ def printed_table(study: SceneStudy) -> Table:
     return _table(study, "printed", ["cells met", "largest distance from a print [last printed units]"], cells)
 
 
-def contact_table(study: SceneStudy) -> Table:
-    """Lift and rms errors of a cam's follower."""
-    head = ["lift error / lift", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]
-    rms = ("velocity", "acceleration")
-    return _table(
-        study, "errors", head, lambda r: [numbers.measured(r.lift_error), *(_largest(r, q, "rms") for q in rms)]
-    )
+def contact_table(study: SceneStudy, lift: float | None) -> Table:
+    """Lift and rms errors of a cam's follower; full lift [m], of one that rises and falls."""
+    head = ["lift error / lift", "lift error [mm]", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]
+
+    def cells(run: ValidationResult) -> list[str]:
+        in_mm = numbers.in_mm(run.lift_error, {} if lift is None else {"lift": lift})
+        return [numbers.measured(run.lift_error), in_mm, *(_largest(run, q, "rms") for q in QUANTITIES[1:])]
+
+    return _table(study, "errors", head, cells)
 
 
 # -- settings --------------------------------------------------------------------------------------------------------

@@ -265,7 +265,7 @@ ROWS = (
         text=lambda setup, value: f"{round(value)} steps",
     ),
     Axis(
-        "speed", "Crank speed at a fixed step of 0.6 ms", "crank speed (rpm)", Scale.LOG, _at_speed,
+        "speed", "Crank speed at a fixed step of 0.6 ms", "crank speed [rpm]", Scale.LOG, _at_speed,
         1.0, 50000.0, (1.0, 50000.0), ends=lambda setup: ((1.0, min(50000.0, STEPS_AT_ONE_RPM / setup.fewest_steps)),),
         text=lambda setup, value: f"{_existing_speed(value):.4g} rpm ({_steps_at(value)} steps)",
         nearest=_existing_speed,
@@ -312,7 +312,7 @@ ROWS = (
         text=lambda setup, value: "single precision" if value else "double precision",
     ),
     Axis(
-        "start-pose", "Start pose", "crank angle at the start (deg)", Scale.LISTED,
+        "start-pose", "Start pose", "crank angle at the start [deg]", Scale.LISTED,
         lambda setup, value: setup.run(start_angle=math.radians(value)),
         lacks=_one_pass("from its start"), values=_starts, text=_start,
     ),
@@ -327,14 +327,14 @@ ROWS = (
         0.2, 5.0, (0.01, 100.0), no_float, text=lambda setup, value: f"{value:.4g} x the float speed",
     ),
     Axis(
-        "flank-radius", "Flank radius towards its minimum", "flank radius over the least one (mm)", Scale.LOG,
+        "flank-radius", "Flank radius towards its minimum", "flank radius over the least one [mm]", Scale.LOG,
         lambda setup, value: setup.run_of(with_flank(setup, value)),
         45.5, LEAST_EXCESS, (LEAST_EXCESS, 1000.0), no_flank,
         ends=lambda setup: ((flank_excess(setup), LEAST_EXCESS),),
         text=lambda setup, value: f"{value:.3g} mm over the least" if value > ONE_CIRCLE else "the least: one circle",
     ),
     Axis(
-        "nose-radius", "Nose radius towards zero", "nose radius (mm)", Scale.LOG,
+        "nose-radius", "Nose radius towards zero", "nose radius [mm]", Scale.LOG,
         lambda setup, value: setup.run_of(with_nose(setup, value)),
         29.0, 0.01, (0.001, 1e6), no_such_cam,
         ends=lambda setup: ((setup.scene.parameters["nose_radius"] / MM, 0.01),),

@@ -1,0 +1,151 @@
+"""Errors in mm beside those over L: every table that has both is computed anew from a distance planted on a known L."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from handmade import handmade_sweep
+
+from conrod.report import free_motion, numbers, trajectory
+from conrod.report.ablate.tables import models_table
+from conrod.report.results import verdict_words
+from conrod.report.sweep.tables import cheapest_table, front_table, fronts_table
+from conrod.report.table import Table, table, text_of
+from conrod.report.validation import tables
+from conrod.scenes import SCENES
+from conrod.studies.free_motion.results import StepPoint
+from conrod.studies.validation.results import RefinementPoint, SceneStudy, Tolerance, ValidationResult
+from tests.report.test_frame import study as free_motion_study
+from tests.report.test_report import a_result
+from tests.support.ablations import engine_study
+from tests.support.table_files import exact_table, judged
+
+# 0.0095 mm: one per cent more or less would be written 0.0096 or 0.0094.
+OFF, SHOWN = 9.5e-6, "0.0095"
+# By hand: a cam of base 36, nose 29 and centre distance 80 mm lifts by 73 mm; the stroke of the saw's slider.
+LIFT = 0.080 + 0.029 - 0.036
+STROKE = math.sqrt(0.4**2 - 0.09**2) - math.sqrt(0.2**2 - 0.09**2)
+LENGTHS = {"cam-follower": LIFT, "saw-500rpm": STROKE}  # the largest L of each
+
+
+def planted(name: str, preset: str | None = "tuned") -> ValidationResult:
+    """A run every point of which is off by `OFF`, always; what is over all points is over the largest L."""
+    known, lengths = OFF / LENGTHS[name], SCENES[name].lengths
+    rates = {q: dict.fromkeys(tables.MEASURES, 0.5) for q in ("velocity", "acceleration")}
+    errors = {p: rates | {q: dict.fromkeys(tables.MEASURES, OFF / lengths[p]) for q in numbers.PLACES} for p in lengths}
+    return replace(
+        a_result(name, preset=preset),
+        mode="dynamic" if preset else "kinematic",
+        errors=errors,
+        closure={"position": known, "velocity": 0.5, "acceleration": 0.5},
+        prediction={q: {"predicted": known, "difference": known} for q in tables.QUANTITIES},
+        tolerance=Tolerance(position=known, total=known, velocity=0.5, reason="planted"),
+        refinement=tuple(RefinementPoint(n, "completed", known, 0.5, 0.5) for n in (125, 250, 500, 1000)),
+        order=dict.fromkeys(tables.QUANTITIES),
+        lift_error=OFF / LIFT,
+    )
+
+
+@cache
+def _validation(name: str) -> SceneStudy:
+    return SceneStudy(name, SCENES[name], (planted(name), planted(name, None)))
+
+
+def of_validation(name: str) -> Iterator[Table]:
+    study = _validation(name)
+    yield from (tables.verdicts_table([study]), tables.orders_table(study), tables.closure_table(study))
+    yield from (tables.prediction_table(study), tables.kinematic_table(study), tables.tolerances_table(study))
+    yield from (tables.errors_table(study, point) for point in study.scene.lengths)
+    yield tables.contact_table(study, LIFT)
+
+
+def of_free_motion(name: str) -> Iterator[Table]:
+    study = free_motion_study(name, OFF / LENGTHS[name])
+    point = StepPoint(0.001, "completed", OFF / LENGTHS[name], 0.5)
+    study = replace(study, results=tuple(replace(r, refinement=(point,)) for r in study.results))
+    yield from (free_motion.verdicts_table([study]), free_motion.steps_table(study))
+
+
+def of_sweep(name: str) -> Iterator[Table]:
+    errors = {"position": OFF / LENGTHS[name], "velocity": 0.5, "acceleration": 0.5}
+    study = handmade_sweep()
+    points = (replace(p, errors=p.errors and errors) for p in study.points)
+    study = replace(study, points=tuple(points), lengths=SCENES[name].lengths)
+    yield from (front_table(study), fronts_table(study), cheapest_table(study, ["position"]))
+
+
+def of_ablate(name: str) -> Iterator[Table]:
+    study = engine_study()
+    sizes = dict.fromkeys(("position", "velocity", "acceleration"), OFF / LENGTHS[name])
+    runs = (replace(v, errors=v.errors and sizes, change=v.change and sizes) for v in study.variants)
+    yield models_table(replace(study, variants=tuple(runs)), SCENES[name].lengths)
+
+
+def of_own_table(name: str) -> Iterator[Table]:
+    """The exact motion in a table, moved by `OFF` along x."""
+    columns = {n: v + OFF * n.endswith(".x") for n, v in exact_table(SCENES[name]).items()}
+    with TemporaryDirectory() as folder:
+        study = judged(columns, SCENES[name], Path(folder))
+    line = trajectory.figure_line(study)
+    yield from (trajectory.errors_table(study), table(("line",), [[line]]))
+
+
+def in_mm(table: Table) -> Iterator[str]:
+    """All numbers of a table that are in mm; what a velocity has not, `n/a`, is none."""
+    for row in table.rows:
+        for heading, cell in zip(table.headings, map(text_of, row), strict=True):
+            found = re.findall(r"[\d.]\S*", cell) if "[mm]" in heading else re.findall(r"(\S+) mm\b", cell)
+            yield from (number.strip("(,)") for number in found)
+
+
+KINDS = (of_validation, of_free_motion, of_sweep, of_ablate, of_own_table)
+
+
+def check(tables_of: Callable[[str], Iterator[Table]], name: str) -> None:
+    """Every number in mm is the distance that was planted, and every table has some."""
+    for shown in tables_of(name):
+        found = list(in_mm(shown))
+        assert found, shown.headings
+        assert set(found) == {SHOWN}, shown.headings
+
+
+@pytest.mark.parametrize("name", LENGTHS)
+@pytest.mark.parametrize("tables_of", KINDS)
+def test_every_table_shows_the_planted_distance(tables_of: Callable[[str], Iterator[Table]], name: str) -> None:
+    check(tables_of, name)
+
+
+@pytest.mark.parametrize("wrong", [1.01, 0.99, 1e3, 1e-3])
+@pytest.mark.parametrize("tables_of", KINDS)
+def test_a_wrong_factor_is_caught(
+    tables_of: Callable[[str], Iterator[Table]], wrong: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right = numbers.scaled
+    monkeypatch.setattr(numbers, "scaled", lambda value, factor: right(value, wrong * factor))
+    with pytest.raises(AssertionError):
+        check(tables_of, "saw-500rpm")
+
+
+def test_a_largest_error_of_points_of_several_lengths_is_at_most_that_of_the_longest() -> None:
+    lengths = {"A": 0.1, "B": 0.2}
+    assert numbers.with_mm({"A": 0.03, "B": 0.01}, lengths) == "0.030 (3.0 mm)"
+    assert numbers.with_mm(0.03, lengths) == "0.030 (<= 6.0 mm)"
+    assert numbers.with_mm(0.03, {"A": 0.1}) == "0.030 (3.0 mm)"
+    assert numbers.with_mm(1e-14, lengths) == "< 1e-12 (< 2e-10 mm)"
+    assert numbers.with_mm(0.03, {}) == "0.030"
+    assert (numbers.with_mm(None, lengths), numbers.with_mm(math.nan, lengths)) == ("n/a", "not finite")
+
+
+def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
+    run = replace(planted("saw-500rpm"), tolerance=Tolerance(phase=math.radians(1.0)), phase={"max": math.radians(2.0)})
+    study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.judged(),))
+    assert verdict_words(study.results[0]) == "OUT OF TOLERANCE: phase 2.0 deg > 1.0 deg"
+    (row,) = tables.tolerances_table(study).rows
+    assert row[-2] == "1.0 deg"
