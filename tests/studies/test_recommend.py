@@ -249,6 +249,29 @@ def test_the_shipped_sweeps_save_nearly_all_runs_and_lose_little() -> None:
     assert "--thorough makes 360" in answer.how
 
 
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+@pytest.mark.parametrize(("position", "vertices"), [(2e-4, 250), (2e-5, 1000)])
+def test_a_cam_gets_no_more_vertices_than_it_needs(engine: str, position: float, vertices: int) -> None:
+    """They are most of what a step with contact costs; a table of the presets alone has 4000."""
+
+    def vertices_of(cell: RunCase) -> int:
+        return int(cell.settings.as_dict()["cam_vertices"])
+
+    def error(cell: RunCase) -> float:
+        return 4e3 / cell.settings.steps_per_revolution**2 + 3.0 / vertices_of(cell) ** 2
+
+    def asked(prior: Mapping[str, Any]) -> int:
+        runs = PretendedRuns(error, lambda cell: per_step(cell) * (1.5 + 1e-3 * vertices_of(cell)))
+        (answer,) = pursue(recommend_for(cam, {"position": position}, runs.time, prior), runs.run)
+        return vertices_of(answer.choice.case)
+
+    cam = plan_sweep("cam-follower", SCENES["cam-follower"], [engine_named(engine)], "default")
+    swept = shipped()["cam-follower"]
+    presets = {"steps": swept["steps"], engine: dict(list(swept[engine].items())[:2])}
+    assert asked(shipped()) == vertices
+    assert asked({"cam-follower": presets}) == 4000
+
+
 @pytest.mark.parametrize("decibels", [-20, 20])
 @pytest.mark.parametrize("cost", [0.01, 100.0])
 def test_a_table_that_is_wrong_by_a_hundredfold_breaks_no_promise(decibels: int, cost: float) -> None:

@@ -76,6 +76,6 @@ def plain(settings: object) -> dict[str, Any]:
         if type(value) is tuple:
             values[name] = list(value)
     for name, before in LATER_FIELDS.items():
-        if values.get(name) == before:
+        if name in values and values[name] == before:
             del values[name]
     return values

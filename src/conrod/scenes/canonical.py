@@ -28,16 +28,17 @@ def canonical(values: Any) -> str:
 
 
 def _as_python_writes(value: Any) -> Any:
+    """The value itself, unless it holds a float that msgspec writes in another way."""
     kind = type(value)
     if kind is dict:
-        written = value.copy()
+        other = {}
         for name, one in value.items():
             if (kind := type(one)) is float:
                 if one and not LEAST <= one < MOST:
-                    written[name] = _as_python_writes(one)
-            elif kind not in _SAME:
-                written[name] = _as_python_writes(one)
-        return written
+                    other[name] = _as_python_writes(one)
+            elif kind not in _SAME and (written := _as_python_writes(one)) is not one:
+                other[name] = written
+        return value | other if other else value
     if isinstance(value, list | tuple):
         return [_as_python_writes(one) for one in value]
     if isinstance(value, float) and value and not LEAST <= abs(value) < MOST:

@@ -155,17 +155,14 @@ def _loop_grid(grid: Grid) -> Sequence[Knobs]:
 
 def _contact_grid(grid: Grid) -> Sequence[Knobs]:
     stock, tuned = ContactKnobs(stabilisation=STOCK_CONSTANT, impedance="0.9 to 0.95"), ContactKnobs()
+    # A contact costs by the vertices of its cam, a step of few of them a third.
+    presets = [stock, tuned, *(replace(tuned, vertices=n) for n in (250, 1000))]
     if grid == "coarse":
-        return (stock, tuned)
+        return presets
     constants = (STOCK_CONSTANT, "2 h", "4 h", "T/1000") + (("8 h", "T/100") if grid == "fine" else ())
-    found = [stock, tuned]
-    found += [
-        ContactKnobs(*knobs) for knobs in product(("Euler", "implicitfast", "RK4"), constants, CONTACT_IMPEDANCES)
-    ]
-    found += [replace(tuned, vertices=n) for n in (250, 1000)]
+    found = [ContactKnobs(*knobs) for knobs in product(("Euler", "implicitfast", "RK4"), constants, CONTACT_IMPEDANCES)]
     found += [replace(tuned, solver=s, iterations=k) for s, k in (("PGS", 10), ("CG", 10), ("Newton", 1))]
-    found += [replace(tuned, tolerance=STOCK_TOLERANCE)]
-    return found
+    return [*presets, *found, replace(tuned, tolerance=STOCK_TOLERANCE)]
 
 
 def _regularisation(text: str) -> str:

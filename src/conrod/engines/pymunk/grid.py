@@ -91,12 +91,12 @@ def _joint_grid(grid: Grid) -> Sequence[JointKnobs]:
 
 def _contact_grid(grid: Grid) -> Sequence[ContactKnobs]:
     tuned = ContactKnobs()
-    presets = (ContactKnobs("stock", "stock", "10"), tuned)
+    presets = (ContactKnobs("stock", "stock", "10"), tuned, *(replace(tuned, vertices=n) for n in (250, 1000)))
     if grid == "coarse":
         return presets
     counts = ("1", "10", AS_TUNED) + (("100",) if grid == "fine" else ())
     found = [ContactKnobs(*knobs) for knobs in product(("stock", "0", AS_TUNED), ("stock", "0"), counts)]
-    return [*presets, *found, *(replace(tuned, vertices=n) for n in (250, 1000))]
+    return [*presets, *found]
 
 
 def _iterations(text: str) -> str:

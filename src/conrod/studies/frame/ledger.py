@@ -102,7 +102,7 @@ class Ledger:
             found = self._connection.execute(
                 "SELECT key, outcome, allowed FROM runs WHERE allowed IS NOT NULL"
             ).fetchall()
-        wanted = set(keys)
+        wanted = set(keys) if found else ()
         return {key: (outcome, allowed) for key, outcome, allowed in found if key in wanted}
 
     def measurement(self, key: str) -> Measurement | None:
