@@ -9,7 +9,7 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
-from conrod.runs.comparison import signed_error
+from conrod.runs.comparison import ExactMotions
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.forces.exact import tolerance_of
 
@@ -34,7 +34,7 @@ def test_a_pushed_followers_velocity_belongs_to_its_sample() -> None:
     run = whole_run(made, scene, made.presets["tuned"](scene, 4000), 1.0)
     ((name, tracks),) = run.points.items()
     at = tracks.velocity.instants
-    off = signed_error(tracks.velocity, scene, name, "velocity")
+    off = ExactMotions(scene).error(tracks.velocity, name, "velocity")
     exact = scene.motion(at.angle, at.rate, at.acceleration).point(name).acceleration
     axis = int(np.abs(exact).sum(axis=0).argmax())
     pushed = exact[:, axis] > 0.0

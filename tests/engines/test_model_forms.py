@@ -22,7 +22,7 @@ from conrod.engines.pymunk import space as pymunk_space
 from conrod.engines.pymunk.space import build as build_space
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import ConstantForce, ObservedPoint
-from conrod.runs.comparison import predicted_errors, signed_error
+from conrod.runs.comparison import ExactMotions, predicted_errors
 from conrod.runs.convergence import observed_order
 
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -123,7 +123,7 @@ def test_the_error_told_from_the_gaps_is_the_measured_one(engine: str, scene: An
     for k, quantity in enumerate(QUANTITIES):
         remainder = found.worst("position") * max(found.worst("position"), found.worst(quantity))
         for name, tracks in trajectory.points.items():
-            error = signed_error(getattr(tracks, quantity), scene, name, quantity)
+            error = ExactMotions(scene).error(getattr(tracks, quantity), name, quantity)
             off = np.linalg.norm(error - told[name][quantity], axis=1).max()
             assert off / (scene.lengths[name] * abs(scene.speed) ** k) <= 3.0 * remainder + 1e-13
 

@@ -27,7 +27,7 @@ from conrod import Comparison, Outcome, compare
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
-from conrod.runs.comparison import predicted_errors, signed_error
+from conrod.runs.comparison import ExactMotions, predicted_errors
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import BodyTracks
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
@@ -380,7 +380,7 @@ def largest_difference(scene: Scene, trajectory: Any, reference: Scene) -> dict[
     for k, quantity in enumerate(QUANTITIES):
         sizes[quantity] = 0.0
         for name, tracks in trajectory.points.items():
-            measured = signed_error(getattr(tracks, quantity), reference, name, quantity)
+            measured = ExactMotions(reference).error(getattr(tracks, quantity), name, quantity)
             off = np.linalg.norm(measured - predicted[name][quantity], axis=1).max()
             sizes[quantity] = max(sizes[quantity], float(off) / (scene.lengths[name] * abs(scene.speed) ** k))
     return sizes

@@ -48,8 +48,7 @@ def test_the_errors_are_those_of_a_measured_run(name: str, engine: str, preset: 
         return
     assert measured.outcome == Outcome.COMPLETED.slug
     assert told.errors is not None
-    assert told.errors.keys() == measured.errors.keys()
-    assert flat(told) == pytest.approx(flat(measured), rel=1e-12)
+    assert flat(told) == flat(measured)
     assert extremes(told).samples == 2 * steps + 1
     assert extremes(told).finite
 
@@ -96,11 +95,11 @@ def test_a_machine_that_came_apart_is_followed_for_two_revolutions_and_may_blow_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     settings = PymunkSettings.tuned(SAW, 100)
-    planted_in(monkeypatch, "pymunk", 1, ended(Outcome.OPENED))
+    planted_in(monkeypatch, "pymunk", 1, ended(Outcome.OPENED), on=True)
     opened = stream_run(cell(SAW, settings, 10.0))
     assert (opened.outcome, opened.errors) == ("opened", None)
     assert 200 <= extremes(opened).samples <= 200 + 3 * piece_length(cell(SAW, settings, 10.0))
-    planted_in(monkeypatch, "pymunk", 3, ended(Outcome.EXPLODED))
+    planted_in(monkeypatch, "pymunk", 3, ended(Outcome.EXPLODED), on=True)
     assert stream_run(cell(SAW, settings, 10.0)).outcome == "exploded"
 
 
@@ -112,11 +111,14 @@ def test_a_run_ends_as_the_whole_of_it_is_judged(
 ) -> None:
     saw: Any = SCENES["saw-500rpm"]
     settings = engine_named(engine).presets[preset](saw, steps)
-    whole = whole_run(engine_named(engine), saw, settings, 2.0).outcome
-    assert whole is not Outcome.COMPLETED
+    whole = whole_run(engine_named(engine), saw, settings, 2.0)
+    assert whole.outcome is not Outcome.COMPLETED
     for length in (3, 5, 1000):
         in_pieces_of(monkeypatch, length)
-        assert stream_run(cell(saw, settings)).outcome == whole.slug
+        assert stream_run(cell(saw, settings)).outcome == whole.outcome.slug
+        # Where and how far, too: a gap of a later piece may be larger than that of the first one which shows it.
+        *_, last = engine_named(engine).run(saw, settings, 2.0, 0.0, length)
+        assert (last.trajectory.outcome, last.trajectory.reason) == (whole.outcome, whole.reason)
 
 
 def test_numbers_that_are_not_finite_and_warnings_are_told() -> None:
@@ -147,7 +149,7 @@ def test_the_last_piece_may_be_as_short_as_it_is(steps: int, monkeypatch: pytest
     settings = PymunkSettings.tuned(SAW, LINKAGE_STEPS)
     usual = flat(watched(SAW, settings))
     in_pieces_of(monkeypatch, steps)
-    assert flat(stream_run(cell(SAW, settings))) == pytest.approx(usual, rel=1e-12)
+    assert flat(stream_run(cell(SAW, settings))) == usual
 
 
 # -- the last bit ----------------------------------------------------------------------------------------------------

@@ -41,13 +41,15 @@ def in_pieces_of(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
     monkeypatch.setattr(watching, "piece_length", lambda _: steps)
 
 
-def planted_in(monkeypatch: pytest.MonkeyPatch, engine: str, number: int, defect: Callable[[Piece], Piece]) -> None:
-    """A defect in one piece of every run of an engine."""
+def planted_in(
+    monkeypatch: pytest.MonkeyPatch, engine: str, number: int, defect: Callable[[Piece], Piece], *, on: bool = False
+) -> None:
+    """A defect in one piece of every run of an engine, or from that piece on."""
     pieces = engine_named(engine).run
 
     def planted(*args: Any) -> Iterator[Piece]:
         for k, piece in enumerate(pieces(*args)):
-            yield defect(piece) if k == number else piece
+            yield defect(piece) if k == number or (on and k > number) else piece
 
     monkeypatch.setattr(engine_named(engine), "run", planted)
 

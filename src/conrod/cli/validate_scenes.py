@@ -22,6 +22,7 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
+    MOST_STREAMED,
     make_plan,
     parse_tolerance,
     select_engines,
@@ -110,7 +111,7 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.scenes.catalogue import CATALOGUE
     from conrod.studies.validation.study import validation
 
-    plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance)
+    plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, MOST_STREAMED)
     if asked.figures is not None and asked.out is None:
         raise InvalidInput(f"--figures {asked.figures} is for a report: name its folder with --out")
     few = asked.figures is None and CATALOGUE in asked.subjects

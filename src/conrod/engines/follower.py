@@ -34,9 +34,9 @@ class FollowerLift:
     lowest: float
     full: float
 
-    def error(self, positions: Array) -> float:
-        """|largest lift reached - full lift| / full lift of positions (T, 2) [m] of the point."""
-        return abs(float((positions @ self.along).max() - self.lowest) / self.full - 1.0)
+    def reached(self, positions: Array) -> float:
+        """Highest of positions (T, 2) [m] of the point, along the direction [m]."""
+        return float((positions @ self.along).max())
 
 
 def follower_lift(kinematics: Kinematics) -> FollowerLift | None:

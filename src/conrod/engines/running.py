@@ -8,8 +8,12 @@ from typing import Any
 from conrod.engines import Engine, engine_named
 from conrod.engines.engine import Machine, step_length
 from conrod.errors import InvalidInput
+from conrod.exact.reference import ExactReference
 from conrod.mechanism.units import check_number
-from conrod.runs.trajectory import Settings, Trajectory, concatenate_pieces
+from conrod.runs.comparison import Stretch
+from conrod.runs.outcome import Verdict
+from conrod.runs.run_errors import Recorder
+from conrod.runs.trajectory import Outcome, Settings, Trajectory, concatenate_pieces
 
 # Settings made for another speed or step would put every sample at a wrong angle.
 SAME_STEP = 1e-5  # as settings are pasted: a step of another speed is off by more than its sixth digit
@@ -41,6 +45,28 @@ def whole_run(
     """A run of an engine as one piece; nothing is checked."""
     steps = max(round(settings.steps_per_revolution * revolutions), 1)
     return concatenate_pieces(list(engine.run(machine, settings, revolutions, start_angle, steps))).trajectory
+
+
+def followed(
+    engine: Engine[Any],
+    machine: ExactReference,
+    settings: Settings,
+    revolutions: float,
+    start_angle: float,
+    *recorders: Recorder,
+) -> Verdict:
+    """The end of a run of an engine, of which the recorders get what is in one piece; nothing is checked.
+
+    Memory does not grow with the run but by what they keep.
+    """
+    samples = round(settings.steps_per_revolution * revolutions) + 1
+    for piece in engine.run(machine, settings, revolutions, start_angle):
+        found = piece.trajectory
+        if found.outcome is Outcome.COMPLETED:
+            stretch = Stretch(found, machine, max(0, samples - piece.first_step - len(piece.clock)))
+            for recorder in recorders:
+                recorder.add(stretch)
+    return Verdict(found.outcome, found.reason)
 
 
 def check_run(machine: Machine, settings: Settings, revolutions: float, start_angle: float) -> None:

@@ -7,17 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput, Named, unknown_choice
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion
 from conrod.exact.reference import ExactReference
-from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 
@@ -98,21 +96,6 @@ class Comparison:
         return float(np.max([getattr(getattr(e, quantity).size, measure) for e in self.points.values()]))
 
 
-CURVE_SAMPLES, ERROR_SPANS = 361, 180  # of a curve that is drawn
-
-
-def last_turn(angle: Array) -> NDArray[np.int_]:
-    """Indices of some samples of the last full turn of a crank angle (T,) [rad]."""
-    turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
-    return np.asarray(turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))])
-
-
-def largest_in_spans(angle: Array, error: Array) -> tuple[Array, Array]:
-    """Mean angle and largest error (M,) in each of some equal spans of a run."""
-    spans = list(pairwise(np.linspace(0, len(angle), min(ERROR_SPANS, len(angle)) + 1).astype(int)))
-    return np.array([angle[a:b].mean() for a, b in spans]), np.array([error[a:b].max() for a, b in spans])
-
-
 def size_of(values: Array) -> Size:
     """Max, rms and final value of a non-negative series."""
     return Size(float(values.max()), float(np.sqrt(np.mean(values**2))), float(values[-1]))
@@ -128,48 +111,101 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
         raise InvalidInput(f"compare takes a scene, not its name: SCENES[{reference!r}]")
     if trajectory.outcome is not Outcome.COMPLETED or trajectory.bodies is None:
         raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
-    speed = abs(trajectory.speed)
-    peaks = _peaks(trajectory.points, reference)
-    velocity = trajectory.bodies.velocity.instants
-    phase = [np.abs(instants.angle - trajectory.speed * instants.times) for instants in _stamps(trajectory)]
-    closure = closure_series(trajectory.bodies, reference.mechanism(), max(reference.lengths.values()), speed)
+    run = Stretch(trajectory, reference)
+    drive = {name: float(values.max()) for name, values in run.drive.items()}
     return Comparison(
-        points=Named(point_errors(trajectory, reference), "observed point"),
-        peaks=peaks,
-        closure=Closure(**{name: float(gaps.max()) for name, gaps in closure.items()}),
-        phase_max=max(float(one.max()) for one in phase),
-        phase_final=float(phase[0][-1]),
-        drive_speed=float(np.abs(velocity.rate / trajectory.speed - 1.0).max()),
-        drive_acceleration=float(np.abs(trajectory.bodies.acceleration.instants.acceleration).max()) / speed**2,
+        points=Named(run.points, "observed point"),
+        peaks={name: run.peak(name) for name in run.points},
+        closure=Closure(**{name: float(gaps.max()) for name, gaps in run.closure.items()}),
+        phase_max=max(float(one.max()) for one in run.phase),
+        phase_final=float(run.phase[0][-1]),
+        drive_speed=drive["speed"],
+        drive_acceleration=drive["acceleration"],
     )
 
 
-def _stamps(trajectory: Trajectory) -> list[Instants]:
-    """All instants that samples belong to, those of the bodies' positions first."""
-    held: list[BodyTracks | PointTracks] = [*trajectory.points.values()]
-    held = held if trajectory.bodies is None else [trajectory.bodies, *held]
-    found = [part.instants for tracks in held for part in (tracks.position, tracks.velocity, tracks.acceleration)]
-    return list({id(instants): instants for instants in found}.values())  # most are one object
+@dataclass(frozen=True)
+class Stretch:
+    """A run, or a stretch of it, beside the exact motion: its errors at every sample, each computed once and if needed.
+
+    Attributes:
+        left: samples of the run that come after its last one.
+    """
+
+    trajectory: Trajectory
+    reference: ExactReference
+    left: int = 0
+
+    @property
+    def bodies(self) -> BodyTracks:
+        """States of the bodies, which a run that is compared has."""
+        assert self.trajectory.bodies is not None
+        return self.trajectory.bodies
+
+    @cached_property
+    def exact(self) -> ExactMotions:
+        """The exact motion at the samples."""
+        return ExactMotions(self.reference)
+
+    @cached_property
+    def points(self) -> dict[str, PointErrors]:
+        """Errors of the observed points, whatever became of the run."""
+        return track_errors(self.trajectory.points, self.trajectory.speed, self.exact)
+
+    def peak(self, name: str) -> Peak:
+        """Of a point, at the rate that was reached, without the drive's own acceleration."""
+        motion = self.exact.steady(self.trajectory.points[name].acceleration.instants).point(name)
+        sizes = (np.linalg.norm(values, axis=1).max() for values in (motion.velocity, motion.acceleration))
+        return Peak(*map(float, sizes))
+
+    @cached_property
+    def closure(self) -> dict[str, Array]:
+        """Largest gap of a joint, its rate and its acceleration at their samples (T,), normalised as in `Closure`."""
+        length, speed, bodies = max(self.reference.lengths.values()), abs(self.trajectory.speed), self.bodies
+        derivatives = {
+            "position": [bodies.position.poses],
+            "velocity": [bodies.velocity.poses, bodies.velocity.rates],
+            "acceleration": [bodies.acceleration.poses, bodies.acceleration.rates, bodies.acceleration.accelerations],
+        }
+        mechanism = self.reference.mechanism()
+        return {
+            name: np.abs(list(joint_gaps(mechanism, some).values())).max(axis=0) / (length * speed**k)
+            for k, (name, some) in enumerate(derivatives.items())
+        }
+
+    @cached_property
+    def phase(self) -> list[Array]:
+        """Deviation of the crank angle from the nominal one [rad] at all instants, the bodies' positions' first."""
+        held: list[BodyTracks | PointTracks] = [self.bodies, *self.trajectory.points.values()]
+        found = [part.instants for tracks in held for part in (tracks.position, tracks.velocity, tracks.acceleration)]
+        every = {id(instants): instants for instants in found}.values()  # most are one object
+        return [np.abs(instants.angle - self.trajectory.speed * instants.times) for instants in every]
+
+    @property
+    def drive(self) -> dict[str, Array]:
+        """|rate / omega - 1| and |angular acceleration| / omega^2 at their samples (T,)."""
+        rate, acceleration = self.bodies.velocity.instants.rate, self.bodies.acceleration.instants.acceleration
+        speed = self.trajectory.speed
+        return {"speed": np.abs(rate / speed - 1.0), "acceleration": np.abs(acceleration) / speed**2}
 
 
-def point_errors(trajectory: Trajectory, reference: ExactReference) -> dict[str, PointErrors]:
-    """Errors of all observed points at every sample, whatever became of the run."""
-    return track_errors(trajectory.points, trajectory.speed, reference)
-
-
-def track_errors(points: Mapping[str, PointTracks], speed: float, reference: ExactReference) -> dict[str, PointErrors]:
+def track_errors(points: Mapping[str, PointTracks], speed: float, exact: ExactMotions) -> dict[str, PointErrors]:
     """Errors of points, however they were come by; the nominal speed is in rad/s."""
-    exact = _Exact(reference)
     return {name: _point_errors(name, tracks, exact, speed) for name, tracks in points.items()}
 
 
-class _Exact:
+class ExactMotions:
     """Motions of a reference of all points; what several tracks are compared with is computed once."""
 
     def __init__(self, reference: ExactReference) -> None:
         self.lengths = reference.lengths
         self._reference = reference
         self._known: dict[tuple[int, str], tuple[Instants, Motion]] = {}  # by identity of instants, kept for it
+
+    def error(self, track: Track, name: str, quantity: str) -> Array:
+        """Measured minus exact (T, 2) [m, m/s or m/s^2], at the angle, rate and angular acceleration reached."""
+        exact: Array = getattr(self.at(track.instants).point(name), quantity)
+        return track.values - exact
 
     def at(self, instants: Instants) -> Motion:
         """The motion at the angle, rate and acceleration that the crank had."""
@@ -190,54 +226,24 @@ class _Exact:
         return self._known[key][1]
 
 
-def _point_errors(name: str, tracks: PointTracks, exact: _Exact, speed: float) -> PointErrors:
+def _point_errors(name: str, tracks: PointTracks, exact: ExactMotions, speed: float) -> PointErrors:
     length = exact.lengths[name]
 
-    def series(track: Track, against: Array, norm: float) -> ErrorSeries:
-        return ErrorSeries(track.instants.angle, np.linalg.norm(track.values - against, axis=1) / norm)
+    def series(track: Track, off: Array, norm: float) -> ErrorSeries:
+        return ErrorSeries(track.instants.angle, np.linalg.norm(off, axis=1) / norm)
 
     def error(quantity: str, norm: float) -> ErrorSeries:
         track: Track = getattr(tracks, quantity)
-        return series(track, getattr(exact.at(track.instants).point(name), quantity), norm)
+        return series(track, exact.error(track, name, quantity), norm)
 
+    position = tracks.position
+    late = position.values - exact.nominal(position.instants, speed).point(name).position
     return PointErrors(
         position=error("position", length),
         velocity=error("velocity", length * abs(speed)),
         acceleration=error("acceleration", length * abs(speed) ** 2),
-        total=series(tracks.position, exact.nominal(tracks.position.instants, speed).point(name).position, length),
+        total=series(position, late, length),
     )
-
-
-def signed_error(track: Track, reference: ExactReference, name: str, quantity: str) -> Array:
-    """Measured minus exact (T, 2) [m, m/s or m/s^2], at the angle, rate and angular acceleration reached."""
-    at = track.instants
-    exact: Array = getattr(reference.motion(at.angle, at.rate, at.acceleration).point(name), quantity)
-    return track.values - exact
-
-
-def _peaks(points: Mapping[str, PointTracks], reference: ExactReference) -> dict[str, Peak]:
-    """At the rate that was reached, without the drive's own acceleration."""
-    exact = _Exact(reference)
-    found = {}
-    for name, tracks in points.items():
-        motion = exact.steady(tracks.acceleration.instants).point(name)
-        sizes = (np.linalg.norm(values, axis=1).max() for values in (motion.velocity, motion.acceleration))
-        found[name] = Peak(*map(float, sizes))
-    return found
-
-
-def closure_series(bodies: BodyTracks, mechanism: Mechanism, length: float, speed: float) -> dict[str, Array]:
-    """Largest gap of a joint, its rate and its acceleration at their samples (T,), over L, omega L and omega^2 L."""
-    position, velocity, acceleration = bodies.position, bodies.velocity, bodies.acceleration
-    derivatives = {
-        "position": [position.poses],
-        "velocity": [velocity.poses, velocity.rates],
-        "acceleration": [acceleration.poses, acceleration.rates, acceleration.accelerations],
-    }
-    return {
-        name: np.abs(list(joint_gaps(mechanism, some).values())).max(axis=0) / (length * abs(speed) ** k)
-        for k, (name, some) in enumerate(derivatives.items())
-    }
 
 
 # -- errors predicted from the joints alone --------------------------------------------------------------------------

@@ -30,10 +30,20 @@ MEETING = 0.1
 
 @dataclass(frozen=True)
 class Verdict:
-    """An outcome with its details."""
+    """An outcome with its details.
+
+    Attributes:
+        largest: size that the reason gives [m], with the words before and behind it; None where it gives none.
+    """
 
     outcome: Outcome
     reason: str = ""
+    largest: tuple[str, float, str] | None = None
+
+    @classmethod
+    def of_size(cls, outcome: Outcome, before: str, size: float, behind: str = " m") -> Verdict:
+        """A verdict whose reason gives a size [m]."""
+        return cls(outcome, f"{before} {size:.3g}{behind}", (before, size, behind))
 
 
 # Of what a run shows in several of its parts, the first of these counts for the whole: the order of the rules below,
@@ -53,21 +63,25 @@ PREVAILING = (
 
 
 def prevailing(before: Verdict, after: Verdict) -> Verdict:
-    """The verdict on a run of which two parts were judged by themselves; of equal verdicts the earlier.
-
-    The outcome is that of the whole. The reason is that of the first part which shows it: a gap given there may be
-    exceeded in a later one.
-    """
+    """The verdict on a run of which two parts were judged by themselves; of equal ones the earlier, sized by both."""
+    if before.outcome is after.outcome and before.largest and after.largest and before.largest[0] == after.largest[0]:
+        words, size, behind = before.largest
+        return Verdict.of_size(before.outcome, words, max(size, after.largest[1]), behind)
     return min(before, after, key=lambda verdict: PREVAILING.index(verdict.outcome))
 
 
-def judge(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict:
-    """The verdict on the run of which these are the body states."""
-    for rule in (_diverged, _exploded, _stalled_or_locked, _contact, _opened, _flipped):
-        verdict = rule(kinematics, bodies, speed)
-        if verdict is not None:
-            return verdict
-    return Verdict(Outcome.COMPLETED)
+def judge(
+    kinematics: Kinematics, bodies: BodyTracks, speed: float, before: Verdict = Verdict(Outcome.COMPLETED)
+) -> Verdict:
+    """The verdict on a run.
+
+    Args:
+        bodies: its states, or those of a stretch of it.
+        before: verdict on what went before that.
+    """
+    rules = (_diverged, _exploded, _stalled_or_locked, _contact, _opened, _flipped)
+    found = (verdict for rule in rules if (verdict := rule(kinematics, bodies, speed)) is not None)
+    return prevailing(before, next(found, Verdict(Outcome.COMPLETED)))
 
 
 def _diverged(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict | None:
@@ -111,13 +125,12 @@ def _contact(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdic
     for joint in kinematics.mechanism.cam_contacts:
         gap = joint_gaps(kinematics.mechanism, [bodies.position.poses])[joint.name]
         if gap.min() < -joint.roller_radius:
-            return Verdict(Outcome.TUNNELLED, f"{joint.name}: the roller's centre is {-gap.min():.3g} m deep")
+            return Verdict.of_size(Outcome.TUNNELLED, f"{joint.name}: the roller's centre is", -gap.min(), " m deep")
         lost = gap > LOST_GAP * kinematics.travel
         if lost.any():
             angle = float(np.degrees(bodies.position.instants.angle[int(np.argmax(lost))]))
-            return Verdict(
-                Outcome.LOST_CONTACT, f"{joint.name}: gap up to {gap.max():.3g} m, first near {angle:.1f} deg"
-            )
+            first = f" m, first near {angle:.1f} deg"
+            return Verdict.of_size(Outcome.LOST_CONTACT, f"{joint.name}: gap up to", gap.max(), first)
     return None
 
 
@@ -125,7 +138,7 @@ def _opened(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict
     contacts = {joint.name for joint in kinematics.mechanism.cam_contacts}
     for name, gap in joint_gaps(kinematics.mechanism, [bodies.position.poses]).items():
         if name not in contacts and np.abs(gap).max() > OPEN_GAP * kinematics.travel:
-            return Verdict(Outcome.OPENED, f"{name}: gap up to {np.abs(gap).max():.3g} m")
+            return Verdict.of_size(Outcome.OPENED, f"{name}: gap up to", np.abs(gap).max())
     return None
 
 

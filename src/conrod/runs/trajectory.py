@@ -174,7 +174,7 @@ class Piece:
     """A stretch of a run, recorded whole; the run itself may be of any length.
 
     Attributes:
-        trajectory: of this stretch, its outcome judged from it alone (and from what the engine did in it).
+        trajectory: of this stretch; its outcome and reason are those of the run so far.
         first_step: index of its first new sample; samples before it, which derivatives need, are in no other piece.
         clock: of the engine, or of a user of an engine that has none: the sum of its steps so far, at the instants of
             the positions (T,) [s].

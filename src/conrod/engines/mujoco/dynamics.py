@@ -23,7 +23,7 @@ def run(
     made = build(machine, settings)
     recorder = Recorder(made, settings, *made.start_state(machine, start_angle), start_angle / machine.speed)
     samples = round(settings.steps_per_revolution * revolutions) + 1
-    poses, clock, ended = None, -settings.timestep, None  # of the sample before
+    poses, clock, ended, judged = None, -settings.timestep, None, Verdict(Outcome.COMPLETED)  # up to the sample before
     for first in (0, *range(steps + 1, samples, steps)):
         last = min(max(first, 1) + steps, samples)
         states, sensors = recorder.next(last - first)
@@ -34,7 +34,8 @@ def run(
             points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
         tracks = BodyTracks(bodies, bodies, bodies)
         ended = ended or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
-        verdict = verdict_of(machine, tracks, ended)
+        judged = judge(machine.kinematics, tracks, machine.speed, judged)
+        verdict = verdict_of(judged, ended)
         yield Piece(
             trajectory=Trajectory(
                 engine="mujoco",
@@ -71,12 +72,11 @@ def _times(machine: Machine, settings: MuJoCoSettings, start_angle: float, first
     return np.asarray(start_angle / machine.speed + settings.timestep * np.arange(first, last), dtype=float)
 
 
-def verdict_of(machine: Machine, tracks: BodyTracks, ended: Verdict | None) -> Verdict:
+def verdict_of(judged: Verdict, ended: Verdict | None) -> Verdict:
     """The verdict on the motion, unless the engine's own end says more."""
-    if ended is not None and ended.outcome is Outcome.RESET:
-        return ended
-    seen = judge(machine.kinematics, tracks, machine.speed)
-    return seen if ended is None or seen.outcome is not Outcome.COMPLETED else ended
+    if ended is None or (judged.outcome is not Outcome.COMPLETED and ended.outcome is not Outcome.RESET):
+        return judged
+    return ended
 
 
 def drive_torque(settings: MuJoCoSettings, instants: Instants) -> Array | None:

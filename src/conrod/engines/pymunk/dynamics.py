@@ -20,11 +20,12 @@ from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Prismatic
-from conrod.runs.outcome import judge
+from conrod.runs.outcome import Verdict, judge
 from conrod.runs.trajectory import (
     BodyStates,
     BodyTracks,
     Instants,
+    Outcome,
     Piece,
     PointTracks,
     SolverState,
@@ -42,7 +43,7 @@ def run(
     made, kinematics = started(machine, settings, start_angle), machine.kinematics
     driver, begun = made.mechanism.driver, start_angle / machine.speed
     whole = round(settings.steps_per_revolution * revolutions)
-    known, before, clock = state(made), None, begun
+    known, before, clock, verdict = state(made), None, begun, Verdict(Outcome.COMPLETED)
     pushes = pushes_of(made, settings)
     for first in (0, *range(steps + 1, whole + 1, steps)):
         last = min(max(first, 1) + steps, whole + 1)
@@ -60,7 +61,7 @@ def run(
             left = gap_rate_left(made.form, settings, centres[-1:], rates[-1:])
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
         bodies, points = _only_new(bodies, points, len(times) - (last - first))
-        verdict = judge(kinematics, bodies, machine.speed)
+        verdict = judge(kinematics, bodies, machine.speed, verdict)
         # Chipmunk has no clock. A user keeps one, step by step: `accumulate` adds in this order, with its rounding.
         ticks = np.full(last - first + (first > 0), settings.timestep)
         ticks[0] = clock

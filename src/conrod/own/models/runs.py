@@ -13,7 +13,7 @@ from conrod.exact.reference import ExactReference
 from conrod.own.error_curve import ErrorCurve, error_curve
 from conrod.own.models.frame import Frame
 from conrod.own.models.request import DrivenRun
-from conrod.runs.comparison import signed_error, track_errors
+from conrod.runs.comparison import ExactMotions, track_errors
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 
@@ -118,7 +118,7 @@ def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
     if verdict.outcome is Outcome.COMPLETED:
         errors = {
             name: {quantity: error_curve(series.angle, series.error) for quantity, series in vars(found).items()}
-            for name, found in track_errors(tracks, to.speed, to.exact).items()
+            for name, found in track_errors(tracks, to.speed, ExactMotions(to.exact)).items()
         }
     angle = to.frame.angle(run.coordinate)
     return JudgedRun(
@@ -150,7 +150,7 @@ def difference(one: DrivenRun, other: DrivenRun, to: RunReference) -> dict[str, 
     for power, quantity in enumerate(QUANTITIES):
         sizes = []
         for name in to.points:
-            errors = [signed_error(getattr(run[name], quantity), to.exact, name, quantity) for run in runs]
+            errors = [ExactMotions(to.exact).error(getattr(run[name], quantity), name, quantity) for run in runs]
             norm = to.exact.lengths[name] * abs(to.speed) ** power
             sizes.append(float(np.linalg.norm(errors[0] - errors[1], axis=1).max()) / norm)
         largest[quantity] = max(sizes)
@@ -161,7 +161,8 @@ def _endings(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference
     """Outcomes that the crank, the points and the violation of the closures show; the first one counts."""
     travel = max(to.exact.lengths.values())
     places = np.array([t.position.values for t in tracks.values()])
-    off = np.array([signed_error(t.position, to.exact, name, "position") for name, t in tracks.items()])
+    exact = ExactMotions(to.exact)
+    off = np.array([exact.error(t.position, name, "position") for name, t in tracks.items()])
     away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / to.exact.kinematics.size
     if away.max() > OUT_OF_REACH:
         time = run.times[int(np.argmax(away > OUT_OF_REACH))]

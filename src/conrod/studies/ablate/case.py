@@ -18,10 +18,10 @@ from conrod.engines.capabilities import HasIngredients, required
 from conrod.engines.massless_rod import BODY
 from conrod.engines.running import check_run
 from conrod.exact.motion import Array
-from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import point_errors
-from conrod.runs.outcome import Verdict, prevailing
+from conrod.runs.comparison import Stretch
+from conrod.runs.outcome import Verdict
 from conrod.runs.plain import plain, restore
+from conrod.runs.run_errors import PointSizes
 from conrod.runs.trajectory import Outcome, Piece, Settings, Track, concatenate_pieces
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
@@ -184,22 +184,20 @@ def observe(scene: Scene, settings: Settings, revolutions: float, start_angle: f
     check_run(scene, settings, revolutions, start_angle)
     pieces, verdict = list[Piece](), Verdict(Outcome.COMPLETED)
     for piece in engine_named(settings.engine).run(scene, settings, revolutions, start_angle):
-        verdict = prevailing(verdict, Verdict(piece.trajectory.outcome, piece.trajectory.reason))
+        verdict = Verdict(piece.trajectory.outcome, piece.trajectory.reason)
         if verdict.outcome in GONE:
             break
         pieces.append(piece)
     if verdict.outcome is not Outcome.COMPLETED:
         return Observed(verdict)
     whole = concatenate_pieces(pieces)
-    errors = {
-        point: {quantity: asdict(getattr(found, quantity).size) for quantity in COMPARED}
-        for point, found in point_errors(whole.trajectory, scene).items()
-    }
+    errors = PointSizes()
+    errors.add(Stretch(whole.trajectory, scene))
     motion = {
         point: {q: _deviation(scene, point, getattr(tracks, q), q, k) for k, q in enumerate(QUANTITIES)}
         for point, tracks in whole.trajectory.points.items()
     }
-    return Observed(verdict, errors, motion, _torque_deviation(scene, whole))
+    return Observed(verdict, errors.errors, motion, _torque_deviation(scene, whole))
 
 
 # Of the models that others are compared with there are two, and a process meets many of those others.

@@ -17,7 +17,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.exact.dynamics.inverse import State
 from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
 from conrod.exact.motion import Array
-from conrod.runs.comparison import largest_in_spans, last_turn
+from conrod.runs.run_errors import CURVE_SAMPLES, largest_in_spans
 from conrod.scenes import Scene
 from conrod.studies.forces.exact import NEAR, Peaks, effects_on, exact_quantities
 from conrod.studies.forces.results import LOOKS_LIKE, ForceErrors, Stamps, TorqueCurve
@@ -112,8 +112,10 @@ class Measured:
         if TORQUE not in self.reported:
             return None
         angle, error = self.angle, self._off(TORQUE)
-        keep, spans = last_turn(angle), largest_in_spans(angle, error)
-        return TorqueCurve(angle[keep], self.reported[TORQUE][keep], self.exact[TORQUE][keep], *spans)
+        turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
+        keep = turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
+        spans = [(at.mean(), off.max()) for at, off in largest_in_spans(len(angle)).add(angle, error)]
+        return TorqueCurve(angle[keep], self.reported[TORQUE][keep], self.exact[TORQUE][keep], *np.array(spans).T)
 
 
 def stamps_of(scene: Scene, tracks: ForceTracks, steps: int, start_angle: float) -> Stamps:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from conrod.engines import engine_named
 from conrod.engines.engine import CUSTOM, run_of
-from conrod.engines.running import run
+from conrod.engines.running import check_run, followed
 from conrod.exact.motion import Array
-from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import Comparison, compare, predicted_errors, signed_error
-from conrod.runs.trajectory import FieldByField, Outcome, Settings, Track, Trajectory
+from conrod.runs.comparison import ExactMotions, Stretch, predicted_errors
+from conrod.runs.run_errors import RunErrors
+from conrod.runs.trajectory import BodyTracks, FieldByField, Outcome, PointTracks, Settings, Track
 from conrod.scenes import Scene
 from conrod.studies.frame.case import RESULT_VERSION, Case
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
@@ -102,80 +104,87 @@ def measure(case: RunCase) -> Measurement:
     refusal = engine.refusal(case.scene, case.settings) or too_coarse(case)
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    trajectory = run(case.scene, case.settings, case.revolutions, case.start_angle)
-    if trajectory.outcome is not Outcome.COMPLETED:
-        return Measurement(trajectory.outcome.slug, trajectory.reason)
-    comparison = compare(trajectory, case.scene)
-    some = thinned(trajectory, max(1, case.settings.steps_per_revolution // PREDICTED_PER_TURN))
+    check_run(case.scene, case.settings, case.revolutions, case.start_angle)
+    errors, signed = RunErrors(), SignedErrors(case)
+    prediction = Prediction(case.scene, max(1, case.settings.steps_per_revolution // PREDICTED_PER_TURN))
+    ended = followed(engine, case.scene, case.settings, case.revolutions, case.start_angle, errors, prediction, signed)
+    if ended.outcome is not Outcome.COMPLETED:
+        return Measurement(ended.outcome.slug, ended.reason)
     return Measurement(
-        outcome=trajectory.outcome.slug,
-        **errors_of(comparison),
-        prediction=prediction_sizes(case.scene, some),
-        signed=signed_errors(case, trajectory),
+        outcome=ended.outcome.slug, **errors.found(), prediction=prediction.sizes, signed=signed.errors()
     )
 
 
-def errors_of(found: Comparison) -> dict[str, Any]:
-    """Errors, closure, phase and drive of a comparison as plain values, by their names in a measurement."""
-    return {
-        "errors": {p: {q: asdict(getattr(e, q).size) for q in COMPARED} for p, e in found.points.items()},
-        "closure": asdict(found.closure),
-        "phase": {"max": found.phase_max, "final": found.phase_final},
-        "drive": {"speed": found.drive_speed, "acceleration": found.drive_acceleration},
-    }
+class Prediction:
+    """Errors predicted from the joints' gaps alone beside the measured ones; the worst observed point counts.
+
+    Args:
+        stride: of samples that are looked at, the last one among them.
+    """
+
+    def __init__(self, scene: Scene, stride: int = 1) -> None:
+        self._scene, self._stride = scene, stride
+        self.sizes = {q: {"predicted": 0.0, "difference": 0.0} for q in QUANTITIES}
+
+    def add(self, stretch: Stretch) -> None:
+        points, bodies = self._thinned(stretch)
+        predicted = predicted_errors(self._scene.kinematics, points, bodies)
+        for name, tracks in points.items():
+            for k, quantity in enumerate(QUANTITIES):
+                norm = self._scene.lengths[name] * abs(self._scene.speed) ** k
+                expected, sizes = predicted[name][quantity], self.sizes[quantity]
+                off = expected - stretch.exact.error(getattr(tracks, quantity), name, quantity)
+                for key, values in (("predicted", expected), ("difference", off)):
+                    sizes[key] = float(np.max(np.linalg.norm(values, axis=1) / norm, initial=sizes[key]))
+
+    def _thinned(self, stretch: Stretch) -> tuple[Mapping[str, PointTracks], BodyTracks]:
+        if self._stride == 1:
+            return stretch.trajectory.points, stretch.bodies
+        cut = FieldByField(lambda parts: parts[0][(len(parts[0]) - 1 + stretch.left) % self._stride :: self._stride])
+        return {name: cut(tracks) for name, tracks in stretch.trajectory.points.items()}, cut(stretch.bodies)
 
 
-def prediction_sizes(scene: Scene, trajectory: Trajectory) -> dict[str, dict[str, float]]:
-    """Errors predicted from the joints' gaps alone beside the measured ones; the worst observed point counts."""
-    assert trajectory.bodies is not None
-    predicted = predicted_errors(scene.kinematics, trajectory.points, trajectory.bodies)
-    sizes = {q: {"predicted": 0.0, "difference": 0.0} for q in QUANTITIES}
-    for name, tracks in trajectory.points.items():
-        for k, quantity in enumerate(QUANTITIES):
-            norm = scene.lengths[name] * abs(scene.speed) ** k
-            expected = predicted[name][quantity]
-            off = expected - signed_error(getattr(tracks, quantity), scene, name, quantity)
-            for key, values in (("predicted", expected), ("difference", off)):
-                largest = float(np.linalg.norm(values, axis=1).max()) / norm
-                sizes[quantity][key] = max(sizes[quantity][key], largest)
-    return sizes
-
-
-def signed_errors(case: RunCase, trajectory: Trajectory) -> dict[str, dict[str, list[list[float]]]]:
+class SignedErrors:
     """Normalised signed errors at fixed crank angles of the last turn, or of the one pass.
 
     Where an engine has no sample at an angle (pymunk's velocities lie between), the error is interpolated: that
     costs a share of the error itself that falls with the square of the step.
     """
-    scene, first = case.scene, case.start_angle / case.scene.speed
-    if scene.kinematics.mechanism.driver.span is None:
-        last_turn = first + scene.period * (case.revolutions - 1.0 + np.arange(case.signed_angles) / case.signed_angles)
-    else:
-        start, stop = scene.kinematics.span
-        middles = (np.arange(case.signed_angles) + 0.5) / case.signed_angles
-        last_turn = np.sort((start + (stop - start) * middles) / scene.speed)
-    return {
-        name: {
-            quantity: _at(last_turn, getattr(tracks, quantity), scene, name, quantity, k).tolist()
-            for k, quantity in enumerate(QUANTITIES)
-        }
-        for name, tracks in trajectory.points.items()
-    }
+
+    def __init__(self, case: RunCase) -> None:
+        self._scene, first = case.scene, case.start_angle / case.scene.speed
+        share = np.arange(case.signed_angles) / max(case.signed_angles, 1)
+        if case.scene.kinematics.mechanism.driver.span is None:
+            self._times = first + case.scene.period * (case.revolutions - 1.0 + share)
+        else:
+            start, stop = case.scene.kinematics.span
+            middles = (np.arange(case.signed_angles) + 0.5) / case.signed_angles
+            self._times = np.sort((start + (stop - start) * middles) / case.scene.speed)
+        self._near: defaultdict[tuple[str, str], list[Track]] = defaultdict(list)
+
+    def add(self, stretch: Stretch) -> None:
+        for name, tracks in stretch.trajectory.points.items():
+            for quantity in QUANTITIES:
+                track: Track = getattr(tracks, quantity)
+                # Samples on both sides of each time; those of a time between two stretches are ends of both.
+                after, last = np.searchsorted(track.instants.times, self._times), len(track.values) - 1
+                near = np.unique(np.clip([*(after - 1), *after, 0, 1, last - 1, last], 0, last))
+                self._near[name, quantity].append(Track(track.instants[near], track.values[near]))
+
+    def errors(self) -> dict[str, dict[str, list[list[float]]]]:
+        """By point and quantity (K, 2)."""
+        found: defaultdict[str, dict[str, list[list[float]]]] = defaultdict(dict)
+        for (name, quantity), near in self._near.items():
+            track: Track = FieldByField(np.concatenate)(*near)
+            norm = self._scene.lengths[name] * abs(self._scene.speed) ** QUANTITIES.index(quantity)
+            found[name][quantity] = _at(self._times, track, self._scene, name, quantity, norm).tolist()
+        return dict(found)
 
 
-def _at(times: Array, track: Track, scene: Scene, name: str, quantity: str, k: int) -> Array:
+def _at(times: Array, track: Track, scene: Scene, name: str, quantity: str, norm: float) -> Array:
     # Only the samples on both sides of each time are compared.
     after = np.clip(np.searchsorted(track.instants.times, times), 1, len(track.values) - 1)
     near = np.unique(np.concatenate([after - 1, after]))
     kept = Track(track.instants[near], track.values[near])
-    errors = signed_error(kept, scene, name, quantity) / (scene.lengths[name] * abs(scene.speed) ** k)
+    errors = ExactMotions(scene).error(kept, name, quantity) / norm
     return np.column_stack([np.interp(times, kept.instants.times, errors[:, axis]) for axis in (0, 1)])
-
-
-def thinned(trajectory: Trajectory, stride: int) -> Trajectory:
-    """Every so-many-th sample, the last one among them."""
-    if stride == 1 or trajectory.bodies is None:
-        return trajectory
-    cut = FieldByField(lambda parts: parts[0][(len(parts[0]) - 1) % stride :: stride])
-    points = {name: cut(tracks) for name, tracks in trajectory.points.items()}
-    return replace(trajectory, points=points, bodies=cut(trajectory.bodies))

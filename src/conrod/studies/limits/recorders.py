@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -51,29 +51,6 @@ def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
         yield f"{name} position", tracks.position.values
         yield f"{name} velocity", tracks.velocity.values
         yield f"{name} acceleration", tracks.acceleration.values
-
-
-@dataclass
-class RunningSize:
-    """Largest, rms and final value of one series that comes in pieces."""
-
-    largest: float = 0.0
-    squares: float = 0.0
-    count: int = 0
-    final: float = 0.0
-
-    def add(self, values: Array) -> None:
-        """Take in what follows."""
-        if len(values) == 0:
-            return
-        self.largest = max(self.largest, float(values.max()))
-        self.squares += float(values @ values)
-        self.count += len(values)
-        self.final = float(values[-1])
-
-    def sizes(self) -> dict[str, float]:
-        """Return max, rms and final value."""
-        return {"max": self.largest, "rms": float(np.sqrt(self.squares / max(self.count, 1))), "final": self.final}
 
 
 def looked(record: SolverRecord, state: SolverState, scale: tuple[float, float]) -> SolverRecord:

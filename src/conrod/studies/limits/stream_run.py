@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,12 +11,11 @@ from conrod.engines import engine_named
 from conrod.engines.engine import PIECE
 from conrod.engines.running import check_run
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
-from conrod.runs.comparison import QUANTITIES, closure_series, point_errors
-from conrod.runs.outcome import Verdict, joint_gaps, prevailing
+from conrod.runs.comparison import Stretch
+from conrod.runs.outcome import Verdict, joint_gaps
 from conrod.runs.plain import plain
-from conrod.runs.trajectory import BodyTracks, Outcome, Piece, concatenate_pieces
-from conrod.studies.frame.measurement import QUANTITIES as MEASURED
+from conrod.runs.run_errors import RunErrors
+from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
 from conrod.studies.limits.recorders import (
@@ -26,7 +24,6 @@ from conrod.studies.limits.recorders import (
     Fingerprint,
     Flights,
     History,
-    RunningSize,
     longest,
     looked,
     recorded,
@@ -61,10 +58,10 @@ def stream_run(case: LimitCase) -> Measurement:
     if refusal:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
     check_run(case.machine, case.settings, case.revolutions, case.start_angle)
-    length, statistics, verdict, last = piece_length(case), RunStatistics(case), Verdict(Outcome.COMPLETED), math.inf
+    length, statistics, last = piece_length(case), RunStatistics(case), math.inf
     for piece in engine.run(case.machine, case.settings, case.revolutions, case.start_angle, length):
         statistics.add(piece)
-        verdict = prevailing(verdict, Verdict(piece.trajectory.outcome, piece.trajectory.reason))
+        verdict = Verdict(piece.trajectory.outcome, piece.trajectory.reason)
         if verdict.outcome is Outcome.COMPLETED:
             statistics.compare(piece)
         elif verdict.outcome is not Outcome.LOST_CONTACT:
@@ -116,8 +113,7 @@ class RunStatistics:
         self._samples, self._finite, self._start_of_clock = 0, True, 0.0
         self._warnings: dict[str, int] = {}
         self._fingerprint, self._history = Fingerprint(), History(case.revolutions, steps)
-        self._points = {point: {quantity: RunningSize() for quantity in QUANTITIES} for point in machine.lengths}
-        self._sizes: defaultdict[str, RunningSize] = defaultdict(RunningSize)  # of the joints and the drive
+        self._errors, self._steps = RunErrors(), round(steps * case.revolutions)
         self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
         # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
         exact = None if contacts else ExactTorque(kinematics, machine.speed, gravity=given["gravity"], rod=given["rod"])
@@ -152,36 +148,21 @@ class RunStatistics:
         if not self._waiting:
             return
         piece, self._waiting = concatenate_pieces(self._waiting), []
-        machine, speed, bodies = self._machine, self._machine.speed, piece.trajectory.bodies
-        assert bodies is not None
-        points = point_errors(piece.trajectory, machine)
-        for name, errors in points.items():
-            for quantity, size in self._points[name].items():
-                size.add(getattr(errors, quantity).error)
-        gaps = closure_series(bodies, machine.kinematics.mechanism, self._length, speed)
-        phase, clock = self._phases(piece, bodies)
-        series = {
-            **gaps,
-            "phase": np.abs(phase),
-            "drive speed": np.abs(bodies.velocity.instants.rate / speed - 1.0),
-            "drive acceleration": np.abs(bodies.acceleration.instants.acceleration) / speed**2,
-        }
-        for name, values in series.items():
-            self._sizes[name].add(values)
-        position = np.max([errors.position.error for errors in points.values()], axis=0)
-        self._history.add(piece.first_step, position, gaps["position"], phase, clock)
+        left = self._steps + 1 - piece.first_step - len(piece.clock)
+        run = Stretch(piece.trajectory, self._machine, left)
+        self._errors.add(run)
+        at, speed, first = run.bodies.position.instants, self._machine.speed, piece.first_step
+        counted = self._timestep * np.arange(first, first + len(at.times))
+        # How far the crank, and a clock that sums its steps, are ahead of counted steps [rad].
+        phase, clock = at.angle - speed * at.times, speed * (piece.clock - self._start_of_clock - counted)
+        position = np.max([errors.position.error for errors in run.points.values()], axis=0)
+        self._history.add(first, position, run.closure["position"], phase, clock)
         if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_nothing:
             # At the very first sample an iterative solver has nothing to start from.
             rows = slice(int(piece.first_step == 0), None)
-            exact = self._exact_torque.at(bodies.acceleration.instants.angle[rows])
+            exact = self._exact_torque.at(run.bodies.acceleration.instants.angle[rows])
             off = float(np.abs(piece.drive_torque[rows] - exact).max()) / self._exact_torque.peak
             self._torque = max(off, self._torque or 0.0)
-
-    def _phases(self, piece: Piece, bodies: BodyTracks) -> tuple[Array, Array]:
-        """Return how far the crank, and a clock that sums its steps, are ahead of counted steps [rad]."""
-        speed, at = self._machine.speed, bodies.position.instants
-        counted = self._timestep * np.arange(piece.first_step, piece.first_step + len(at.times))
-        return at.angle - speed * at.times, speed * (piece.clock - self._start_of_clock - counted)
 
     def measurement(self, verdict: Verdict) -> Measurement:
         """Return the measurement of a run that ended so."""
@@ -189,15 +170,7 @@ class RunStatistics:
         extremes = plain(self._extremes())
         if verdict.outcome is not Outcome.COMPLETED:
             return Measurement(verdict.outcome.slug, verdict.reason, extremes=extremes)
-        sizes = self._sizes
-        return Measurement(
-            outcome=verdict.outcome.slug,
-            errors={p: {q: size.sizes() for q, size in found.items()} for p, found in self._points.items()},
-            closure={order: sizes[order].largest for order in MEASURED},
-            phase={"max": sizes["phase"].largest, "final": sizes["phase"].final},
-            drive={part: sizes[f"drive {part}"].largest for part in ("speed", "acceleration")},
-            extremes=extremes,
-        )
+        return Measurement(verdict.outcome.slug, **self._errors.found(), extremes=extremes)
 
     def _extremes(self) -> Extremes:
         return Extremes(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,22 +13,16 @@ from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps, run_of
 from conrod.engines.follower import follower_lift
 from conrod.engines.numerics import largest_derivatives, phase_bound
-from conrod.engines.running import whole_run
-from conrod.runs.comparison import (
-    Comparison,
-    ErrorSeries,
-    PointErrors,
-    compare,
-    largest_in_spans,
-    last_turn,
-    point_errors,
-)
+from conrod.engines.running import followed
+from conrod.runs.comparison import Stretch
 from conrod.runs.convergence import claimed_order
-from conrod.runs.trajectory import Outcome, Track, Trajectory
+from conrod.runs.outcome import Verdict
+from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import CamFollower, Scene, ShearPress
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
-from conrod.studies.frame.run import errors_of, prediction_sizes
+from conrod.studies.frame.run import Prediction
 from conrod.studies.validation.results import Curve, RefinementPoint, Tolerance, ValidationResult
 
 CLOCK_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
@@ -60,30 +56,30 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     refusal = engine.refusal(scene, settings)
     if refusal:
         return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=refusal)
-    trajectory = whole_run(engine, scene, settings, revolutions, start)
+    errors, prediction, drawn, lift = RunErrors(), Prediction(scene), Drawn(steps), Lift(scene)
+    ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, lift)
     result = replace(
-        empty, settings=settings.as_dict(), revolutions=revolutions, outcome=trajectory.outcome.slug,
-        reason=trajectory.reason, tolerance=_tolerance(scene, engine, preset, settings, revolutions, start),
+        empty, settings=settings.as_dict(), revolutions=revolutions, outcome=ended.outcome.slug,
+        reason=ended.reason, tolerance=_tolerance(scene, engine, preset, settings, revolutions, start),
     )  # fmt: skip
-    comparison = compare(trajectory, scene) if result.completed else None
 
     def point(n: int, turns: float, start: float) -> RefinementPoint:
-        run = whole_run(engine, scene, engine.presets[preset](scene, n), turns, start)
-        return _point(n, run, point_errors(run, scene) if run.outcome is Outcome.COMPLETED else None)
+        found = PointSizes()
+        return _point(n, followed(engine, scene, engine.presets[preset](scene, n), turns, start, found), found)
 
-    finest = _point(steps, trajectory, comparison.points if comparison else None)
+    finest = _point(steps, ended, errors)
     points = refine(scene, steps, plan.revolutions, finest, point)
     order = {q: claimed_order((p.steps_per_revolution, getattr(p, q)) for p in points) for q in QUANTITIES}
     result = replace(result, refinement=points, order=order)
-    if comparison is None:
+    if not result.completed:
         return result.judged()
     result = replace(
         result,
-        **errors_of(comparison),
-        peak={p: {"velocity": k.velocity, "acceleration": k.acceleration} for p, k in comparison.peaks.items()},
-        prediction=prediction_sizes(scene, trajectory),
-        lift_error=_lift_error(scene, trajectory),
-        curves=_curves(trajectory, comparison),
+        **errors.found(),
+        peak=drawn.peaks,
+        prediction=prediction.sizes,
+        lift_error=lift.error,
+        curves=drawn.curves,
     )
     if engine.presets[preset].judged and isinstance(scene, ShearPress):
         from conrod.studies.validation import printed_table  # of one machine, and loaded for it alone
@@ -124,29 +120,59 @@ def _tolerance(
     return Tolerance(law.position, law.velocity, law.acceleration, reason=reason, **clock)
 
 
-def _point(steps: int, run: Trajectory, errors: Mapping[str, PointErrors] | None) -> RefinementPoint:
+def _point(steps: int, ended: Verdict, found: PointSizes) -> RefinementPoint:
     """Largest errors over all observed points; None for a run that did not complete."""
-    worst = {q: max(float(getattr(e, q).size.max) for e in errors.values()) if errors else None for q in QUANTITIES}
-    return RefinementPoint(steps, run.outcome.slug, **worst)
+    completed = ended.outcome is Outcome.COMPLETED
+    return RefinementPoint(steps, ended.outcome.slug, **{q: found.worst(q) if completed else None for q in QUANTITIES})
 
 
-def _lift_error(scene: Scene, trajectory: Trajectory) -> float | None:
-    if not isinstance(scene, CamFollower):
-        lift = follower_lift(scene.kinematics) if scene.kinematics.mechanism.cam_contacts else None
-        return lift.error(trajectory.points[lift.point].position.values) if lift else None
-    reached = trajectory.points["roller"].position.values[:, 1].max() - scene.base_radius - scene.roller_radius
-    return abs(float(reached) / scene.full_lift - 1.0)
+class Lift:
+    """Recorder of how far a follower is lifted; of nothing where there is none that slides in the ground."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._cam = scene if isinstance(scene, CamFollower) else None
+        contacts = self._cam is None and scene.kinematics.mechanism.cam_contacts
+        self._lift = follower_lift(scene.kinematics) if contacts else None
+        self._reached = -math.inf
+
+    def add(self, stretch: Stretch) -> None:
+        points = stretch.trajectory.points
+        if self._cam:
+            self._reached = max(self._reached, float(points["roller"].position.values[:, 1].max()))
+        elif self._lift:
+            self._reached = max(self._reached, self._lift.reached(points[self._lift.point].position.values))
+
+    @property
+    def error(self) -> float | None:
+        """|largest lift reached - full lift| / full lift."""
+        if self._cam:
+            lifted = self._reached - self._cam.base_radius - self._cam.roller_radius
+            return abs(lifted / self._cam.full_lift - 1.0)
+        return abs((self._reached - self._lift.lowest) / self._lift.full - 1.0) if self._lift else None
 
 
-def _curves(trajectory: Trajectory, comparison: Comparison) -> dict[str, dict[str, Curve]]:
-    """The last full turn of each measured quantity, thinned, and its error over the whole run."""
-    return {
-        name: {q: _curve(getattr(tracks, q), getattr(comparison.points[name], q)) for q in QUANTITIES}
-        for name, tracks in trajectory.points.items()
-    }
+class Drawn:
+    """Recorder of what a report draws, and of the exact motion's peaks.
 
+    Args:
+        turn: steps of a turn.
+    """
 
-def _curve(track: Track, errors: ErrorSeries) -> Curve:
-    angle = track.instants.angle
-    keep = last_turn(angle)
-    return Curve(angle[keep], track.values[keep], *largest_in_spans(errors.angle, errors.error))
+    def __init__(self, turn: int) -> None:
+        self.peaks: dict[str, dict[str, float]] = {}
+        self._curves: defaultdict[str, defaultdict[str, DrawnCurve]] = defaultdict(
+            lambda: defaultdict(lambda: DrawnCurve(turn))
+        )
+
+    def add(self, stretch: Stretch) -> None:
+        for name, tracks in stretch.trajectory.points.items():
+            known, peak = self.peaks.get(name, {}), vars(stretch.peak(name))
+            self.peaks[name] = {quantity: max(size, known.get(quantity, 0.0)) for quantity, size in peak.items()}
+            for quantity in QUANTITIES:
+                error = getattr(stretch.points[name], quantity).error
+                self._curves[name][quantity].add(getattr(tracks, quantity), error, stretch.left)
+
+    @property
+    def curves(self) -> dict[str, dict[str, Curve]]:
+        """The last full turn of each measured quantity, thinned, and its error over the whole run."""
+        return {name: {q: Curve(*drawn.arrays) for q, drawn in found.items()} for name, found in self._curves.items()}

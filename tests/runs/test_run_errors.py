@@ -1,0 +1,176 @@
+"""Errors taken as a run comes are those of the whole of it, bit for bit, in memory that does not grow with it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import CAM, SAW
+
+from conrod import MuJoCoSettings, PymunkSettings, compare
+from conrod.engines import engine_named
+from conrod.engines.engine import Engine
+from conrod.engines.running import whole_run
+from conrod.runs.comparison import size_of
+from conrod.runs.plain import plain
+from conrod.runs.run_errors import RunningSize
+from conrod.runs.trajectory import Piece
+from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.validation.plan import Plan, validate_dynamic
+
+NOISE = np.abs(np.random.default_rng(3).standard_normal(70_001)) ** 7
+COUNTS = (1, 7, 8, 128, 129, 4096, 4097, 8200, 12_345, 65_536, 70_001)
+
+
+def in_pieces_of(monkeypatch: pytest.MonkeyPatch, engine: Engine[Any], steps: int) -> None:
+    run = engine.run
+    monkeypatch.setattr(engine, "run", lambda *asked: run(*asked[:4], steps))
+
+
+# -- sums ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", COUNTS)
+@pytest.mark.parametrize("piece", [1000, 4096, 70_001])
+def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(count: int, piece: int) -> None:
+    values, running = NOISE[:count], RunningSize()
+    for first in range(0, count, piece):
+        running.add(values[first : first + piece], max(0, count - first - piece))
+    assert running.size == size_of(values)
+
+
+def test_added_up_piece_by_piece_it_would_not_be() -> None:
+    counts = range(20_000, 20_040)
+    whole = [float(np.sum(NOISE[:count] ** 2)) for count in counts]
+    by_piece = [sum(float(np.sum(NOISE[k : min(k + 1000, n)] ** 2)) for k in range(0, n, 1000)) for n in counts]
+    assert whole != by_piece
+    assert whole == pytest.approx(by_piece, rel=1e-13)
+
+
+@pytest.mark.parametrize("left", [0, 5000, 90_000], ids=["more came than was said", "fewer", "far fewer"])
+def test_a_run_of_another_length_than_it_said_has_its_size_all_the_same(left: int) -> None:
+    running = RunningSize()
+    for k in range(5):
+        running.add(NOISE[9000 * k : 9000 * (k + 1)], max(0, left - 9000 * k))
+    expected = size_of(NOISE[:45_000])
+    assert (running.size.max, running.size.final) == (expected.max, expected.final)
+    assert running.size.rms == pytest.approx(expected.rms, rel=1e-14)
+
+
+def test_what_is_no_number_is_not_passed_over() -> None:
+    running = RunningSize()
+    for values in ([1.0, np.nan], [2.0, 3.0]):
+        running.add(np.array(values), 0)
+    assert np.isnan(running.size.max)
+
+
+# -- runs ------------------------------------------------------------------------------------------------------------
+
+ENDLESS = 10**9
+RUNS = {
+    "mujoco": RunCase("saw", SAW, MuJoCoSettings.tuned(SAW, 400)),
+    "pymunk": RunCase("saw", SAW, PymunkSettings.tuned(SAW, 400)),
+    "signed errors at few steps": RunCase("saw", SAW, PymunkSettings.tuned(SAW, 20)),
+    "a cam": RunCase("cam", CAM, PymunkSettings.tuned(CAM, 1000), revolutions=0.5),
+    "that fails": RunCase("saw", SAW, PymunkSettings.tuned(SAW, 6)),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_measurement_does_not_depend_on_the_pieces(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    case, found = RUNS[name], []
+    for steps in (ENDLESS, 7, 333):
+        with monkeypatch.context() as patch:
+            in_pieces_of(patch, engine_named(case.settings.engine), steps)
+            found.append(measure(case))
+    assert found[0] == found[1] == found[2]
+    if found[0].errors is not None:
+        whole = whole_run(engine_named(case.settings.engine), case.scene, case.settings, case.revolutions)
+        expected = {n: {f.name: vars(getattr(e, f.name).size) for f in fields(e)} for n, e in
+                    compare(whole, case.scene).points.items()}  # fmt: skip
+        assert found[0].errors == expected
+
+
+@pytest.mark.parametrize(
+    ("engine", "scene", "steps"), [("mujoco", SAW, 400), ("pymunk", SAW, 400), ("pymunk", CAM, 1000)]
+)
+def test_a_validation_does_not_depend_on_the_pieces(
+    engine: str, scene: Any, steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    for length in (ENDLESS, 97):
+        with monkeypatch.context() as patch:
+            in_pieces_of(patch, engine_named(engine), length)
+            found.append(plain(validate_dynamic("a machine", scene, engine_named(engine), "tuned", Plan(steps, 1.0))))
+    assert found[0] == found[1]
+    assert found[0]["curves"]
+
+
+def lost(piece: Piece) -> Piece:
+    """A piece in which the last sample of every point's position is the one before it."""
+    points = {}
+    for name, tracks in piece.trajectory.points.items():
+        values = tracks.position.values.copy()
+        values[-1] = values[-2]
+        points[name] = replace(tracks, position=replace(tracks.position, values=values))
+    return replace(piece, trajectory=replace(piece.trajectory, points=points))
+
+
+def test_a_sample_that_is_wrong_at_the_end_of_one_piece_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = RUNS["pymunk"]
+    engine = engine_named("pymunk")
+    right, run = measure(case), engine.run
+    monkeypatch.setattr(
+        engine, "run", lambda *asked: (lost(p) if p.first_step == 201 else p for p in run(*asked[:4], 100))
+    )
+    wrong = measure(case)
+    assert wrong.largest("position") > 10.0 * right.largest("position")
+    assert wrong.prediction != right.prediction
+
+
+# -- memory ----------------------------------------------------------------------------------------------------------
+
+PEAK = """
+import resource, sys
+from conrod.engines import engine_named
+from conrod.scenes import SCENES
+from conrod.studies.frame.run import RunCase
+from conrod.studies.validation.plan import Plan
+from conrod.studies.validation.study import ValidationCase
+{first}
+scene, (kind, engine, steps, turns) = SCENES["saw-500rpm"], sys.argv[1:]
+preset = engine_named(engine).presets["tuned"]
+if kind == "sweep":
+    case = RunCase("saw", scene, preset(scene, int(steps)), float(turns))
+else:
+    case = ValidationCase("saw", scene, engine, "tuned", Plan(int(steps), float(turns)))
+assert case.perform().outcome == "completed"
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+WHOLE = """
+for made in map(engine_named, ("mujoco", "pymunk")):
+    made.run = lambda *asked, run=made.run: run(*asked[:4], 10**9)
+"""
+
+
+def peak(kind: str, engine: str, steps: int, turns: int, first: str = "") -> float:
+    """Largest memory [MB] of a process that makes one run."""
+    asked = [sys.executable, "-c", PEAK.format(first=first), kind, engine, str(steps), str(turns)]
+    return float(subprocess.run(asked, check=True, capture_output=True, text=True).stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["sweep", "validate"])
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+@pytest.mark.parametrize(("steps", "turns"), [(1000, 1000), (500_000, 2)])
+def test_a_run_of_a_million_steps_takes_little_memory(kind: str, engine: str, steps: int, turns: int) -> None:
+    assert peak(kind, engine, steps, turns) < 150.0  # 1.4 to 1.7 GB as one piece
+
+
+@pytest.mark.slow
+def test_a_run_in_one_piece_would_take_more() -> None:
+    assert peak("sweep", "pymunk", 1000, 250, WHOLE) > 300.0
