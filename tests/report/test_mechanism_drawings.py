@@ -9,14 +9,16 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from drawn_texts import overlaps
+from drawn_texts import dimensions_on_plates, overlaps
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 
 from conrod.engines.cam_polygon import convex_hull
 from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
+from conrod.report.drawing.label_placement import LabelPlacement
 from conrod.report.drawing.links import link_shape
 from conrod.report.drawing.view import Slide, slide_of, ways
 from conrod.scenes import SCENES, Saw
@@ -24,6 +26,8 @@ from conrod.scenes.catalogue import catalogue_scene
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
 CROWDED = ("geneva", "jansen-leg", "planetary-gear", "rack-and-wheel", "six-bar", "two-slider-linkage", "web-cutter")
+
+PLATES = ("double-rocker", "jansen-leg", "one-cylinder-engine", "parallelogram", "six-bar", "web-cutter")
 
 
 def place(x: float, y: float) -> np.ndarray:
@@ -93,6 +97,20 @@ def test_texts_over_each_other_are_told() -> None:
         parts.note(drawn.axes[0], np.array(at), "one", parts.INK)
         parts.note(drawn.axes[0], np.array(at), "other", parts.INK, 30.0)
     assert ("one", "other") in overlaps(drawn)
+
+
+@pytest.mark.parametrize("name", PLATES)
+def test_no_dimension_lies_on_a_plate(name: str) -> None:
+    drawn = figure(name)
+    assert any(isinstance(patch, Polygon) for patch in drawn.axes[0].patches)
+    assert dimensions_on_plates(drawn) == []
+
+
+def test_a_dimension_on_a_plate_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Negative control: where plates are no obstacles, some dimensions lie on them.
+    monkeypatch.setattr(LabelPlacement, "cover", lambda placement, plate: None)
+    with drawing_style():
+        assert any(dimensions_on_plates(mechanism_figure(catalogue_scene(name))) for name in PLATES)
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 from conrod.report import numbers
+from conrod.report.charts import refinement
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.charts.panels import error_figure
+from conrod.report.charts.refinement import _curve, refinement_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Part
@@ -162,6 +165,28 @@ def test_parameters_are_shown_in_the_units_of_the_workshop(value: float, unit: s
 
 
 # -- figures ---------------------------------------------------------------------------------------------------------
+
+
+def legends_of(study: SceneStudy) -> list[list[str]]:
+    """The texts of each legend of the figure of orders, of the figure and of its panels."""
+    with drawing_style():
+        drawn = refinement_figure(study)
+    own = [legend for axes in drawn.axes if (legend := axes.get_legend()) is not None]
+    return [[text.get_text() for text in legend.get_texts()] for legend in (*drawn.legends, *own)]
+
+
+def test_the_figure_of_orders_has_one_legend_that_names_each_run_once() -> None:
+    assert legends_of(a_study("saw-40rpm")) == [["MuJoCo tuned", "pymunk stock"]]
+
+
+def test_a_legend_in_each_panel_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    def with_legend(axes: Axes, run: ValidationResult, name: str) -> object:
+        curve = _curve(axes, run, name)
+        axes.legend()
+        return curve
+
+    monkeypatch.setattr(refinement, "_curve", with_legend)
+    assert len(legends_of(a_study("saw-40rpm"))) == 4
 
 
 @pytest.mark.parametrize("name", ["saw-40rpm", pytest.param("cam-follower", marks=pytest.mark.slow)])
