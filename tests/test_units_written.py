@@ -27,7 +27,12 @@ RIVALS = {
 }
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.jinja")]
 # Pages and figures, whose texts stand in them as comments; but for audits, which quote what documents print.
-REPORTS = [p for kind in ("md", "svg") for p in (ROOT / "reports").rglob(f"*.{kind}") if "audit" not in p.parts]
+REPORTS = [
+    p
+    for kind in ("md", "svg")
+    for p in (ROOT / "reports").rglob(f"*.{kind}")
+    if "audit" not in p.parts or kind == "svg"
+]
 
 
 GENERATED = "\n["  # in a mechanism file that is written as text

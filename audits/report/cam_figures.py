@@ -32,7 +32,7 @@ def series_error() -> Figure:
         axes.set_ylabel(f"{name}, series less exact [{unit}]")
         axes.set_xlim(0.0, 180.0)
     for axes in panels[2:]:
-        axes.set_xlabel("cam angle on the rise [°]")
+        axes.set_xlabel("cam angle on the rise [deg]")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper center", ncol=5)
     figure.subplots_adjust(left=0.08, right=0.98, top=0.93, bottom=0.075, hspace=0.1, wspace=0.2)
@@ -79,7 +79,7 @@ def pressure_angle() -> Figure:
         color="#444444",
     )
     axes.set_xlabel("flank radius rho [mm]")
-    axes.set_ylabel("largest pressure angle [°]")
+    axes.set_ylabel("largest pressure angle [deg]")
     axes.set_ylim(0.0, 45.0)
     axes.legend(loc="lower right", ncol=2)
     figure.subplots_adjust(left=0.08, right=0.98, top=0.97, bottom=0.11)

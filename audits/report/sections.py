@@ -36,8 +36,8 @@ def module_section() -> str:
 
 
 SAW_METHOD = (
-    "The listing's lines were evaluated with MATLAB's own operators at its own angles, 0° to 360° in steps of 1°, its "
-    "names put right where it would stop and line 154 left out. Between two rows MATLAB's `/` does not divide element "
+    "The listing's lines were evaluated with MATLAB's own operators at its own angles, 0 to 360 deg in steps of 1 deg, "
+    "its names put right where it would stop and line 154 left out. Between two rows MATLAB's `/` does not divide element "
     "by element: it solves x b = a by least squares and gives one number, so that w3 and a3 come out the same for all "
     "angles. With `./` alone w3 is a row, and products and powers of rows want `.*` and `.^` too. And `input` asks for "
     "*putaran*, which section 4 answers with 500 rpm, where the lines below want rad/s."
@@ -95,8 +95,8 @@ AT_B = (
     "at zero and the acceleration jumps as it does in truth."
 )
 PRESSURE = (
-    "The document's own rule (line 62): the pressure angle is not to exceed 30°. *as printed* is by equations (6) and "
-    "(7), which count the height from the base circle and leave out the roller's radius."
+    "The document's own rule (line 62): the pressure angle is not to exceed 30 deg. *as printed* is by equations (6) "
+    "and (7), which count the height from the base circle and leave out the roller's radius."
 )
 
 
@@ -156,7 +156,7 @@ def _series_table(found: Sequence[CamSurvey], k: int) -> str:
 
 
 def _joint_b_table(found: Sequence[CamSurvey]) -> str:
-    head = ["R [mm]", "rho [mm]", "B [°]", "C [°]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
+    head = ["R [mm]", "rho [mm]", "B [deg]", "C [deg]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
             "jerk at B, series [mm/s³]", "exact [mm/s³]"]  # fmt: skip
     return _table(
         head,
@@ -173,7 +173,14 @@ def _joint_b_table(found: Sequence[CamSurvey]) -> str:
 
 
 def _pressure_table(found: Sequence[CamSurvey]) -> str:
-    head = ["R [mm]", "rho [mm]", "largest [°]", "at [°]", "as printed [°]", f"within {LARGEST_PRESSURE_ANGLE:g}°"]
+    head = [
+        "R [mm]",
+        "rho [mm]",
+        "largest [deg]",
+        "at [deg]",
+        "as printed [deg]",
+        f"within {LARGEST_PRESSURE_ANGLE:g} deg",
+    ]
     return _table(
         head,
         [
