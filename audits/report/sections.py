@@ -36,8 +36,8 @@ def module_section() -> str:
 
 
 SAW_METHOD = (
-    "The listing's lines were evaluated with MATLAB's own operators at its own angles, 0 to 360 deg in steps of 1 deg, "
-    "its names put right where it would stop and line 154 left out. Between two rows MATLAB's `/` does not divide element "
+    "The listing's lines were evaluated with MATLAB's own operators at its own angles, 0 to 360 deg by 1 deg, its "
+    "names put right where it would stop and line 154 left out. Between two rows MATLAB's `/` does not divide element "
     "by element: it solves x b = a by least squares and gives one number, so that w3 and a3 come out the same for all "
     "angles. With `./` alone w3 is a row, and products and powers of rows want `.*` and `.^` too. And `input` asks for "
     "*putaran*, which section 4 answers with 500 rpm, where the lines below want rad/s."
