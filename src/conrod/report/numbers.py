@@ -67,12 +67,12 @@ def in_mm(errors: Errors, lengths: Mapping[str, float]) -> str:
     return f"<= {shown}" if at_most else shown
 
 
-def with_mm(errors: Errors, lengths: Mapping[str, float]) -> str:
-    """The largest of errors over L, as it is and in mm: `0.038 (7.9 mm)`."""
+def with_mm(errors: Errors, lengths: Mapping[str, float], of: str = "") -> str:
+    """The largest of errors over L, as it is, with what it is a share of, and in mm: `0.038 (7.9 mm)`."""
     known = errors.values() if isinstance(errors, Mapping) else (errors,)
     over = measured(max((error for error in known if error is not None), default=None))
     shown = in_mm(errors, lengths)
-    return over if shown in (MISSING, over) else f"{over} ({shown} mm)"
+    return over + of if shown in (MISSING, over) else f"{over}{of} ({shown} mm)"
 
 
 def error(name: str, size: Errors, lengths: Mapping[str, float] = MappingProxyType({})) -> str:

@@ -138,7 +138,7 @@ def _listed(errors: Mapping[str, str]) -> str:
 
 def _errors_allowed(choice: Choice, allowed: Allowed) -> str:
     errors = _errors(choice, allowed, choice.case.scene)
-    return _listed({q: f"{size} (allowed {numbers.quantity(allowed[q])})" for q, size in errors.items()})
+    return _listed({q: f"{size} of {numbers.quantity(allowed[q])} allowed" for q, size in errors.items()})
 
 
 def _rejected(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:

@@ -24,7 +24,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
 RIGHT = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
-MM = 1e3
+MM, TRAVEL = 1e3, " of its travel"
 TOLD_TOGETHER = 4
 # Lengths that leave more than this share of what the expected ones leave explain nothing.
 NEAREST = 0.05
@@ -108,7 +108,7 @@ def _why_not(study: ModelStudy) -> str:
         return " and ".join([*branch, " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])])
     if branch and identity.closest is None:
         return branch[0]
-    off = f"its points are off by up to {with_mm(identity.off_by, study.scene.lengths)} of their travel"
+    off = f"its points are off by up to {with_mm(identity.off_by, study.scene.lengths, ' of their travel')}"
     return "; ".join([*branch, off, *other_kinds(study)])
 
 
@@ -198,7 +198,7 @@ def other_kinds(study: ModelStudy) -> list[str]:
 def _paths(study: ModelStudy) -> Iterator[str]:
     """Comparison of the points' paths with the exact ones, and what explains the difference."""
     identity, shape, lengths = study.identity, study.model.touching, study.scene.lengths
-    off = ", ".join(f"{name} {with_mm({name: size}, lengths)} of its travel" for name, size in identity.off_by.items())
+    off = ", ".join(f"{name} {with_mm({name: size}, lengths, TRAVEL)}" for name, size in identity.off_by.items())
     yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
     if identity.rate_off is not None:
         with_found = " (with what was found)" if identity.explanations else ""
@@ -221,12 +221,12 @@ def _explained(study: ModelStudy) -> Iterator[str]:
         if (count := len(identity.explanations)) > 1:
             yield f"{count} explanations leave nothing; the paths cannot distinguish them"
         for one in identity.explanations[:TOLD_TOGETHER]:
-            yield f"{explanation(one)}; that leaves {with_mm(one.left, lengths)} of the travel"
+            yield f"{explanation(one)}; that leaves {with_mm(one.left, lengths, TRAVEL)}"
     elif identity.closest is None:
         yield "all lengths are as expected"
     else:
         left = identity.closest.left
-        yield f"no lengths explain it: what comes nearest leaves {with_mm(left, lengths)} of the travel"
+        yield f"no lengths explain it: what comes nearest leaves {with_mm(left, lengths, TRAVEL)}"
         if left < NEAREST * identity.largest:
             yield f"nearest: {explanation(identity.closest)}"
         yield from other_kinds(study)
