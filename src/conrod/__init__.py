@@ -13,7 +13,6 @@ from conrod.working_folder import leave_working_folder
 leave_working_folder()
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
     from conrod.scenes import Scene as Scene
     from conrod.scenes import ShearPress as ShearPress
 
-__version__ = version("conrod")
+    __version__: str
 
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
@@ -60,6 +59,11 @@ __all__ += list(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        # Here: until the command line answers it, Ctrl-C is a traceback, and this takes a while to import.
+        from importlib.metadata import version
+
+        return globals().setdefault(name, version("conrod"))
     if name not in _HOMES:
         raise AttributeError(f"module 'conrod' has no attribute {name!r}; it has {', '.join(sorted(_HOMES))}")
     return getattr(import_module(_HOMES[name]), name)

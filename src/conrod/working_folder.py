@@ -3,6 +3,10 @@
 import os
 import sys
 
+# Environment of all that conrod starts, and that libraries start there: MuJoCo, where something is to be drawn, loads
+# GLFW, which has an interpreter of its own look at a library.
+SAFE_PATH = {"PYTHONSAFEPATH": "1", "MUJOCO_GL": "disable"}
+
 
 def leave_working_folder() -> None:
     """Drop the folder that `python -m` put in front of Python's own library.

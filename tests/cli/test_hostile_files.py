@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from multiprocessing import Pipe
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from command_line import conrod, said
 from conrod.errors import InvalidInput
 from conrod.own.files import copies_asked_for
 from conrod.report.pack.contents import read_parameters
+from conrod.studies.execution import worker
 
 SLOW = pytest.mark.slow
 BODY = '<body name="b"><joint name="j" type="hinge" axis="0 1 0"/><geom name="g" size="0.1" pos="0 0 -0.5"/></body>'
@@ -194,13 +196,24 @@ def test_a_report_of_no_kind_is_none(kind: str, tmp_path: Path) -> None:
 # -- the system ------------------------------------------------------------------------------------------------------
 
 
-def test_a_system_without_threads_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def start(_: threading.Thread) -> None:
-        raise RuntimeError("can't start new thread")
+def cannot_start(_: threading.Thread) -> None:
+    raise RuntimeError("can't start new thread")
 
-    monkeypatch.setattr(threading.Thread, "start", start)
+
+def test_a_system_without_threads_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(threading.Thread, "start", cannot_start)
     line = refused("validate", "saw-40rpm", "--ledger", "l.sqlite", cwd=tmp_path)
     assert "no more threads or processes" in line
+
+
+def test_a_worker_without_threads_refuses_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threading.Thread, "start", cannot_start)
+    owner, theirs = Pipe()
+    with owner, theirs:
+        worker.main(os.dup(theirs.fileno()), None, None)
+        refusal = owner.recv()
+    assert isinstance(refusal, InvalidInput)
+    assert "a worker process cannot start: can't start new thread" in str(refusal)
 
 
 def test_a_locale_without_the_signs_shows_the_rest() -> None:
@@ -212,13 +225,14 @@ def test_a_locale_without_the_signs_shows_the_rest() -> None:
     assert b"sqrt(l? - e?)" in done.stdout
 
 
-def test_an_interrupt_while_the_command_line_is_loaded_ends_it_without_a_word() -> None:
+@pytest.mark.parametrize("module", ["click", "importlib.metadata"])
+def test_an_interrupt_while_the_command_line_is_loaded_ends_it_without_a_word(module: str) -> None:
     # The interrupt comes while its modules are imported: a finder of modules sends it.
     code = (
         "import os, signal, sys\n"
         "class Finder:\n"
         "    def find_spec(self, name, *_):\n"
-        "        if name == 'click': os.kill(os.getpid(), signal.SIGINT)\n"
+        f"        if name == '{module}': os.kill(os.getpid(), signal.SIGINT)\n"
         "sys.meta_path.insert(0, Finder())\n"
         "from conrod.__main__ import main\n"
         "main()\n"

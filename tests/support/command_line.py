@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from conrod.cli import main
+from conrod.working_folder import SAFE_PATH
 
 # What is run again and again by many tests is kept here: no test reads or writes the ledger of whoever runs them.
 _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
@@ -30,6 +31,8 @@ def conrod(*arguments: str, cwd: Path | None = None, ledger: Path | None = None)
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.setattr(sys, "argv", ["conrod", *arguments])
+        for name, value in SAFE_PATH.items():
+            patch.setenv(name, value)  # as the command does, and it is taken back
         patch.setattr("conrod.cli.waiting.SAID_AFTER", 1e6)  # however slow the machine is
         if cwd is not None:
             patch.chdir(cwd)

@@ -14,6 +14,7 @@ from click.shell_completion import CompletionItem
 
 from conrod.cli import options as exit_status
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.working_folder import SAFE_PATH
 
 NO_THREAD = "can't start new thread"  # as Python says it
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -72,6 +73,7 @@ def main() -> None:
             stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
     # What a batch system or `timeout` sends ends it as Ctrl-C does: with what is under way undone.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    os.environ.update(SAFE_PATH)
     try:
         cli.main(prog_name="conrod", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:

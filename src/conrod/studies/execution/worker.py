@@ -59,7 +59,11 @@ def main(pipe: int, memory: int | None, headroom: int | None) -> None:
     """
     os.set_inheritable(pipe, False)
     owner, calls = Connection(pipe), SimpleQueue[bytes]()
-    threading.Thread(target=_listen, args=(owner, calls), daemon=True).start()
+    try:
+        threading.Thread(target=_listen, args=(owner, calls), daemon=True).start()
+    except RuntimeError as error:
+        owner.send(InvalidInput(f"a worker process cannot start: {error}, see `ulimit -u`"))
+        return
     reserve = bytearray(0 if memory is headroom is None else RESERVE)
     refusal = _refusal(memory)
     while True:

@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
+from conrod.working_folder import SAFE_PATH
 
 Result = TypeVar("Result")
 
@@ -112,7 +113,11 @@ class WorkerProcess:
         """
         self._limits = limits
         self._pipe, theirs = Pipe()
-        code = "from conrod.studies.execution.worker import main; main{}"
+        # Ended without a word by what OpenBLAS sends itself where it may not start its threads.
+        code = (
+            "import signal as s; s.signal(s.SIGINT, s.SIG_DFL); "
+            "from conrod.studies.execution.worker import main; main{}"
+        )
         try:
             self._process = subprocess.Popen(
                 # -P: not from the working folder, which Python would put in front of its own library.
@@ -124,6 +129,7 @@ class WorkerProcess:
                 env={
                     **({} if threads_of_its_own else ONE_THREAD),
                     **os.environ,
+                    **SAFE_PATH,
                     "PYTHONPATH": os.pathsep.join(import_path()),
                 },
                 # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
