@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
+from matplotlib.figure import Figure as Canvas
 
-from conrod.report.escaping import LONGEST, in_markdown, one_line, verbatim, visible
+from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.escaping import LONGEST, in_markdown, one_line, say, verbatim, visible
 from conrod.report.figure import Figure
 from conrod.report.table import Toned, table
 from conrod.report.template import _environment
@@ -46,6 +50,32 @@ def test_a_long_error_keeps_its_beginning_and_its_end() -> None:
     assert line.startswith("unknown scene")
     assert line.endswith("did you mean 'saw'?")
     assert one_line("short\nas it is") == "short as it is"
+
+
+@pytest.mark.parametrize("kind", ["pipe", "terminal"])
+def test_names_of_files_command_no_terminal_and_data_in_a_pipe_stays(
+    kind: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdout.isatty", lambda: kind == "terminal")
+    say(f"report: {TITLE}")
+    assert COMMANDING.isdisjoint(capsys.readouterr().out)
+    say("\u202edata", nl=False)
+    assert capsys.readouterr().out == ("?data" if kind == "terminal" else "\u202edata")
+
+
+def test_commands_print_the_names_of_files_so(tmp_path: Path) -> None:
+    done = conrod("export", "saw-40rpm", "--format", "pack", "-o", "a\x1b]0;b", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "pack: a?]0;b\n")
+
+
+def test_a_figure_is_xml_whatever_a_name_has_in_it() -> None:
+    with drawing_style():
+        canvas = Canvas()
+        canvas.add_subplot(title=TITLE, xlabel="-- a & b --")
+        text = svg_text(canvas)
+    assert COMMANDING.isdisjoint(text)
+    assert ElementTree.fromstring(text).tag.endswith("svg")
+    assert "<script" not in text.replace("&lt;script", "")
 
 
 @pytest.mark.parametrize(

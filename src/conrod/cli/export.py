@@ -6,6 +6,7 @@ import click
 
 from conrod.cli import options
 from conrod.errors import InvalidInput
+from conrod.report.escaping import say
 
 FORMATS = ("mjcf", "csv", "npz", "pack")
 CSV_SAMPLES = 360  # a revolution
@@ -52,7 +53,7 @@ def export(
 
         place = pack_to_write(output)
         write_together([pack_batch(pack_files(name, chosen, samples, turns, machine_text(scene)), place)])
-        click.echo(f"pack: {place}")
+        say(f"pack: {place}")
         return
     file = None if output is None else file_to_write(output, "-o")
     content: str | bytes
@@ -73,4 +74,4 @@ def export(
         raise InvalidInput(f"--format {kind} is not text: give a file with -o")
     else:
         with naming("standard output"):
-            click.echo(content, nl=False)
+            say(content, nl=False)

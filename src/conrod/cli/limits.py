@@ -10,6 +10,7 @@ import click
 from conrod.cli import options
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
+from conrod.report.escaping import say
 
 if TYPE_CHECKING:
     from conrod.studies.limits.axes import Axis
@@ -102,7 +103,7 @@ def limits(
     command = reproduction("limits", scenes, given, assignments, files.folder)
     write_together(report_batches(studies, files.folder, files.file, command))
     if files.folder:
-        click.echo(f"report: {files.folder / 'README.md'}")
+        say(f"report: {files.folder / 'README.md'}")
 
 
 def print_limits(studies: Sequence[LimitStudy]) -> None:

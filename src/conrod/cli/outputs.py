@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-import click
-
+from conrod.report.escaping import say
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import Kind
 from conrod.report.reproduction import SCENE, Reproduction
@@ -46,7 +45,7 @@ class Outputs(Generic[F]):
             batches.append(report_batch(self.kind, findings, self.folder, command, options, draw))
         write_together(batches)
         if self.folder:
-            click.echo(f"report: {self.folder / self.kind.first_page(findings)}")
+            say(f"report: {self.folder / self.kind.first_page(findings)}")
 
 
 def outputs(

@@ -8,6 +8,7 @@ from itertools import product
 import click
 
 from conrod.cli import options
+from conrod.report.escaping import say
 
 
 @options.verb()
@@ -85,8 +86,8 @@ def recommend(
     written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
     for path, settings in product(wanted.values(), written):
         write_together([single(path, writers[settings.engine].model(name, chosen, settings))])
-        click.echo(f"model: {path}")
+        say(f"model: {path}")
     if wanted and not written:
-        click.echo("conrod: no model is written: nothing qualifies", err=True)
+        say("conrod: no model is written: nothing qualifies", err=True)
     if not qualified or (wanted and not written):
         sys.exit(options.FAILED)

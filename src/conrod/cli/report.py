@@ -8,6 +8,7 @@ import click
 
 from conrod.cli import options
 from conrod.errors import InvalidInput
+from conrod.report.escaping import say
 
 
 @options.verb()
@@ -30,4 +31,4 @@ def report(directory: str, out: str | None) -> None:
     write_together(batches)
     for batch in batches:
         for name in batch.files:
-            click.echo(f"wrote {target / name}")
+            say(f"wrote {target / name}")

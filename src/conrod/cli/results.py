@@ -8,6 +8,7 @@ import click
 
 from conrod.cli import options
 from conrod.errors import InvalidInput
+from conrod.report.escaping import say
 
 
 @options.verb()
@@ -43,10 +44,10 @@ def results(
         table = results_table(opened.rows(), where)
     if opened.damaged:
         words = f"{opened.damaged} runs in {path} cannot be read and are left out; the next study makes them again"
-        click.echo(f"conrod: {words}", err=True)
+        say(f"conrod: {words}", err=True)
     write_together([single(file, table.written(option.lstrip("-"))) for option, file in files.items()])
     if files:
-        click.echo(f"{len(table.rows)} rows: {', '.join(str(file) for file in files.values())}")
+        say(f"{len(table.rows)} rows: {', '.join(str(file) for file in files.values())}")
     else:
         with naming("standard output"):
-            click.echo(table.written("csv"), nl=False)
+            say(str(table.written("csv")), nl=False)

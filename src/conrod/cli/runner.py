@@ -11,7 +11,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-import click
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -26,6 +25,7 @@ from rich.text import Text
 
 from conrod.cli.options import RunOptions
 from conrod.errors import InvalidInput
+from conrod.report.escaping import say
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
 from conrod.studies.execution.local import RepeatingExecutor
@@ -72,7 +72,7 @@ class Runner:
             try:
                 yield cls(ledger, options, executor)
             except KeyboardInterrupt:
-                click.echo(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
+                say(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
                 raise
 
     @contextmanager

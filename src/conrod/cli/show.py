@@ -10,6 +10,7 @@ import click
 
 from conrod.cli import options
 from conrod.errors import InvalidInput
+from conrod.report.escaping import say
 
 if TYPE_CHECKING:
     from conrod.exact.linkage import InstantQuantities
@@ -70,7 +71,7 @@ def show(
     write_together(batches)
     for option, word in (("--svg", "drawing"), ("--figures", "figures")):
         if option in files:
-            click.echo(f"{word}: {files[option]}")
+            say(f"{word}: {files[option]}")
 
 
 def _files(texts: dict[str, str]) -> dict[str, Path]:

@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import click
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from conrod.report.escaping import one_line
+from conrod.report.escaping import one_line, say
 from conrod.studies.execution.isolation import FILE_TIMEOUT
 
 SAID_AFTER = 5.0  # [s], where there is no terminal for a clock
@@ -33,7 +32,7 @@ def waiting(path: Path, timeout: float = FILE_TIMEOUT) -> Iterator[None]:
             bar.add_task(escape(words), total=None)
             yield
         return
-    said = threading.Timer(SAID_AFTER, click.echo, (words,), {"err": True})
+    said = threading.Timer(SAID_AFTER, say, (words,), {"err": True})
     said.daemon = True
     said.start()
     try:

@@ -16,8 +16,10 @@ import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from conrod.exact.motion import Array
+from conrod.report.escaping import visible
 from conrod.report.numbers import ROUNDING
 
 STYLE: dict[str, Any] = {
@@ -61,6 +63,9 @@ def drawing_style() -> Iterator[None]:
 def svg_text(figure: Figure) -> str:
     """The figure as SVG, without date, version or digits beyond a hundredth of a point."""
     stream = io.StringIO()
+    for label in figure.findobj(Text):
+        if label.get_text() != (shown := visible(label.get_text())):
+            label.set_text(shown)
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     text = PATH_DATA.sub(lambda data: NUMBER.sub(_two_decimals, data.group()), stream.getvalue())
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
