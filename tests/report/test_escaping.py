@@ -9,8 +9,9 @@ from xml.etree import ElementTree
 import pytest
 from matplotlib.figure import Figure as Canvas
 
+from conrod.cli.say import say
 from conrod.report.charts.canvas import drawing_style, svg_text
-from conrod.report.escaping import LONGEST, in_markdown, one_line, say, verbatim, visible
+from conrod.report.escaping import LONGEST, in_markdown, one_line, verbatim, visible
 from conrod.report.figure import Figure
 from conrod.report.table import Toned, table
 from conrod.report.template import _environment

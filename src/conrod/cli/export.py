@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from conrod.cli import options
+from conrod.cli.say import say
 from conrod.errors import InvalidInput
-from conrod.report.escaping import say
 
 FORMATS = ("mjcf", "csv", "npz", "pack")
 CSV_SAMPLES = 360  # a revolution

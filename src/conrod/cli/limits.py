@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.cli import options
+from conrod.cli.say import say
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
-from conrod.report.escaping import say
 
 if TYPE_CHECKING:
     from conrod.studies.limits.axes import Axis

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from conrod.report.escaping import say
+from conrod.cli.say import say
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import Kind
 from conrod.report.reproduction import SCENE, Reproduction

@@ -8,7 +8,7 @@ from itertools import product
 import click
 
 from conrod.cli import options
-from conrod.report.escaping import say
+from conrod.cli.say import say
 
 
 @options.verb()

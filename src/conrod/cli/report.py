@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from conrod.cli import options
+from conrod.cli.say import say
 from conrod.errors import InvalidInput
-from conrod.report.escaping import say
 
 
 @options.verb()

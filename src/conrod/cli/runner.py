@@ -24,8 +24,8 @@ from rich.progress import (
 from rich.text import Text
 
 from conrod.cli.options import RunOptions
+from conrod.cli.say import say
 from conrod.errors import InvalidInput
-from conrod.report.escaping import say
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
 from conrod.studies.execution.local import RepeatingExecutor

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.cli import options
+from conrod.cli.say import say
 from conrod.errors import InvalidInput
-from conrod.report.escaping import say
 
 if TYPE_CHECKING:
     from conrod.exact.linkage import InstantQuantities

@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from conrod.report.escaping import one_line, say
+from conrod.cli.say import say
+from conrod.report.escaping import one_line
 from conrod.studies.execution.isolation import FILE_TIMEOUT
 
 SAID_AFTER = 5.0  # [s], where there is no terminal for a clock

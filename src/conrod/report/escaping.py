@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
-
-import click
 
 LONGEST = 400  # characters of an error's line
 # Control characters but tab and line end, and those that turn the direction of what follows.
@@ -18,12 +15,6 @@ _HAZARD = re.compile(r"<(?=[A-Za-z/!?])|\](?=\((?!\s*<?https?://)[^)]*[:&]|:(?!\
 def visible(text: str) -> str:
     """The text with a question mark for each control character; tabs and line ends stay."""
     return text.translate(_VISIBLE)
-
-
-def say(text: str, *, err: bool = False, nl: bool = True) -> None:
-    """Print text that commands no terminal. Without a line end it is data, and to a file or pipe stays as it is."""
-    stream = sys.stderr if err else sys.stdout
-    click.echo(visible(text) if nl or stream.isatty() else text, err=err, nl=nl)
 
 
 def in_markdown(text: str) -> str:
