@@ -146,6 +146,6 @@ def test_a_largest_error_of_points_of_several_lengths_is_at_most_that_of_the_lon
 def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
     run = replace(planted("saw-500rpm"), tolerance=Tolerance(phase=math.radians(1.0)), phase={"max": math.radians(2.0)})
     study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.judged(),))
-    assert verdict_words(study.results[0]) == "OUT OF TOLERANCE: phase 2.0 deg > 1.0 deg"
+    assert verdict_words(study.results[0]) == "OUT OF TOLERANCE: phase 2.0 deg > 1 deg"
     (row,) = tables.tolerances_table(study).rows
-    assert row[-2] == "1.0 deg"
+    assert row[-2] == "1 deg"

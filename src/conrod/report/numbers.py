@@ -83,6 +83,13 @@ def error(name: str, size: Errors, lengths: Mapping[str, float] = MappingProxyTy
     return f"{in_degrees(size)} deg" if name == "phase" and size is not None else measured(size)
 
 
+def allowed(name: str, size: float | None, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
+    """A limit of what `error` shows; one of the crank angle is rounding itself, and no noise."""
+    if name == "phase" and size is not None:
+        return f"{quantity(math.degrees(size), 2)} deg"
+    return error(name, size, lengths)
+
+
 def lengths(travels: Mapping[str, float]) -> str:
     """The travels [m] of points, which errors are divided by, to end a sentence; a full stop where none is known."""
     known = ", ".join(f"{point} {quantity(1e3 * length, 6)} mm" for point, length in travels.items())

@@ -39,7 +39,7 @@ def verdict_words(result: Result) -> str:
 
 
 def exceeded_words(
-    exceeded: Mapping[str, tuple[float | None, float]], allowed_text: Callable[[str, float], str] = numbers.error
+    exceeded: Mapping[str, tuple[float | None, float]], allowed_text: Callable[[str, float], str] = numbers.allowed
 ) -> list[str]:
     """The judged quantities that are out of tolerance, with what was found and allowed."""
     pairs = {PLAIN_NAMES.get(name, name): pair for name, pair in exceeded.items()}

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from conrod.mechanism.units import in_prose
 from conrod.own.tables.causes import Cause
 from conrod.own.tables.estimation import Estimation
 from conrod.own.tables.samples import ERRORS
@@ -59,7 +60,7 @@ def verdict_text(study: TableStudy) -> str:
 
 def _allowed(name: str, limit: float) -> str:
     """A tolerance as it was given, that of the crank's angle in deg."""
-    return numbers.error(name, limit) if name == "phase" else f"{limit:g}"
+    return numbers.allowed(name, limit) if name == "phase" else f"{limit:g}"
 
 
 def crank_text(study: TableStudy) -> str:
@@ -109,7 +110,7 @@ def _explained(study: TableStudy, cause: Cause) -> Iterator[tuple[str, str, str]
 
 def columns_table(study: TableStudy) -> Table:
     """The columns that are used."""
-    rows = [(column.target.name, column.heading, column.unit, column.unit_from) for column in study.columns]
+    rows = [(column.target.name, column.heading, in_prose(column.unit), column.unit_from) for column in study.columns]
     return table(("quantity", "column", "unit", "unit from"), rows)
 
 

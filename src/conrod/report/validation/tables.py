@@ -201,7 +201,7 @@ def tolerances_table(study: SceneStudy) -> Table:
     for r in dynamic(study):
         unsupported = r.outcome == Outcome.UNSUPPORTED.slug
         because = r.tolerance.reason or ("unsupported" if unsupported else "not judged")
-        allowed = (numbers.error(name, getattr(r.tolerance, name), study.scene.lengths) for name in JUDGED)
+        allowed = (numbers.allowed(name, getattr(r.tolerance, name), study.scene.lengths) for name in JUDGED)
         rows.append((*name_of(r), *allowed, because))
     return table(["engine", "preset", *(name.replace("_", ", ") for name in JUDGED), "because"], rows)
 
