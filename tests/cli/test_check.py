@@ -15,14 +15,14 @@ import mujoco
 import numpy as np
 import pytest
 from command_line import conrod
+from described import FOUR_BAR
+from table_files import csv_text, exact_table
 
 from conrod import SCENES, InvalidInput, MuJoCoSettings, Saw, check, compare, run
 from conrod.cli.check import keyword_of
 from conrod.cli.validate_request import ModelOptions, Request, TableOptions
 from conrod.own.tables.study import TableStudy
 from conrod.scenes.described_scene import read_scene
-from tests.support.described import FOUR_BAR
-from tests.support.table_files import csv_text, exact_table
 
 ROOT = Path(__file__).parents[2]
 MODEL = ROOT / "mjcf" / "saw-500rpm.xml"

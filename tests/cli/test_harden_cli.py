@@ -9,9 +9,8 @@ from pathlib import Path
 
 import mujoco
 import pytest
-
-from tests.support.command_line import conrod
-from tests.support.legged import LEGGED
+from command_line import conrod
+from legged import LEGGED
 
 WITH_A_MESH = (
     LEGGED.read_text()

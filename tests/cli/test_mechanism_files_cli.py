@@ -8,12 +8,12 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from command_line import conrod
+from described import FOUR_BAR, SLIDER_CRANK
 
 from conrod.errors import InvalidInput
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
-from tests.support.command_line import conrod
-from tests.support.described import FOUR_BAR, SLIDER_CRANK
 
 TEXT = SLIDER_CRANK.read_text(encoding="utf-8")
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 from command_line import conrod, said
+from described import FOUR_BAR
+from legged import LEGGED
+from own_model_edits import HACKSAW, TEXTS
+from table_files import csv_text, exact_table
 
 from conrod.scenes import SCENES
-from tests.support.described import FOUR_BAR
-from tests.support.legged import LEGGED
-from tests.support.own_model_edits import HACKSAW, TEXTS
-from tests.support.table_files import csv_text, exact_table
 
 MODEL = "validate hacksaw.xml --scene saw-40rpm"
 GIVEN = f"{MODEL} --crank a --point C=x"

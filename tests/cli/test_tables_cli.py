@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import conrod
+from table_files import ROWS, Columns, csv_text, exact_table
 
 from conrod.scenes import SCENES
-from tests.support.command_line import conrod
-from tests.support.table_files import ROWS, Columns, csv_text, exact_table
 
 SAW = SCENES["saw-500rpm"]
 VALIDATE = ("validate", "t.csv", "--scene", "saw-500rpm")

@@ -13,6 +13,7 @@ from typing import Any
 
 import click
 import pytest
+from command_line import conrod
 from rich.table import Table as CutTable
 
 from conrod.cli.ablate import print_ablations
@@ -31,7 +32,6 @@ from conrod.report.saved import restore
 from conrod.report.table import Table, Toned, table
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names, dynamics_names
-from tests.support.command_line import conrod
 
 ROOT = Path(__file__).parents[2]
 WIDTHS = (60, 80, 100, 120)

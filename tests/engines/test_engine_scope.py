@@ -5,13 +5,13 @@ from __future__ import annotations
 import tomllib
 
 import pytest
+from described import CATALOGUE, changed
 
 from conrod.engines import engine_named
 from conrod.engines.pymunk import space
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
 from conrod.studies.validation import kinematic_proof
 from conrod.studies.validation.kinematic_proof import validate_kinematic
-from tests.support.described import CATALOGUE, changed
 
 # A crank's block slides beside a lever's middle line; block and lever have turned frames and centres of gravity
 # away from both line and points.

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import Any
 
 import numpy as np
 import pytest
+from command_line import conrod
 from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 
-import conrod
+import conrod as package
 from conrod.engines import ENGINES, engine_named, engine_names
 from conrod.engines.capabilities import (
     MEANINGS,
@@ -33,7 +33,7 @@ from conrod.runs.comparison import compare
 from conrod.runs.trajectory import concatenate_pieces
 from conrod.scenes import SCENES
 
-SOURCE = Path(conrod.__file__).parent
+SOURCE = Path(package.__file__).parent
 SAW: Any = SCENES["saw-40rpm"]
 STEPS = 100
 
@@ -44,31 +44,25 @@ def forget() -> None:
     engine_named.cache_clear()
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the engine is installed, and where commands are given."""
+    return installed_in(tmp_path_factory.mktemp("site"))
+
+
 @pytest.fixture
-def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def brought(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The planted engine, installed beside conrod."""
-    monkeypatch.syspath_prepend(str(installed_in(tmp_path)))
+    monkeypatch.syspath_prepend(str(folder))
     forget()
     yield
     forget()
 
 
-@pytest.fixture(scope="module")
-def user(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """Runs conrod as somebody who has installed the engine."""
-    folder = tmp_path_factory.mktemp("site")
-    installed_in(folder / "site-packages")
-    places = [str(folder / "site-packages"), str(Path(__file__).parents[1] / "support"), str(SOURCE.parent)]
-
-    def conrod(*arguments: str) -> subprocess.CompletedProcess[str]:
-        changed = {"PYTHONPATH": os.pathsep.join(places), "CONROD_LEDGER": str(folder / "ledger.sqlite")}
-        return subprocess.run(
-            [sys.executable, "-m", "conrod", *arguments],
-            env=os.environ | changed, cwd=folder, capture_output=True, text=True, timeout=300, check=False,
-        )  # fmt: skip
-
-    conrod.folder = folder  # type: ignore[attr-defined]  # where it writes
-    return conrod
+@pytest.fixture
+def user(folder: Path, brought: None) -> Callable[..., CompletedProcess[str]]:
+    """Gives commands as somebody who has installed the engine."""
+    return partial(conrod, cwd=folder, ledger=folder / "ledger.sqlite")
 
 
 def planted_error(settings: PlantedSettings) -> float:
@@ -81,13 +75,13 @@ def planted_error(settings: PlantedSettings) -> float:
     )
 
 
-def validated(user: Any, *arguments: str) -> tuple[int, dict[str | None, dict[str, Any]]]:
+def validated(user: Any, folder: Path, *arguments: str) -> tuple[int, dict[str | None, dict[str, Any]]]:
     """Exit status and results by preset."""
     done = user(
         "validate", "saw-40rpm", "--engine", NAME, "--steps-per-rev", str(STEPS), *arguments, "--json", "r.json"
     )
     assert done.returncode in (0, 1), done.stderr
-    found = json.loads((user.folder / "r.json").read_text())["parts"]["saw-40rpm"]["findings"]
+    found = json.loads((folder / "r.json").read_text())["parts"]["saw-40rpm"]["findings"]
     return done.returncode, {result["preset"]: result for result in found["results"]}
 
 
@@ -96,8 +90,8 @@ def test_no_file_of_conrod_knows_its_name() -> None:
     assert f"engine {NAME}" not in "".join(p.read_text(encoding="utf-8") for p in SOURCE.rglob("*.py"))
 
 
-def test_it_has_the_measured_error_and_order_that_were_planted(user: Any) -> None:
-    status, results = validated(user, "--tolerance", "position=1e-2")
+def test_it_has_the_measured_error_and_order_that_were_planted(user: Any, folder: Path) -> None:
+    status, results = validated(user, folder, "--tolerance", "position=1e-2")
     for preset in ("stock", "sharp"):
         found = results[preset]
         settings = ENGINE.presets[preset](SAW, STEPS)
@@ -110,8 +104,8 @@ def test_it_has_the_measured_error_and_order_that_were_planted(user: Any) -> Non
     assert status == 1
 
 
-def test_what_it_lacks_is_unsupported_with_the_reason(user: Any) -> None:
-    _, results = validated(user)
+def test_what_it_lacks_is_unsupported_with_the_reason(user: Any, folder: Path) -> None:
+    _, results = validated(user, folder)
     assert (results[None]["outcome"], results[None]["reason"]) == ("unsupported", "planted has no kinematic mode")
     assert results["sharp"]["passed"] is None  # it states no law of its errors to be judged by
     for option, lacked in (("--quantity", "torque"), ("--motion", "free")):
@@ -126,13 +120,13 @@ def test_what_it_lacks_is_unsupported_with_the_reason(user: Any) -> None:
     assert f"{NAME} unsupported: {NAME} has no ingredients" in ablated.stdout
 
 
-def test_it_is_swept_and_reported(user: Any) -> None:
+def test_it_is_swept_and_reported(user: Any, folder: Path) -> None:
     done = user("sweep", "saw-40rpm", "--engine", NAME, "--grid", "coarse", "--out", "swept", "--json", "swept.json")
     assert done.returncode == 0, done.stderr
-    text = (user.folder / "swept.json").read_text()
+    text = (folder / "swept.json").read_text()
     assert NAME in text
     assert "pymunk" not in json.loads(text)["environment"].get("engines", {})
-    pages = "".join(path.read_text(encoding="utf-8") for path in (user.folder / "swept").rglob("*.md"))
+    pages = "".join(path.read_text(encoding="utf-8") for path in (folder / "swept").rglob("*.md"))
     assert NAME in pages
     listed = user("results", "--where", f"engine = '{NAME}'")
     assert listed.returncode == 0, listed.stderr

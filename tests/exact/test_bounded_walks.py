@@ -6,15 +6,15 @@ import random
 from pathlib import Path
 from typing import Any
 
+import mutants
 import numpy as np
 import pytest
+from described import CATALOGUE, SHIPPED, changed, tables
 
 from conrod.errors import InvalidInput
 from conrod.exact import branch_walk, equations
 from conrod.exact.elimination import Elimination
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from tests.support import mutants
-from tests.support.described import CATALOGUE, SHIPPED, changed, tables
 
 # Ten seconds: one takes a third of a millisecond, of a machine as large as those that ship.
 MOST_SOLUTIONS = 20_000

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 from catalogue import SCENES
+from energy import torque_from_energy
 from scipy.special import ellipj, ellipk
+from swinging import chain, four_bar, pendulum, slider_crank
 
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.configurations import Configurations
@@ -35,8 +37,6 @@ from conrod.mechanism.loads import (
 )
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute, Rolling
 from conrod.scenes.catalogue import catalogue_scene
-from tests.support.energy import torque_from_energy
-from tests.support.swinging import chain, four_bar, pendulum, slider_crank
 
 MACHINES = ("six-bar", "two-slider-linkage", "inverted-slider-crank", "planetary-gear", "rack-and-wheel", "cam-3-4-5")
 

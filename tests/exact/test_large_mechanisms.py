@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from large_mechanisms import large_mechanism
 
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
@@ -20,7 +21,6 @@ from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from tests.support.large_mechanisms import large_mechanism
 
 DEEP = "bodies.rocker19.points.P.y"
 

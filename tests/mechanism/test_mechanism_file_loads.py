@@ -11,6 +11,7 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from described import SLIDER_CRANK, tables
 
 import conrod
 from conrod.errors import InvalidInput
@@ -29,7 +30,6 @@ from conrod.mechanism.loads import (
 )
 from conrod.mechanism.mechanism import ConstantForce
 from conrod.scenes.described_scene import scene_of
-from tests.support.described import SLIDER_CRANK, tables
 
 SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism" / "files" / "schema.json").read_text(encoding="utf-8"))
 LOADS: dict[str, Any] = {

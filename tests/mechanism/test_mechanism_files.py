@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Prismatic, Rack, Revolute, Rolling
 from conrod.scenes.described_scene import read_scene, scene_of
-from tests.support.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 
 
 def refusal(given: dict[str, Any]) -> str:

@@ -13,15 +13,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import mutants
 import pytest
+from described import SHIPPED, tables
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as some
 
 from conrod.errors import InvalidInput
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.execution.isolation import isolated
-from tests.support import mutants
-from tests.support.described import SHIPPED, tables
 
 LONGEST_TIME = 20  # [s] of CPU time; a machine under load must not decide what hangs
 FEW, MANY = 2, 100  # of each file

@@ -11,6 +11,8 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from exact_loops import ExactLoops
+from legged import LEGGED, legged, opening_of
 
 from conrod import compare, run
 from conrod.cli.harden import print_hardened
@@ -28,8 +30,6 @@ from conrod.mjcf.lint.linting import lint
 from conrod.mjcf.runs import STATE
 from conrod.own.models.loading import keyframe_to_start_from
 from conrod.scenes.catalogue import scene_named
-from tests.support.exact_loops import ExactLoops
-from tests.support.legged import LEGGED, legged, opening_of
 
 KEPT = Request(integrator="keep", solref="keep")
 

@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from legged import LEGGED, legged, opening_of
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures, compliance, openings
@@ -18,7 +19,6 @@ from conrod.mjcf.harden.recipe import edited, nothing_to_do, recipe_for, soft_on
 from conrod.mjcf.harden.results import Request
 from conrod.mjcf.harden.runs import Pace, start_of
 from conrod.mjcf.harden.study import harden_file
-from tests.support.legged import LEGGED, legged, opening_of
 
 TWO_ARMS = """
 <mujoco><option timestep="0.002"/><worldbody>

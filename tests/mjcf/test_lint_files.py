@@ -11,7 +11,17 @@ from pathlib import Path
 
 import mujoco
 import pytest
+from command_line import conrod
 from own_model_edits import HACKSAW, scaled
+from planted_models import (
+    SAW,
+    closed_twice,
+    colliding_links,
+    renamed,
+    replaced,
+    ticking,
+    without_start_speeds,
+)
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.lint.document import Document, differing
@@ -21,16 +31,6 @@ from conrod.own.files import as_outputs_must_not_be, files_of_model
 from conrod.own.models.request import Place
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
-from tests.support.command_line import conrod
-from tests.support.planted_models import (
-    SAW,
-    closed_twice,
-    colliding_links,
-    renamed,
-    replaced,
-    ticking,
-    without_start_speeds,
-)
 
 SHORT = Request(seconds=0.03)
 CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)) + "".join(

@@ -7,10 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-
-from conrod.mjcf.lint.findings import Harm, Report, Request
-from conrod.mjcf.lint.linting import RULES, lint
-from tests.support.planted_models import (
+from planted_models import (
     CLOSURE,
     MJCF,
     PLANTED,
@@ -22,6 +19,9 @@ from tests.support.planted_models import (
     replaced,
     ticking,
 )
+
+from conrod.mjcf.lint.findings import Harm, Report, Request
+from conrod.mjcf.lint.linting import RULES, lint
 
 SHORT = Request(seconds=0.03)  # a quarter of a turn of the saw's crank
 Look = Callable[..., Report]

@@ -9,8 +9,7 @@ import json
 from pathlib import Path
 
 import pytest
-
-from tests.support.command_line import conrod
+from command_line import conrod
 
 pytestmark = pytest.mark.slow
 

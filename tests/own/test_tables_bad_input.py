@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from table_files import exact_table, read, write_all_formats, written
 
 from conrod import InvalidInput
 from conrod.own.tables import reading
 from conrod.scenes import Saw
-from tests.support.table_files import exact_table, read, write_all_formats, written
 
 SAW = Saw(speed=4.0)
 EXACT = exact_table(SAW, rows=12)

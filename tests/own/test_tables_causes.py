@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic import longer_rod, synthetic_trajectory
+from table_files import ROWS, Columns, exact_table, judged
 
 from conrod.own.tables.study import TableStudy
 from conrod.scenes import Saw, Scene, ShearPress
-from tests.support.synthetic import longer_rod, synthetic_trajectory
-from tests.support.table_files import ROWS, Columns, exact_table, judged
 
 ALL = ("position", "velocity", "acceleration")
 SAW, PRESS = Saw(speed=20.0), ShearPress(speed=-5.0)

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from table_files import Columns, exact_table, judged
 
 from conrod import InvalidInput
 from conrod.own.tables.estimation import Estimation, estimate, parse_estimate
 from conrod.own.tables.samples import Observed, Samples
 from conrod.own.tables.study import TableStudy
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
-from tests.support.table_files import Columns, exact_table, judged
 
 TURN = 2.0 * math.pi
 LINKAGES = [Saw(speed=20.0), ShearPress(speed=-5.0)]

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic import synthetic_trajectory
+from table_files import LETTERS, ROWS, Columns, exact_table, judged
 
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
-from tests.support.synthetic import synthetic_trajectory
-from tests.support.table_files import LETTERS, ROWS, Columns, exact_table, judged
 
 ALL = ("position", "velocity", "acceleration")
 STEPS = 100

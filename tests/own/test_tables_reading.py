@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from table_files import csv_text, exact_table, read, write_all_formats, written
 
 from conrod import InvalidInput
 from conrod.own.tables.headings import factor, meant_by, readings, targets
 from conrod.report.pack.export import as_csv, exact_columns
 from conrod.scenes import SCENES, CamFollower, Saw
-from tests.support.table_files import csv_text, exact_table, read, write_all_formats, written
 
 SAW = Saw(speed=4.0)
 EXACT = exact_table(SAW, rows=12)

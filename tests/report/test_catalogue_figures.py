@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from document_machines import state, turning
 
 from conrod.exact.linkage.accelerations import coincident_parts
 from conrod.exact.linkage.state import left_of
 from conrod.exact.motion import Array
 from conrod.scenes.catalogue import catalogue_scene
-from tests.support.document_machines import state, turning
 
 
 def turned_angles(values: Array) -> float:

@@ -11,7 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from ablations import engine_study
 from handmade import handmade_sweep
+from table_files import exact_table, judged
 
 from conrod.report import free_motion, numbers, trajectory
 from conrod.report.ablate.tables import models_table
@@ -24,8 +26,6 @@ from conrod.studies.free_motion.results import StepPoint
 from conrod.studies.validation.results import RefinementPoint, SceneStudy, Tolerance, ValidationResult
 from tests.report.test_frame import study as free_motion_study
 from tests.report.test_report import a_result
-from tests.support.ablations import engine_study
-from tests.support.table_files import exact_table, judged
 
 # 0.0095 mm: one per cent more or less would be written 0.0096 or 0.0094.
 OFF, SHOWN = 9.5e-6, "0.0095"

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from command_line import conrod
 from matplotlib.figure import Figure as Canvas
 
 from conrod.cli.say import say
@@ -16,7 +17,6 @@ from conrod.report.figure import Figure
 from conrod.report.table import Toned, table
 from conrod.report.template import _environment
 from conrod.report.terminal import console, print_lines, print_table
-from tests.support.command_line import conrod
 
 TITLE = "\x1b]0;owned\x07\x9b2J <script>alert(1)</script> <img src=x onerror=a()> [a](javascript:a()) \u202egnp"
 COMMANDING = {"\x1b", "\x07", "\x9b", "\u202e"}

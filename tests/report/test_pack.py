@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import conrod
+from table_files import read
 
 from conrod import InvalidInput
 from conrod.mechanism.mechanism import CamContact, Prismatic, Revolute
@@ -25,8 +27,6 @@ from conrod.scenes import SCENES, Saw, Scene
 from conrod.scenes.catalogue import catalogue_scene, catalogue_text
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.frame.resolve_arguments import machine_text
-from tests.support.command_line import conrod
-from tests.support.table_files import read
 
 MACHINES = ("swinging-four-bar", "slider-crank")
 PASS = MACHINES[0]

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import conrod
 
 from conrod.engines import ENGINES, Engine, engine_named
 from conrod.engines.capabilities import KinematicResult
@@ -42,7 +43,6 @@ from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 from conrod.studies.validation.study import ValidationCase, validation_cases
-from tests.support.command_line import conrod
 
 NAMES = catalogue_names()
 QUICK_MACHINES = ("slider-crank", "swinging-four-bar")

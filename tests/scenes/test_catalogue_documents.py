@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from document_machines import state, turning
 
 from audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
 from conrod.exact.linkage.state import LinkState, left_of
 from conrod.mechanism.mechanism import Mechanism, Mesh, Prismatic, Revolute
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import catalogue_scene
-from tests.support.document_machines import state, turning
 
 
 def place(scene: Scene, name: str) -> tuple[LinkState, tuple[float, float]]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 from jsonschema import Draft202012Validator
 
 import conrod
@@ -20,7 +21,6 @@ from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
 from conrod.studies.frame.run import RunCase
-from tests.support.described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 
 SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism" / "files" / "schema.json").read_text(encoding="utf-8"))
 VALIDATOR = Draft202012Validator(SCHEMA)

@@ -9,6 +9,7 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
+from command_line import conrod
 from scipy.integrate import simpson
 from scipy.optimize import brentq
 from scipy.special import ellipk
@@ -34,7 +35,6 @@ from conrod.scenes.catalogue import (
 )
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.frame.resolve_arguments import select_scenes
-from tests.support.command_line import conrod
 
 NAMES = dynamics_names()
 QUICK = tuple(name for name in NAMES if name != f"four-bar-chain-{MOST_CHAIN}")  # which is that of 2, and slow

@@ -10,10 +10,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import conrod
 
 from conrod.studies.execution.isolation import isolated
 from conrod.studies.frame.files import PLANNED, STAGING, _staging, check_writable_folder
-from tests.support.command_line import conrod
 
 NAMES = ("README.md", "results.json", "data/a.json", "figures/b.svg", "same")
 FILES = {name: f"new {name}" for name in NAMES} | {"same": "old same"}

@@ -32,9 +32,10 @@ NAMES = (
 )
 PLANTED = "open(__file__ + '.executed', 'w').close()"
 SAW = ("saw-500rpm", "--engine", "pymunk")
+QUICK = ("validate", *SAW, "--preset", "stock", "--steps-per-rev", "40", "--revolutions", "1", "--jobs", "1")
 MODEL = ("my.xml", "--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--revolutions", "1")
 COMMANDS = {
-    "validate": ("validate", *SAW, "--preset", "stock", "--jobs", "1"),
+    "validate": QUICK,
     "limits": ("limits", *SAW, "--axis", "steps", "--preset", "stock", "--range", "40..20", "--jobs", "1"),
     "lint": ("lint", "my.xml", "--seconds", "0.1", "--json", "lint.json"),
     "harden": ("harden", "my.xml", "-o", "hard.mjb"),
@@ -64,21 +65,23 @@ SIBLINGS = ("limits", "harden")
     "command", [pytest.param(name, marks=[pytest.mark.slow] if name in SIBLINGS else []) for name in COMMANDS]
 )
 def test_no_command_imports_what_lies_beside_a_model(folder: Path, command: str) -> None:
-    done = command_line.conrod(*COMMANDS[command], cwd=folder, ledger=folder / "ledger.sqlite")
+    done = command_line.conrod(*COMMANDS[command], cwd=folder, ledger=folder / "ledger.sqlite", own_workers=True)
     assert executed(folder) == []
     assert done.returncode == (1 if command == "lint" else 0), done.stderr  # the saw has findings
 
 
 @pytest.mark.slow
 def test_a_sweep_imports_nothing_of_it_either(folder: Path) -> None:
-    done = command_line.conrod("sweep", *SAW, "--grid", "coarse", cwd=folder, ledger=folder / "ledger.sqlite")
+    done = command_line.conrod(
+        "sweep", *SAW, "--grid", "coarse", cwd=folder, ledger=folder / "ledger.sqlite", own_workers=True
+    )
     assert executed(folder) == []
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("options", [("-m", "conrod"), pytest.param(("-Bmconrod",), marks=pytest.mark.slow)])
 def test_python_m_conrod_does_not_search_the_working_folder(folder: Path, options: tuple[str, ...]) -> None:
-    done = start(folder, *options, *COMMANDS["validate"])
+    done = start(folder, *options, *QUICK)
     assert executed(folder) == []
     assert done.returncode == 0, done.stderr
 
@@ -94,7 +97,7 @@ def start(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_python_m_conrod_is_found_in_the_working_folder_if_it_is_there() -> None:
-    done = start(Path(HOME), "-m", "conrod", "validate", *SAW, "--preset", "stock", "--jobs", "1")
+    done = start(Path(HOME), "-m", "conrod", "show")
     assert done.returncode == 0, done.stderr
 
 

@@ -11,6 +11,9 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from command_line import conrod
+from described import CATALOGUE, changed
+from rolling_machines import gear_pair
 
 from conrod.engines import engine_named
 from conrod.engines.massless_rod import BODY
@@ -29,9 +32,6 @@ from conrod.studies.limits.recorders import ExactTorque
 from conrod.studies.limits.stream_run import stream_run
 from conrod.studies.sweep.recommend import confirming_cases
 from conrod.studies.sweep.study import RulePlan
-from tests.support.command_line import conrod
-from tests.support.described import CATALOGUE, changed
-from tests.support.rolling_machines import gear_pair
 
 PASS, TURNS = CATALOGUE / "swinging-four-bar.toml", CATALOGUE / "slider-crank.toml"
 

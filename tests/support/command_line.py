@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import atexit
 import io
 import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Hashable
 from contextlib import redirect_stderr, redirect_stdout
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from conrod.cli import main
+from conrod.studies.execution.worker_process import Limits, WorkerProcesses
 from conrod.working_folder import SAFE_PATH
 
 # What is run again and again by many tests is kept here: no test reads or writes the ledger of whoever runs them.
@@ -21,12 +25,41 @@ _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
 os.environ.setdefault("CONROD_LEDGER", str(Path(_FOLDER.name) / "ledger.sqlite"))
 
 
-def conrod(*arguments: str, cwd: Path | None = None, ledger: Path | None = None) -> subprocess.CompletedProcess[str]:
+class Kept(WorkerProcesses):
+    """Workers that serve one command after another: to start them takes longer than most commands."""
+
+    def stop(self) -> None:
+        """Kill those that are busy, as after an interrupt."""
+        with self._lock:
+            for worker in self._all.difference(self._idle):
+                worker.kill()
+
+
+@lru_cache
+def _kept(limits: Limits, surroundings: Hashable) -> Kept:
+    """The workers of these limits, started in these surroundings."""
+    workers = Kept(limits)
+    atexit.register(WorkerProcesses.stop, workers)
+    return workers
+
+
+def kept_workers(limits: Limits) -> Kept:
+    """Workers as a command that is run now would start them."""
+    variables = {
+        name: value for name, value in os.environ.items() if name not in ("CONROD_LEDGER", "PYTEST_CURRENT_TEST")
+    }
+    return _kept(limits, (tuple(sys.path), frozenset(variables.items())))
+
+
+def conrod(
+    *arguments: str, cwd: Path | None = None, ledger: Path | None = None, own_workers: bool = False
+) -> subprocess.CompletedProcess[str]:
     """What a command prints, and its exit status; an exception that a user would see as a traceback is raised.
 
     Args:
         cwd: folder that it is run in, this one where it is None.
         ledger: file of results that commands use unless told otherwise.
+        own_workers: whether its worker processes are started for it alone, as a user's are.
     """
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
@@ -34,6 +67,8 @@ def conrod(*arguments: str, cwd: Path | None = None, ledger: Path | None = None)
         for name, value in SAFE_PATH.items():
             patch.setenv(name, value)  # as the command does, and it is taken back
         patch.setattr("conrod.cli.waiting.SAID_AFTER", 1e6)  # however slow the machine is
+        if not own_workers:
+            patch.setattr("conrod.studies.execution.local.WorkerProcesses", kept_workers)
         if cwd is not None:
             patch.chdir(cwd)
         if ledger is not None:
