@@ -24,6 +24,7 @@ from conrod.cli.validate_request import ModelOptions, Request, TableOptions
 from conrod.own.tables.study import TableStudy
 from conrod.scenes.described_scene import read_scene
 
+pytestmark = pytest.mark.usefixtures("at_once")
 ROOT = Path(__file__).parents[2]
 MODEL = ROOT / "mjcf" / "saw-500rpm.xml"
 SAW = SCENES["saw-500rpm"]
@@ -32,12 +33,6 @@ TYPED = ("--scene", "saw-500rpm", "--crank", "crank", "--point", "C=site:C", "--
 TIMES = np.linspace(0.0, 0.24, 200)
 EXACT = SAW.motion(SAW.speed * TIMES, SAW.speed).point("C")
 TABLE = {"time": TIMES, "C": EXACT.position}
-
-
-@pytest.fixture(autouse=True)
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    # A process for each look at a file takes longer than what is claimed here.
-    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given, **_: task(*given))
 
 
 def test_a_model_is_judged_as_the_command_judges_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,10 +58,6 @@ def test_every_kind_of_machine_is_shown_and_exported(name: str, tmp_path: Path) 
     assert [answered(line, name, tmp_path) for line in FAST] == [0, 0]
 
 
-def test_a_machine_without_a_closure_goes_through_validate(tmp_path: Path) -> None:
-    assert [answered(line, "pendulum", tmp_path) for line in VERBS if line.endswith(f"{{}} {COARSE}")] == [0]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:

@@ -21,14 +21,6 @@ ARM = '<mujoco><worldbody><body name="a"><joint/><geom size="0.1" pos="0.3 0 0"/
 SOFT = ARM.format('<equality><connect name="belt" body1="a" anchor="0.3 0 0" solref="0.5 1"/></equality>')
 
 
-@pytest.fixture
-def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command's work in this process: to begin another takes longer than what is looked at."""
-    monkeypatch.setattr(
-        "conrod.studies.execution.isolation.confined", lambda task, path, *arguments: task(path, *arguments)
-    )
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A model with an asset, whose place MuJoCo keeps, in a folder that a run of the command may spoil."""

@@ -46,12 +46,14 @@ def refused(*arguments: str, cwd: Path) -> str:
     return lines[0]
 
 
+@pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize("step", ["0", "nan", "inf", "1e308", "-1", "1e-300"])
 def test_a_timestep_that_is_none_is_refused_by_lint(step: str, tmp_path: Path) -> None:
     model(tmp_path, f'<option timestep="{step}"/>')
     assert "m.xml: timestep = " in refused("lint", "m.xml", cwd=tmp_path)
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_sound_timestep_is_not(tmp_path: Path) -> None:
     # Negative control.
     model(tmp_path, '<option timestep="0.002"/>')
@@ -116,6 +118,7 @@ def test_an_include_without_end_is_refused_before_anything_is_compiled(verb: str
     assert "includes itself" in refused(*VERBS[verb], cwd=tmp_path)
 
 
+@pytest.mark.usefixtures("at_once")
 def test_an_include_in_a_comment_is_none(tmp_path: Path) -> None:
     # Negative control.
     model(tmp_path, '<!-- <include file="m.xml"/> --><include file="other.xml"/>')

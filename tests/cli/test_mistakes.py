@@ -235,12 +235,9 @@ def contents(folder: Path) -> dict[Path, bytes | None]:
     return {path: path.read_bytes() if path.is_file() else None for path in folder.rglob("*")}
 
 
+@pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize("command", MISTAKES)
-def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(
-    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # A process for each look at a model or a table takes longer than what is claimed here.
-    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given, **_: task(*given))
+def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(command: str, folder: Path) -> None:
     arguments = shlex.split(command)
     if arguments[0] in ("validate", "sweep", "limits", "ablate") and "--json" not in arguments:
         arguments += ["--json", "out.json"]

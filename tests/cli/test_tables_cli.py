@@ -25,21 +25,13 @@ def late_table() -> Columns:
     return table
 
 
-@pytest.fixture(autouse=True)
-def _read_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process for each table takes longer than what is claimed here; `confined` ones have theirs."""
-    if "confined" not in request.node.name:
-        monkeypatch.setattr(
-            "conrod.studies.execution.isolation.confined", lambda task, *arguments, timeout: task(*arguments)
-        )
-
-
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "t.csv").write_text(csv_text(late_table()))
     return tmp_path
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(folder: Path) -> None:
     before = (folder / "t.csv").read_bytes()
     done = conrod(
@@ -63,6 +55,7 @@ def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(fol
     assert (folder / "t.csv").read_bytes() == before
 
 
+@pytest.mark.usefixtures("at_once")
 def test_estimated_it_is_within_tolerance_status_0(folder: Path) -> None:
     command = (*VALIDATE, "--estimate", "time", "--tolerance", "position=1e-9,velocity=1e-9", "--json", "o.json")
     done = conrod(*command, cwd=folder)
@@ -79,6 +72,7 @@ def test_confined_and_without_a_tolerance_it_is_measured_status_0(folder: Path) 
     assert "measured, not judged" in done.stdout
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_table_of_two_rows_is_measured_and_what_it_lacks_is_told(folder: Path) -> None:
     # So little is fitted by any frame and any clock: no cause is named, and none is missed.
     (folder / "t.csv").write_text("time,C_x,C_vx_m_s\n0,0.1,0\n0.1,0.1,0\n")
@@ -100,6 +94,7 @@ def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(folder: 
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_report_may_be_made_again_in_its_folder(folder: Path) -> None:
     assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
     first = (folder / "rep/figures/error.svg").read_bytes()

@@ -31,13 +31,6 @@ def validate(*arguments: object) -> tuple[int, str]:
     return done.exit_code, done.output
 
 
-@pytest.fixture(autouse=True)
-def _judged_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process for each look at a model takes longer than what is claimed here; the first test has its own."""
-    if "judged_reported" not in request.node.name:
-        monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *arguments: task(*arguments))
-
-
 def digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
@@ -67,6 +60,7 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
     assert {p.name for p in out.iterdir()} == {"my saw-model.md", "models.md", "models.json", "figures", "data"}
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(tmp_path: Path) -> None:
     file = tmp_path / "saw.xml"
     file.write_text(replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"'))
@@ -80,6 +74,7 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
     assert status == 0, told
 
 
+@pytest.mark.usefixtures("at_once")
 def test_a_model_that_plain_mujoco_resets_has_exit_status_1_and_that_in_the_first_line(tmp_path: Path) -> None:
     servo = '<actuator><velocity name="motor" kv="100" joint="crank"/></actuator></mujoco>'
     text = replaced(replaced(SAW, ' armature="1e+14"', ""), ' autoreset="disable"', "")

@@ -602,23 +602,6 @@ def test_a_flank_near_the_least_radius_keeps_its_digits() -> None:
             np.testing.assert_allclose(end, start, rtol=0.0, atol=1e-15)
 
 
-NEAR_CHANGE_POINTS = [
-    *(ShearPress(rod=0.0325 * (1.0 + margin)) for margin in (1e-3, 1e-6, 1e-9)),
-    *(Saw(rod=0.19 * (1.0 + margin)) for margin in (1e-3, 1e-6, 1e-9)),
-]
-
-
-@pytest.mark.parametrize("scene", NEAR_CHANGE_POINTS, ids=lambda s: f"{s.kind}-{s.rod:.12g}")
-def test_the_generic_reference_keeps_its_branch_next_to_a_change_point(scene: Scene) -> None:
-    angle = np.linspace(0.0, 4.0 * np.pi, 4001)
-    kinematics = scene.kinematics
-    assert (kinematics.branch(kinematics.poses(angle)) == kinematics.assembled_branch).all()
-    closed, generic = scene.motion(angle, scene.speed), kinematics.motion(angle, scene.speed)
-    # The pose is as good as the square root of the margin leaves it; off the branch it would be wrong by the stroke.
-    for name, length in scene.lengths.items():
-        assert np.abs(closed.point(name).position - generic.point(name).position).max() <= 1e-11 * length
-
-
 @pytest.mark.parametrize("scene", [CamFollower(), CamFollower(speed=-2.0), Saw()], ids=["cam", "cam-back", "saw"])
 def test_a_generic_reference_has_the_interface_of_a_scene(scene: Scene) -> None:
     generic = GenericReference(scene.mechanism(), scene.speed)

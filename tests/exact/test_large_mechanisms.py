@@ -25,7 +25,7 @@ from conrod.scenes.described_scene import DescribedScene, scene_of
 DEEP = "bodies.rocker19.points.P.y"
 
 
-@pytest.fixture(scope="module", params=[20, 24])
+@pytest.fixture(scope="module", params=[pytest.param(20, marks=pytest.mark.slow), 24])
 def large(request: pytest.FixtureRequest) -> DescribedScene:
     return scene_of(large_mechanism(request.param))
 

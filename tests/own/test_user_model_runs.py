@@ -26,6 +26,12 @@ STOCK = '<option timestep="0.002" gravity="0 -9.81 0"/>'
 QUANTITIES = ("position", "velocity", "acceleration")
 
 
+@pytest.fixture
+def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their runs would take most of the time, and nothing is asked of them."""
+    monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
+
+
 @pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast", "discrete"])
 def test_looking_at_a_run_changes_no_bit_of_it(integrator: str) -> None:
     text = settled(SAW, f'<option timestep="0.002" integrator="{integrator}"/>')
@@ -94,6 +100,7 @@ def test_the_drive_is_blamed_for_what_the_solver_tolerance_makes_of_it(tmp_path:
     assert any("on the crank acts motor: with conrod's drive its control is 0" in line for line in study.model.remarks)
 
 
+@pytest.mark.usefixtures("no_presets")
 def test_nothing_is_blamed_on_a_drive_that_changes_nothing(tmp_path: Path) -> None:
     share = judged(tmp_path, "saw", settled(SAW, STOCK)).drive_share
     assert share is not None
@@ -108,6 +115,7 @@ def test_a_length_that_is_off_is_not_held_against_the_settings(tmp_path: Path) -
     assert "rod is 1 % too long: 303 mm instead of 300 mm" in words.verdict(study)
 
 
+@pytest.mark.usefixtures("no_presets")
 def test_a_run_that_fails_is_an_outcome_without_errors(tmp_path: Path) -> None:
     study = judged(tmp_path, "saw", settled(SAW, '<option timestep="0.3"/>'), turns=4.0)
     own = study.own
@@ -135,6 +143,7 @@ def on_the_other_branch(run: DrivenRun) -> DrivenRun:
     return replace(run, motion={"C": other})
 
 
+@pytest.mark.usefixtures("no_presets")
 @pytest.mark.parametrize(("spoil", "outcome"), [
     (lambda run: run, Outcome.COMPLETED),
     (lambda run: moved(run, 100.0), Outcome.EXPLODED),
@@ -152,6 +161,7 @@ def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: objec
     assert study.passed == (outcome is Outcome.COMPLETED)
 
 
+@pytest.mark.usefixtures("no_presets")
 @pytest.mark.parametrize(
     "clock",
     [lambda run: run.times + run.timestep, lambda run: run.times * 1.0001],
@@ -193,12 +203,6 @@ def test_a_preset_reaches_closures_and_contacts_of_a_copy_alone(tmp_path: Path) 
 # -- the run of the file as it is --------------------------------------------------------------------------------------
 
 MOTOR = '<actuator><velocity name="motor" kv="{}" joint="crank"/></actuator></mujoco>'
-
-
-@pytest.fixture
-def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Their runs would take most of the time, and nothing is asked of them."""
-    monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
 
 
 def with_motor(kv: float, autoreset: str = "enable") -> str:

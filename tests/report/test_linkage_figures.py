@@ -16,7 +16,7 @@ from matplotlib.patches import FancyArrowPatch
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.centres import instant_centres
-from conrod.exact.linkage.polygon import acceleration_polygon, velocity_polygon
+from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, linkage_state
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.linkage.figures import polygon_figure
@@ -50,15 +50,25 @@ def within(figure: Figure) -> bool:
     return all(b.x0 >= 0.0 and b.y0 >= 0.0 and b.x1 <= width and b.y1 <= height for b in boxes)
 
 
-def all_figures(state: LinkageState) -> list[Figure]:
+@pytest.fixture(scope="module")
+def centres(state: LinkageState) -> Figure:
     with drawing_style():
-        polygons = [polygon_figure(polygon) for polygon in (velocity_polygon(state), acceleration_polygon(state))]
-        return [centres_figure(state), *polygons]
+        return centres_figure(state)
 
 
-def test_labels_stand_clear_of_each_other_and_on_the_paper(state: LinkageState) -> None:
+@pytest.fixture(scope="module")
+def polygons(state: LinkageState) -> list[tuple[Polygon, Figure]]:
     with drawing_style():
-        for figure in all_figures(state):
+        return [
+            (polygon, polygon_figure(polygon)) for polygon in (velocity_polygon(state), acceleration_polygon(state))
+        ]
+
+
+def test_labels_stand_clear_of_each_other_and_on_the_paper(
+    centres: Figure, polygons: list[tuple[Polygon, Figure]]
+) -> None:
+    with drawing_style():
+        for figure in (centres, *(figure for _, figure in polygons)):
             assert overlaps(figure, 0.9) == []
             assert within(figure)
 
@@ -72,10 +82,8 @@ def test_labels_that_have_no_room_are_told() -> None:
         assert overlaps(sheet.finished(), 0.9) == [("first", "second")]
 
 
-def test_every_vector_is_named_and_sized_and_drawn_to_scale(state: LinkageState) -> None:
-    for polygon in (velocity_polygon(state), acceleration_polygon(state)):
-        with drawing_style():
-            figure = polygon_figure(polygon)
+def test_every_vector_is_named_and_sized_and_drawn_to_scale(polygons: list[tuple[Polygon, Figure]]) -> None:
+    for polygon, figure in polygons:
         written = texts(figure)
         for vector in polygon.vectors:
             assert mathematical(vector.name) in written
@@ -98,9 +106,8 @@ def corners(arrow: FancyArrowPatch) -> list[tuple[float, float]]:
     return [(float(x), float(y)) for (x, y), code in zip(path.vertices, codes, strict=True) if code != path.CLOSEPOLY]
 
 
-def test_every_centre_is_listed_and_those_on_the_sheet_are_marked(state: LinkageState) -> None:
-    with drawing_style():
-        written = texts(centres_figure(state))
+def test_every_centre_is_listed_and_those_on_the_sheet_are_marked(state: LinkageState, centres: Figure) -> None:
+    written = texts(centres)
     for centre in instant_centres(state):
         assert mathematical(centre.name) in written
     assert f"{len(instant_centres(state))} instant centres [mm]" in written

@@ -84,7 +84,7 @@ def test_the_pin_in_the_slot_of_a_geneva_wheel_goes_along_it_and_never_aside() -
 # -- texts -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", CROWDED)
+@pytest.mark.parametrize("name", [*CROWDED[:4], *(pytest.param(name, marks=pytest.mark.slow) for name in CROWDED[4:])])
 def test_texts_of_a_drawing_stand_clear_of_each_other(name: str) -> None:
     assert overlaps(figure(name)) == []
 

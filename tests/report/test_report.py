@@ -7,8 +7,6 @@ import math
 import os
 import platform
 import re
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -424,17 +422,6 @@ def test_a_report_rendered_again_is_the_same(tmp_path: Path) -> None:
     assert contents(tmp_path) == before
     for word in (platform.node(), platform.platform()):
         assert word.encode() not in b"".join(before.values())
-
-
-def test_reporting_loads_no_engine_and_no_window_system() -> None:
-    code = (
-        "import sys, conrod.report.validation.report, conrod.report.drawing.drawing\n"
-        "loaded = [m for m in sys.modules if m.split('.')[0] in ('mujoco', 'pymunk') or m == 'matplotlib.pyplot'"
-        " or m.startswith(('conrod.engines.mujoco', 'conrod.engines.pymunk'))]\n"
-        "sys.exit(repr(loaded) if loaded else 0)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
 
 
 def test_orders_on_the_terminal_have_two_decimals() -> None:

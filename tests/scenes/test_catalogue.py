@@ -101,12 +101,6 @@ def test_a_changed_copy_may_keep_its_name_but_not_beside_the_machine_itself(tmp_
             select_scenes(both, [])
 
 
-def test_the_list_names_every_machine_and_the_detail_its_source() -> None:
-    listed = {line.split()[0] for line in conrod("show").stdout.splitlines() if line.strip()}
-    assert set(NAMES) <= listed
-    assert catalogue_heading("six-bar").source in " ".join(conrod("show", "six-bar").stdout.split())
-
-
 def test_a_scene_that_arrives_again_in_a_process_is_not_built_again() -> None:
     sent = pickle.dumps(catalogue_scene("slider-crank"))
     assert pickle.loads(sent) is pickle.loads(sent)
@@ -191,7 +185,7 @@ def test_a_model_with_a_wrong_length_is_found_out(engine: str) -> None:
 
 
 def few_cases(steps: int = 60) -> list[ValidationCase]:
-    scenes: dict[str, Scene] = {name: catalogue_scene(name) for name in QUICK_MACHINES}
+    scenes: dict[str, Scene] = {"slider-crank": catalogue_scene("slider-crank")}
     return validation_cases(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0))
 
 
@@ -212,27 +206,6 @@ def test_results_do_not_depend_on_how_many_run_at_a_time_nor_on_the_way_through_
     assert told(alone[1]) != told(few_cases(61)[1].run())
 
 
-class Fatal(ValidationCase):
-    """A case that kills its process."""
-
-    def run(self) -> ValidationResult:
-        import os
-
-        os.abort()
-
-
-def test_a_case_that_kills_its_process_costs_itself_alone(tmp_path: Path) -> None:
-    kinematic, tuned, *others = few_cases()
-    fatal = Fatal(tuned.name, tuned.scene, tuned.engine, tuned.preset, tuned.plan)
-    cases = [kinematic, fatal, *others]
-    with Ledger.open(tmp_path / "ledger") as ledger, LocalProcesses(1) as executor:
-        kept = run_cases(cases, ledger, executor)
-    crashed = fatal.result(kept[fatal.key])
-    rest = [case.result(kept[case.key]) for case in (kinematic, *others)]
-    assert (crashed.outcome, crashed.passed, crashed.errors) == ("crashed", False, None)
-    assert {result.outcome for result in rest} == {"completed"}
-
-
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
@@ -246,10 +219,11 @@ def reported(
 def studied() -> SceneStudy:
     name = "swinging-four-bar"
     scenes = {name: catalogue_scene(name)}
-    cases = validation_cases(scenes, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(200))
+    cases = validation_cases(scenes, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(60, 1.0))
     return SceneStudy(name, scenes[name], tuple(case.run() for case in cases))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_index_tells_what_is_allowed_and_what_an_engine_cannot_do(studied: SceneStudy, tmp_path: Path) -> None:
     refused = replace(
         studied.results[1], outcome="unsupported", reason="it has no such joint", errors=None, curves=None
@@ -263,6 +237,7 @@ def test_the_index_tells_what_is_allowed_and_what_an_engine_cannot_do(studied: S
     assert "cannot do" not in str(reported(studied, tmp_path).files["README.md"])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_page_says_which_ruler_was_used_and_has_the_figures_that_were_asked_for(
     studied: SceneStudy, tmp_path: Path
 ) -> None:
@@ -281,6 +256,7 @@ def test_a_page_says_which_ruler_was_used_and_has_the_figures_that_were_asked_fo
     assert "-motion.svg" not in page
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_report_on_a_file_is_reproduced_with_the_file(studied: SceneStudy, tmp_path: Path) -> None:
     typed = Reproduction(COMMAND.text, {"swinging-four-bar": "my machines/own.toml"})
     files = reported(studied, tmp_path, typed).files

@@ -46,7 +46,7 @@ def ended(outcome: type[Exception]) -> Callable[[RunCase], Measurement]:
 # -- one table, whoever runs it --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("executor", [Here, LocalProcesses, lambda: LocalProcesses(2, cell_timeout=60.0)])
+@pytest.mark.parametrize("executor", [Here, lambda: LocalProcesses(2, cell_timeout=60.0)])
 def test_every_executor_gives_the_same_table(executor: Callable[[], RepeatingExecutor], ledger: Ledger) -> None:
     expected = {cell.key: measure(cell) for cell in CELLS[:6]}
     with executor() as made:

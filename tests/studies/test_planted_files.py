@@ -35,7 +35,6 @@ SAW = ("saw-500rpm", "--engine", "pymunk")
 QUICK = ("validate", *SAW, "--preset", "stock", "--steps-per-rev", "40", "--revolutions", "1", "--jobs", "1")
 MODEL = ("my.xml", "--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--revolutions", "1")
 COMMANDS = {
-    "validate": QUICK,
     "limits": ("limits", *SAW, "--axis", "steps", "--preset", "stock", "--range", "40..20", "--jobs", "1"),
     "lint": ("lint", "my.xml", "--seconds", "0.1", "--json", "lint.json"),
     "harden": ("harden", "my.xml", "-o", "hard.mjb"),
@@ -57,7 +56,7 @@ def executed(folder: Path) -> list[str]:
     return [path.name for path in folder.glob("*.executed")]
 
 
-# `limits` starts the workers of `validate`, and `harden` reads a model in the process of `lint`.
+# `limits` starts the workers of `python -m conrod validate`, and `harden` reads a model in the process of `lint`.
 SIBLINGS = ("limits", "harden")
 
 

@@ -12,7 +12,6 @@ from conrod.engines.rule import GRIDS, Grid, step_counts
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
 from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.findings import pareto_front
 from conrod.studies.sweep.study import plan_sweep, sweep_study
 
 EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
@@ -66,11 +65,6 @@ def test_what_follows_the_step_is_told_from_the_settings(scene: Scene) -> None:
             coarse, fine = (rule.settings(scene, n).time_constant(False) for n in (1000, 2000))
             follows = coarse == 0.0 or fine == pytest.approx(0.5 * coarse)
             assert rule.softness_follows_step == follows, rule.name
-
-
-def test_the_front_holds_what_nothing_beats() -> None:
-    items = [(3.0, 1.0), (1.0, 3.0), (2.0, 2.0), (2.5, 2.5), (3.0, 1.0), (4.0, 1.0), (0.5, 9.0)]
-    assert pareto_front(items, lambda item: item) == ((0.5, 9.0), (1.0, 3.0), (2.0, 2.0), (3.0, 1.0))
 
 
 @pytest.fixture(scope="module")

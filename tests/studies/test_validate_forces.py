@@ -248,6 +248,7 @@ TABLE = str(Path(conrod_package.__file__).parent / "scenes" / "shear_press_table
 QUICK = ("--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "250", "--revolutions", "1", "--jobs", "1")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_command_prints_writes_and_judges(tmp_path: Path) -> None:
     folder, file = tmp_path / "report", tmp_path / "found.json"
     asked = ("validate", "shear-press", "--quantity", "torque,reactions", *QUICK)

@@ -15,8 +15,6 @@ from typing import Any
 import pytest
 from command_line import conrod
 
-from conrod.studies.frame.ledger import Ledger
-
 TUNED = ("--preset", "tuned")
 KINDS = {
     "validate": ("saw-40rpm", "--steps-per-rev", "200", "--revolutions", "1", *TUNED),
@@ -91,14 +89,3 @@ def kept_in(ledger: Path) -> int:
             return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
         except sqlite3.OperationalError:
             return 0  # it has no tables yet
-
-
-def test_what_is_shown_is_what_the_ledger_has(tmp_path: Path) -> None:
-    _, first, _ = validated("validate", tmp_path)
-    with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
-        keys = [row["key"] for row in ledger.rows() if row["engine"] == "pymunk"]
-    with closing(sqlite3.connect(tmp_path / "ledger.sqlite", isolation_level=None)) as connection:
-        connection.executemany("DELETE FROM runs WHERE key = ?", [(key,) for key in keys])
-    said, again, _ = validated("validate", tmp_path)
-    assert said.startswith(f"runs: {len(keys)} to do")
-    assert again == first

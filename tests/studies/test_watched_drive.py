@@ -40,7 +40,9 @@ def test_the_exact_torque_is_the_drivers_reaction(scene: Any) -> None:
 
 
 @pytest.mark.parametrize("gravity", [True, False])
-@pytest.mark.parametrize("scene", [SCENES["saw-500rpm"], PRESS], ids=["saw", "press"])
+@pytest.mark.parametrize(
+    "scene", [SCENES["saw-500rpm"], PRESS, VARIATIONS["saw-reversed"]], ids=["saw", "press", "saw reversed"]
+)
 def test_a_hardened_drive_gives_the_exact_torque(scene: Any, gravity: bool) -> None:
     hardened = replace(MuJoCoSettings.hardened(scene, 400), gravity=gravity)
     error = extremes(watched(scene, hardened)).torque
@@ -65,6 +67,8 @@ def test_the_mass_of_a_rod_that_is_left_out_is_not_in_the_exact_torque() -> None
 def test_what_no_engine_tells_is_none() -> None:
     assert extremes(watched(SAW, PymunkSettings.tuned(SAW, STEPS))).torque is None
     assert extremes(watched(CAM, coarse_cam(MuJoCoSettings.tuned(CAM, 5 * STEPS)))).torque is None
+    undriven = replace(MuJoCoSettings.stock(SAW, 60), armature=0.0)
+    assert [piece.drive_torque for piece in engine_named("mujoco").run(SAW, undriven, 0.1, 0.7, 4)] == [None] * 2
 
 
 def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,19 @@
+"""What takes longer than what a test looks at: drawings, and processes of their own."""
+
+from __future__ import annotations
+
+import pytest
+
+from conrod.report.figure import Figure
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures by what they are said to show alone."""
+    monkeypatch.setattr(Figure, "svg", lambda figure: f"<svg>{figure.alt}</svg>")
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Users' files are looked at in this process: to begin another takes longer than the look."""
+    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given, **_: task(*given))
