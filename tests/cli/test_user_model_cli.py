@@ -7,10 +7,9 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from command_line import conrod
 from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 
-from conrod.cli import cli
 from conrod.cli.validate_model import given_frame, question_of
 from conrod.cli.validate_request import ModelOptions
 from conrod.errors import InvalidInput
@@ -23,12 +22,9 @@ ASKED = ("--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "-
 
 
 def validate(*arguments: object) -> tuple[int, str]:
-    """Exit status and output of a call in this process; the model's own process is one more."""
-    done = CliRunner().invoke(cli, ["validate", *(str(a) for a in arguments)], standalone_mode=False)
-    if isinstance(done.exception, InvalidInput):
-        return 2, str(done.exception)
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-    return done.exit_code, done.output
+    """Exit status and output."""
+    done = conrod("validate", *map(str, arguments))
+    return done.returncode, done.stdout
 
 
 def digest(file: Path) -> str:

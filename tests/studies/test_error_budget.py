@@ -243,7 +243,9 @@ def test_a_coarse_step_grows_the_steps_part() -> None:
     assert largest_part(planted) == STEP
 
 
-@pytest.mark.parametrize("planted", [{"solref": (0.01, 1.0)}, {"solimp": STOCK_SOLIMP}], ids=["solref", "solimp"])
+@pytest.mark.parametrize(
+    "planted", [{"solref": (0.01, 1.0)}, pytest.param({"solimp": STOCK_SOLIMP}, marks=pytest.mark.slow)]
+)
 def test_softness_grows_the_models_part(planted: Mapping[str, tuple[float, ...]]) -> None:
     # At most two steps' time constant would be MuJoCo's own choice and not the one that is planted.
     right = replace(SOFT, solref=(0.0024, 1.0))

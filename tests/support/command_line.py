@@ -36,19 +36,15 @@ class Kept(WorkerProcesses):
 
 
 @lru_cache
-def _kept(limits: Limits, surroundings: Hashable) -> Kept:
-    """The workers of these limits, started in these surroundings."""
+def _kept(limits: Limits, _: Hashable) -> Kept:
     workers = Kept(limits)
     atexit.register(WorkerProcesses.stop, workers)
     return workers
 
 
 def kept_workers(limits: Limits) -> Kept:
-    """Workers as a command that is run now would start them."""
-    variables = {
-        name: value for name, value in os.environ.items() if name not in ("CONROD_LEDGER", "PYTEST_CURRENT_TEST")
-    }
-    return _kept(limits, (tuple(sys.path), frozenset(variables.items())))
+    """Workers of these limits that import from where this process does now."""
+    return _kept(limits, tuple(sys.path))
 
 
 def conrod(
