@@ -271,7 +271,7 @@ def recover(folder: Path) -> None:
     for left in real_path(folder).glob(f"{STAGING}*"):
         with suppress(OSError, ImportError), ExitStack() as locks:
             together = _plan(left).together
-            # Those in other folders say so themselves: what is planted in this one reaches no further.
+            # Those in other folders say so themselves: what somebody put into this one reaches no further.
             others = [one for one in map(Path, together) if one != left and _plan(one).together == together]
             group = sorted([left, *others], key=lambda one: str(one) in together[:1])
             for one in group:
