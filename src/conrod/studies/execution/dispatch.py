@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
-from itertools import islice
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
@@ -19,6 +19,9 @@ from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint, time_run
+
+AnyCase = TypeVar("AnyCase", bound=Case)
+END = object()
 
 
 class Watcher(Protocol):
@@ -50,7 +53,8 @@ def run_cases(
 
     A case that kills its process, or ends at a limit of the executor, has that as its outcome. Those that ended at a
     limit run again where there is a wider one now, and so do those whose row cannot be read. An error or Ctrl-C
-    cancels what waits, keeps what is finished and goes on to the caller.
+    cancels what waits, keeps what is finished and goes on to the caller. What another process on the ledger runs is
+    left to it, and run only where that ends without a result.
 
     Args:
         fresh: run them all.
@@ -72,11 +76,21 @@ def run_cases(
     def keep(case: Case, future: Future[Measurement]) -> None:
         measurement = _outcome(future)
         ledger.keep(case, measurement, executor.limits.of(measurement.outcome), replace=fresh)
+        ledger.claims.give_back(case.key)
         if watcher is not None:
             watcher.advanced(case, measurement.outcome)
 
+    def left(case: Case) -> bool:
+        return fresh or bool(_unfinished({case.key: case}, ledger, executor.limits))
+
     # Long ones first; else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
-    _run(sorted(waiting.values(), key=lambda case: (-case.effort, case.key)), executor, keep)
+    ordered = sorted(waiting.values(), key=lambda case: (-case.effort, case.key))
+    stale = STALE + (executor.limits.timeout or STALE)
+    try:
+        _run(_claimed(ordered, ledger, lambda case: case.key, left, watcher, stale), executor, keep)
+    except BaseException:
+        ledger.claims.close()
+        raise
     found = ledger.measurements(by_key)
     lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
     if not lost:
@@ -96,18 +110,64 @@ def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> d
     return {key: case for key, case in by_key.items() if key not in finished or key in again}
 
 
-def _run(cases: Sequence[Case], executor: RepeatingExecutor, keep: Callable[[Case, Future[Measurement]], None]) -> None:
+POLL = 0.1  # [s] between two looks at what other processes have claimed
+# [s] beyond the limit of a run, or without one, in which others finish nothing: they are suspended, and not waited for.
+STALE = 600.0
+
+
+def _claimed(
+    cases: Iterable[AnyCase],
+    ledger: Ledger,
+    name: Callable[[AnyCase], str],
+    left: Callable[[AnyCase], bool],
+    watcher: Watcher | None,
+    stale: float = STALE,
+) -> Iterator[AnyCase | None]:
+    """Yield those that this process has claimed and that are left to do, and None where others have all the rest.
+
+    Args:
+        name: by which a case is claimed.
+        stale: time [s] in which others finish nothing before their claims count no more.
+    """
+    held, since = list(cases), time.monotonic()
+    while held:
+        before, expired = len(held), time.monotonic() - since > stale
+        waiting, held = held, []
+        for case in waiting:
+            if not (ledger.claims.take(name(case)) or expired):
+                held.append(case)
+            elif left(case):
+                yield case
+            else:
+                ledger.claims.give_back(name(case))
+                if watcher is not None:
+                    watcher.advanced(case, "by another process")
+        if len(held) < before:
+            since = time.monotonic()
+        if held:
+            yield None
+
+
+def _run(
+    cases: Iterator[Case | None], executor: RepeatingExecutor, keep: Callable[[Case, Future[Measurement]], None]
+) -> None:
     """Run all of them, a bounded number at a time, and keep each as it finishes."""
-    remaining = iter(cases)
     flying: dict[Future[Measurement], Case] = {}
     try:
         while True:
+            over, others = False, False
             # Asked for every time: a cluster grows and shrinks.
-            for case in islice(remaining, max(0, executor.in_flight - len(flying))):
-                flying[executor.submit(on_known_scene, perform, case)] = case
-            if not flying:
+            while len(flying) < executor.in_flight and not (over or others):
+                case = next(cases, END)
+                over, others = case is END, case is None
+                if isinstance(case, Case):
+                    flying[executor.submit(on_known_scene, perform, case)] = case
+            if over and not flying:
                 return
-            for future in wait(flying, return_when=FIRST_COMPLETED).done:
+            if not flying:
+                time.sleep(POLL)
+                continue
+            for future in wait(flying, POLL if others else None, FIRST_COMPLETED).done:
                 keep(flying[future], future)
                 del flying[future]
     except BaseException:
@@ -153,14 +213,24 @@ def time_cases(
     known = {} if fresh else ledger.timings(by_key, fingerprint())
     if watcher is not None:
         watcher.started(len(by_key), len(known))
+    unknown = [case for key, case in by_key.items() if key not in known]
+
+    def left(case: RunCase) -> bool:
+        return fresh or case.key not in ledger.timings([case.key], fingerprint())
+
     with LocalProcesses(1, cell_timeout=cell_timeout) as worker:
-        for case in (case for key, case in by_key.items() if key not in known):
+        # One at a time, of all processes here on this ledger.
+        for case in _claimed(unknown, ledger, lambda _: f"timing on {fingerprint()}", left, watcher):
+            if case is None:
+                time.sleep(POLL)
+                continue
             timing = None
             # A cost that cannot be measured is not a cost; the run's own outcome says what happened to it.
             with suppress(WorkerDied, TimeoutError, MemoryError):
                 timing = worker.submit(on_known_scene, time_case, case).result()
             if timing is not None:
                 ledger.keep_timing(case, timing)
+            ledger.claims.give_back(f"timing on {fingerprint()}")
             if watcher is not None:
                 watcher.advanced(case, "timed" if timing is not None else "without a timing")
     return ledger.timings(by_key, fingerprint())

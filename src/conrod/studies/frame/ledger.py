@@ -19,6 +19,8 @@ import platformdirs
 from conrod.errors import InvalidInput
 from conrod.scenes.canonical import canonical
 from conrod.studies.frame.case import Case, key_of
+from conrod.studies.frame.claims import Claims
+from conrod.studies.frame.files import real_path
 from conrod.studies.frame.ledger_file import PATIENCE, connected, connected_to_read, naming_ledger
 from conrod.studies.frame.measurement import Measurement
 
@@ -47,6 +49,7 @@ class Ledger:
     damaged as a whole; what was kept before stays. A single damaged row counts as not there.
 
     Attributes:
+        claims: of this process on what it runs; closed with the ledger.
         damaged: how many runs `rows` has left out.
     """
 
@@ -54,6 +57,7 @@ class Ledger:
         self.path = path
         self._connection = connection
         self._patience = patience
+        self.claims = Claims(real_path(path))
         self.damaged = 0
 
     @classmethod
@@ -76,6 +80,7 @@ class Ledger:
     def close(self) -> None:
         """Give the file back; closing twice does nothing."""
         self._connection.close()
+        self.claims.close()
 
     def __enter__(self) -> Self:
         return self
