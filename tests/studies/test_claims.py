@@ -15,7 +15,7 @@ from pathlib import Path
 import cell_tasks as tasks
 import pytest
 from cell_tasks import Here
-from command_line import conrod
+from command_line import conrod_process
 
 from conrod.studies.execution import dispatch
 from conrod.studies.execution.dispatch import run_cases
@@ -155,7 +155,7 @@ def test_two_sweeps_at_once_write_one_table(tmp_path: Path) -> None:
     def swept(name: str) -> tuple[str, bytes]:
         file = tmp_path / name
         asked = ("sweep", "saw-500rpm", "--grid", "coarse", "--engine", "pymunk", "--jobs", "1", "--json", str(file))
-        done = conrod(*asked, ledger=tmp_path / "ledger.sqlite")
+        done = conrod_process(*asked, "--ledger", str(tmp_path / "ledger.sqlite"))
         assert done.returncode == 0, done.stderr
         return done.stderr, file.read_bytes()
 
