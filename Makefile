@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep prior limits ablate audit test test-all lint types mjcf golden golden-write bench mutants wheel check clean
+.PHONY: validate catalogue sweep prior limits ablate audit test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -67,6 +67,9 @@ mutants: $(READY) ## plant defects where verdicts are made, and fail where the t
 	rm -rf mutants
 	$(BIN)/mutmut run --max-children 2
 	$(BIN)/python tests/support/killed_mutants.py mutants/src
+
+attack: $(READY) ## kills, mutated files, corrupted ledgers, planted faults; docs/attack.md. Another SEED tries others
+	CONROD_ATTACK_SEED=$(or $(SEED),1) $(BIN)/python -m pytest -q -m slow tests/attack
 
 wheel: $(READY)
 	$(BIN)/python -m build --wheel --outdir dist

@@ -5,11 +5,7 @@ from __future__ import annotations
 import math
 import os
 import random
-import signal
-import warnings
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +19,6 @@ from conrod.errors import InvalidInput
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.execution.isolation import isolated
 
-LONGEST_TIME = 20  # [s] of CPU time; a machine under load must not decide what hangs
 FEW, MANY = 2, 100  # of each file
 
 
@@ -78,61 +73,30 @@ def test_a_shipped_file_with_a_number_scaled(path: Path, chance: random.Random, 
 # -- mutants ---------------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def in_time(what: str, longest: float = LONGEST_TIME) -> Iterator[None]:
-    """Fail what takes too long, wherever it is."""
-
-    def late(*_: object) -> None:
-        raise TimeoutError(f"{what} takes more than {longest} s")
-
-    before = signal.signal(signal.SIGVTALRM, late)
-    signal.setitimer(signal.ITIMER_VIRTUAL, longest)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
-
-
-def tried(path: Path, seeds: range, engines: bool) -> Counter[str]:
-    """How many of a file's mutants were refused, and how many moved; those are stepped in both engines too."""
-    warnings.simplefilter("error")
-    ends: Counter[str] = Counter()
-    for seed in seeds:
-        with in_time(f"{path.name}, mutant {seed}"):
-            found = mutants.read(mutants.mutant(path, seed))
-            if isinstance(found, DescribedScene):
-                mutants.moved(found)
-                if engines:
-                    mutants.stepped(found)
-            ends["valid" if isinstance(found, DescribedScene) else "refused"] += 1
-    return ends
-
-
 def test_mutants_are_refused_in_one_line_or_move() -> None:
     ends: Counter[str] = Counter()
     for path in SHIPPED:
-        ends += tried(path, range(FEW), engines=False)
+        ends += mutants.tried(path, range(FEW), engines=False)
     # Negative control: the mutants get through to motion, and not all of them do.
     assert ends["valid"] > 5
     assert ends["refused"] > 5
 
 
 def test_mutants_that_move_do_not_crash_an_engine() -> None:
-    answer = isolated(tried, SHIPPED[-1], range(5), True, timeout=300.0)
+    answer = isolated(mutants.tried, SHIPPED[-1], range(5), True, timeout=300.0)
     assert isinstance(answer, Counter), answer
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_many_mutants(path: Path) -> None:
-    answer = isolated(tried, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
+    answer = isolated(mutants.tried, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
     assert isinstance(answer, Counter), answer
 
 
 def test_what_hangs_is_seen() -> None:
     # Negative control of the time limit.
-    with pytest.raises(TimeoutError), in_time("a loop", 0.05):
+    with pytest.raises(TimeoutError), mutants.in_time("a loop", 0.05):
         sum(k for k in iter(int, 1))
 
 
@@ -159,7 +123,7 @@ def test_paths_that_are_no_files(tmp_path: Path) -> None:
     (tmp_path / "loop.toml").symlink_to("loop.toml")
     (tmp_path / "nowhere.toml").symlink_to("none.toml")
     for path in (*tmp_path.glob("*.toml"), Path("/dev/zero"), Path("/dev/null"), tmp_path / ("a" * 300)):
-        with in_time(str(path)), pytest.raises(InvalidInput) as told:
+        with mutants.in_time(str(path)), pytest.raises(InvalidInput) as told:
             read_scene(path)
         mutants.one_line(told.value)
     (tmp_path / "link.toml").symlink_to(SHIPPED[0])

@@ -10,7 +10,7 @@ from typing import Any
 import cell_tasks
 import planted_faults as planted
 import pytest
-from cell_tasks import assigned
+from planted_faults import ENDS, JOBS, MEMORY, TIMEOUT, run_with_faults
 
 from conrod import MuJoCoSettings
 from conrod.runs.plain import plain
@@ -20,19 +20,8 @@ from conrod.studies.execution.worker import perform
 from conrod.studies.execution.worker_process import Limits, WorkerProcess
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.frame.run import measure
 from conrod.studies.limits.case import Declaration, LimitCase
-
-JOBS = 2
-# Far more than any of these runs takes on a busy machine, and the time that a hang takes.
-TIMEOUT = 10.0
-MEMORY = 3_000_000_000
-ENDS = {
-    planted.ABORT: ("crashed", "ended by signal SIGABRT"),
-    "segfault": ("crashed", "ended by signal SIGSEGV"),
-    "hang": ("timed-out", "no result after 10 s"),
-    "hoard": ("out-of-memory", "the limit was 3000000000 bytes"),
-}
 
 
 @pytest.fixture
@@ -51,11 +40,6 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def as_kept(measurement: Measurement) -> Measurement:
     """As a file gives it back: tuples are lists."""
     return Measurement(**json.loads(json.dumps(plain(measurement))))
-
-
-def run_with_faults(ledger: Ledger, cells: list[RunCase]) -> dict[str, Measurement]:
-    with LocalProcesses(JOBS, cell_timeout=TIMEOUT, cell_memory=MEMORY) as executor:
-        return run_cases(assigned(cells, planted.run_or_fail), ledger, executor)
 
 
 # A faster sibling, with planted faults instead of real ones, is in test_execution.py.

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
+import signal
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +22,7 @@ from conrod.mechanism.files.toml_file import parse
 from conrod.scenes.described_scene import DescribedScene, scene_of
 
 LONGEST = 1500  # characters of a refusal
+LONGEST_TIME = 20  # [s] of CPU time; a machine under load must not decide what hangs
 STEPS = 40  # of a run, and a revolution: coarse on purpose
 MOST_STEPS = 60
 
@@ -251,4 +256,35 @@ def stepped(scene: DescribedScene) -> list[str]:
             except InvalidInput as error:
                 one_line(error)
                 ends.append("refused")
+    return ends
+
+
+@contextmanager
+def in_time(what: str, longest: float = LONGEST_TIME) -> Iterator[None]:
+    """Fail what takes too long, wherever it is."""
+
+    def late(*_: object) -> None:
+        raise TimeoutError(f"{what} takes more than {longest} s")
+
+    before = signal.signal(signal.SIGVTALRM, late)
+    signal.setitimer(signal.ITIMER_VIRTUAL, longest)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def tried(path: Path, seeds: range, engines: bool) -> Counter[str]:
+    """How many of a file's mutants were refused, and how many moved; those are stepped in both engines too."""
+    warnings.simplefilter("error")
+    ends: Counter[str] = Counter()
+    for seed in seeds:
+        with in_time(f"{path.name}, mutant {seed}"):
+            found = read(mutant(path, seed))
+            if isinstance(found, DescribedScene):
+                moved(found)
+                if engines:
+                    stepped(found)
+            ends["valid" if isinstance(found, DescribedScene) else "refused"] += 1
     return ends

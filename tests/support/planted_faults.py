@@ -10,10 +10,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from cell_tasks import assigned
 from failure_examples import unchecked
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.scenes import SCENES
+from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import LimitCase
@@ -75,6 +79,16 @@ FAULTS: dict[str, Callable[[], None]] = {"segfault": segfault, "hang": hang, "ho
 # Start angles of the cells that have one of these faults, far from those of the others.
 ANGLES = {"segfault": 100.0, "hang": 200.0, "hoard": 300.0}
 ABORT = "abort"
+JOBS = 2
+# Far more than any of these runs takes on a busy machine, and the time that a hang takes.
+TIMEOUT = 10.0
+MEMORY = 3_000_000_000
+ENDS = {
+    ABORT: ("crashed", "ended by signal SIGABRT"),
+    "segfault": ("crashed", "ended by signal SIGSEGV"),
+    "hang": ("timed-out", "no result after 10 s"),
+    "hoard": ("out-of-memory", "the limit was 3000000000 bytes"),
+}
 
 
 def runs(count: int) -> list[RunCase]:
@@ -124,3 +138,8 @@ def unlucky(cells: list[RunCase], place: int) -> list[RunCase]:
     made = list(cells)
     made[place] = replace(made[place], settings=unchecked(made[place].settings, iterations=0))
     return made
+
+
+def run_with_faults(ledger: Ledger, cells: list[RunCase]) -> dict[str, Measurement]:
+    with LocalProcesses(JOBS, cell_timeout=TIMEOUT, cell_memory=MEMORY) as executor:
+        return run_cases(assigned(cells, run_or_fail), ledger, executor)

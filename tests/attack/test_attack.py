@@ -1,0 +1,239 @@
+"""conrod attacked, as `make attack` does: nothing ends in a traceback, takes over a minute, is lost, or is executed.
+
+What is tried comes from one seed, `CONROD_ATTACK_SEED`: another one tries others. Times are CPU times, so that a
+machine under load does not decide.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import pickle
+import random
+import resource
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import attacks
+import cell_tasks as tasks
+import damaged_ledgers as damaged
+import model_mutants as models
+import numpy as np
+import planted_faults as faulty
+import pytest
+from described import SHIPPED
+from outside_kills import killing, waiting_cell, was_alone
+
+from conrod.errors import InvalidInput
+from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.files import check_writable_folder
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.results_table import TIMED
+from tests.support.command_line import conrod
+
+pytestmark = pytest.mark.slow
+
+SEED = int(os.environ.get("CONROD_ATTACK_SEED", "1"))
+LONGEST = 60.0  # [s]
+MECHANISMS, MODELS, LEDGERS, KILLS, KILLS_IN_REPORTS, FAULTS, OUTSIDE_KILLS = 5000, 1000, 60, 20, 6, 20, 5
+PATIENCE, MEMORY = 600.0, 6_000_000_000  # [s] of wall time, [bytes]: of a worker that has many of them
+
+
+@pytest.fixture
+def arena(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A working folder with files that nothing may execute, and which is left as it was."""
+    folder, mark = tmp_path / "arena", tmp_path / "executed"
+    folder.mkdir()
+    monkeypatch.chdir(attacks.planted(folder, mark))
+    yield folder
+    assert not mark.exists()
+
+
+@pytest.fixture
+def report(capsys: pytest.CaptureFixture[str]) -> Callable[[str], None]:
+    """Prints a line of what was counted, with the CPU time that it took."""
+    begun = sum(map(cpu, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+
+    def say(text: str) -> None:
+        took = sum(map(cpu, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))) - begun
+        with capsys.disabled():
+            print(f"\nattack, seed {SEED}: {text}; {took:.0f} s of CPU time")
+
+    return say
+
+
+def cpu(whose: int) -> float:
+    used = resource.getrusage(whose)
+    return used.ru_utime + used.ru_stime
+
+
+def test_what_is_planted_is_executed_by_who_looks_for_it(tmp_path: Path) -> None:
+    # Negative control.
+    mark = tmp_path / "executed"
+    attacks.planted(tmp_path, mark)
+    subprocess.run([sys.executable, "-c", "import queue"], cwd=tmp_path, check=True)
+    assert mark.exists()
+    mark.rmdir()
+    pickle.loads((tmp_path / "payload.pickle").read_bytes())
+    assert mark.exists()
+
+
+def test_mechanism_files(arena: Path, report: Callable[[str], None]) -> None:
+    each, first = -(-MECHANISMS // len(SHIPPED)), SEED * 1_000_000
+    with LocalProcesses(2, cell_timeout=PATIENCE, cell_memory=MEMORY) as executor:
+        parts = [executor.submit(attacks.mechanisms, path, range(first, first + each)) for path in SHIPPED]
+        refused, moved, slowest, wrong = zip(*(part.result() for part in parts), strict=True)
+    lines = [line for part in wrong for line in part]
+    report(
+        f"{sum(refused) + sum(moved) + len(lines)} mutated mechanism files, {sum(refused)} refused in one line, "
+        f"{sum(moved)} move, {len(lines)} tracebacks, the longest {max(slowest):.1f} s"
+    )
+    assert lines == []
+    assert max(slowest) < LONGEST
+    assert min(sum(refused), sum(moved)) > MECHANISMS // 10
+
+
+def test_models(arena: Path, report: Callable[[str], None]) -> None:
+    cases = [
+        (base, f"{SEED} {k}", models.VERBS[k // len(models.MODELS) % len(models.VERBS)], arena)
+        for k, base in zip(range(MODELS), len(models.MODELS) * MODELS * [*models.MODELS], strict=False)
+    ]
+    with LocalProcesses(2, cell_timeout=PATIENCE, cell_memory=MEMORY) as executor:
+        tries = [executor.submit(models.tried, *case) for case in cases]
+        ends = [ended(future, case) for future, case in zip(tries, cases, strict=True)]
+    wrong = [f"{case[0].name}, mutant {case[1]}, {case[2]}: {end.wrong}" for case, end in zip(cases, ends, strict=True)]
+    wrong = [line for line, end in zip(wrong, ends, strict=True) if end.wrong]
+    status = Counter(end.status for end in ends)
+    slowest = max(end.seconds for end in ends)
+    report(
+        f"{MODELS} mutated models through {', '.join(models.VERBS)}: {status[0] + status[1]} answered, "
+        f"{status[2]} refused in one line, {len(wrong)} tracebacks, the longest {slowest:.1f} s"
+    )
+    assert wrong == []
+    assert slowest < LONGEST
+    assert min(status[2], status[0] + status[1]) > MODELS // 10
+    kept = {path.name.split("-", 1)[1] for path in arena.glob("*.xml")}
+    assert kept == {base.name for base in models.MODELS}
+
+
+def ended(future: Future[models.End], case: Any) -> models.End:
+    """How a mutant ended; one that took down its process is tried again as a user would, who is to see one line."""
+    try:
+        return future.result()
+    except Exception:
+        before = cpu(resource.RUSAGE_CHILDREN)
+        end = models.attempt(*case)
+        return models.End(end.status, end.wrong, cpu(resource.RUSAGE_CHILDREN) - before)
+
+
+def test_ledgers(arena: Path, report: Callable[[str], None]) -> None:
+    chance, refused, again = random.Random(f"ledgers {SEED}"), list[str](), 0
+    whole = damaged.kept_whole(arena / "whole")
+    for k in range(LEDGERS):
+        path = Path(shutil.copy(whole, arena / f"{k}.sqlite"))
+        if k % 10 == 0:
+            with closing(sqlite3.connect(path)) as raw, raw:
+                payload = (arena / "payload.pickle").read_bytes()
+                raw.execute("UPDATE runs SET measurement = ? WHERE key = ?", (payload, chance.choice(damaged.KEYS)))
+        elif k % 2:
+            damaged.overwrite_value(path, chance)
+        else:
+            damaged.overwrite_place(path, chance)
+        try:
+            again += len(damaged.resumed(path).ran)  # all results are those of the whole one
+        except InvalidInput as error:
+            refused.append(str(error))
+    report(
+        f"{LEDGERS} corrupted ledgers: {LEDGERS - len(refused)} made whole, {again} runs again, {len(refused)} refused"
+    )
+    assert all("damaged" in line and "\n" not in line for line in refused)
+    assert len(refused) < LEDGERS // 3
+    assert again > LEDGERS // 3
+
+
+def test_kills_of_a_sweep(arena: Path, report: Callable[[str], None]) -> None:
+    chance, ledger, out = random.Random(f"kills {SEED}"), arena / "l.sqlite", arena / attacks.REPORT
+    assert attacks.begun(*attacks.SWEEP[:-1], "undisturbed.sqlite").wait() == 0
+    wanted, kills = attacks.kept(arena / "undisturbed.sqlite"), 0
+    while kills < KILLS - KILLS_IN_REPORTS:
+        before = attacks.kept(ledger)
+        goal = before + min(chance.randint(1, 4), (wanted - before) // (KILLS - KILLS_IN_REPORTS - kills))
+        kills += attacks.killed(attacks.begun(*attacks.SWEEP), lambda goal=goal: attacks.kept(ledger) >= goal)
+        assert attacks.kept(ledger) >= before
+    command = (*attacks.SWEEP, "--out", attacks.REPORT)
+    assert attacks.begun(*command).wait() == 0
+    assert rows(ledger) == rows(arena / "undisturbed.sqlite")
+    whole = files(out)
+    while kills < KILLS:
+        shutil.rmtree(out)
+        kills += attacks.begun(*command, steps=chance.randrange(4 * len(whole))).wait() == -signal.SIGKILL
+        check_writable_folder(out)
+        assert files(out) in ({}, whole)
+    assert attacks.begun(*command).wait() == 0
+    assert files(out) == whole
+    assert rows(ledger) == rows(arena / "undisturbed.sqlite")
+    assert "Traceback" not in (arena / "errors.txt").read_text(encoding="utf-8")
+    report(f"{kills} kills of a sweep, {KILLS_IN_REPORTS} of them in its report: {wanted} runs, none lost, none other")
+
+
+def rows(ledger: Path) -> list[dict[str, str]]:
+    """The table of a ledger, without what a clock says."""
+    assert conrod("results", "--ledger", str(ledger), "--csv", "r.csv").returncode == 0
+    with Path("r.csv").open(encoding="utf-8", newline="") as table:
+        return [{name: value for name, value in row.items() if name not in TIMED} for row in csv.DictReader(table)]
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def test_faults_in_cells(arena: Path, report: Callable[[str], None]) -> None:
+    undisturbed = faulty.runs(80)
+    cells, faults = faulty.with_faults(undisturbed, FAULTS // len(faulty.ENDS))
+    with Ledger.open(arena / "l.sqlite") as ledger:
+        table = faulty.run_with_faults(ledger, cells)
+        assert table == ledger.measurements(cell.key for cell in cells)
+    found = {key: (table[key].outcome, table[key].reason) for key in faults}
+    report(f"{len(faults)} faults in {len(cells)} cells: {dict(Counter(outcome for outcome, _ in found.values()))}")
+    assert found == {key: faulty.ENDS[kind] for key, kind in faults.items()}
+    sound = [cell for cell in undisturbed if cell.key in table and cell.key not in faults]
+    assert len(sound) == len(cells) - FAULTS
+    assert {table[cell.key].outcome for cell in sound} == {"completed"}
+
+
+def test_outside_kills(arena: Path, report: Callable[[str], None]) -> None:
+    for k in range(OUTSIDE_KILLS):
+        folder = arena / str(k)
+        folder.mkdir()
+        cells = tasks.kept_in(folder, tasks.cells(12))
+        how = (signal.SIGKILL, signal.SIGTERM)[k % 2]
+        with (
+            Ledger.open(arena / f"{k}.sqlite") as ledger,
+            killing(waiting_cell(folder), how) as killed,
+            LocalProcesses(3, cell_timeout=LONGEST) as executor,
+        ):
+            table = run_cases(tasks.assigned(cells, tasks.wait_for_a_kill), ledger, executor)
+            assert ledger.measurements(table) == table
+        assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(n)) for n in range(12)}
+        assert len(killed) == 1
+        assert was_alone(folder, *killed)
+    report(
+        f"{OUTSIDE_KILLS} kills of workers from outside: {12 * OUTSIDE_KILLS} cells completed, the killed ones alone"
+    )
+
+
+def test_a_table_with_a_pickle_in_it(arena: Path, report: Callable[[str], None]) -> None:
+    np.savez(arena / "t.npz", time=np.arange(9.0), C_x=np.array([attacks.Payload(arena.parent / "executed")] * 9))
+    done = conrod("validate", "t.npz", "--scene", "saw-40rpm")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    report("a table with a pickle in it: refused in one line, not executed")

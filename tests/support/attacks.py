@@ -1,0 +1,105 @@
+"""Attacks on conrod, see tests/attack: what workers do of them, and what would be executed."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import sqlite3
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import mutants
+
+# Modules of Python's own library and of others, which a user's file may be called as.
+MODULES = ("queue", "pickle", "json", "numpy", "mujoco", "random", "csv", "signal", "sitecustomize", "click")
+SWEEP = ("sweep", "saw-500rpm", "--engine", "pymunk", "--grid", "coarse", "--jobs", "2", "--ledger", "l.sqlite")
+REPORT = "report"
+
+
+class Payload:
+    """An object that leaves a mark where its pickle is read."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[str, int]]:
+        return os.mkdir, (str(self.mark), 0o700)
+
+
+def planted(folder: Path, mark: Path) -> Path:
+    """A folder with files of which each leaves a mark where it is executed."""
+    for name in MODULES:
+        (folder / f"{name}.py").write_text(f"import os\nos.makedirs({str(mark)!r}, exist_ok=True)\n", encoding="utf-8")
+    (folder / "payload.pickle").write_bytes(pickle.dumps(Payload(mark)))
+    return folder
+
+
+def mechanisms(path: Path, seeds: range) -> tuple[int, int, float, list[str]]:
+    """Mutants of a mechanism file: refused, moved, the longest CPU time [s], and tracebacks; one in ten is stepped."""
+    refused, slowest, wrong = 0, 0.0, list[str]()
+    for seed in seeds:
+        begun = time.process_time()
+        try:
+            refused += mutants.tried(path, range(seed, seed + 1), engines=seed % 10 == 0)["refused"]
+        except Exception:
+            wrong.append(f"{path.name}, mutant {seed}: {traceback.format_exc()}")
+        slowest = max(slowest, time.process_time() - begun)
+    return refused, len(seeds) - refused - len(wrong), slowest, wrong
+
+
+# -- kills of a sweep ------------------------------------------------------------------------------------------------
+
+
+# Kills itself before the so-many-th call on the file system after it has begun to write its files.
+KILLED_AS_IT_WRITES = """
+import os, signal, sys
+left, steps = None, int(sys.argv[1])
+def count(event, given):
+    global left
+    if event == "open" and str(given[0]).endswith(".new"):
+        left = steps if left is None else left
+    if left is not None:
+        left -= event in ("open", "os.rename", "os.remove", "os.rmdir", "os.mkdir")
+        if left < 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+sys.addaudithook(count)
+sys.argv[:2] = ["conrod"]
+from conrod.__main__ import main
+main()
+"""
+
+
+def begun(*arguments: str, steps: int | None = None) -> subprocess.Popen[str]:
+    """A command under way, in the working folder.
+
+    Args:
+        steps: calls on the file system that it makes for its files before it is killed; None for no kill.
+    """
+    how = ["-m", "conrod"] if steps is None else ["-P", "-c", KILLED_AS_IT_WRITES, str(steps)]
+    with Path("errors.txt").open("a", encoding="utf-8") as errors:
+        return subprocess.Popen([sys.executable, *how, *arguments], stdout=subprocess.DEVNULL, stderr=errors)
+
+
+def kept(ledger: Path) -> int:
+    """Number of results in a ledger, which may not be there yet."""
+    if not ledger.exists():
+        return 0
+    with closing(sqlite3.connect(ledger, timeout=60.0)) as connection:
+        if not connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'runs'").fetchone():
+            return 0
+        return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
+
+
+def killed(process: subprocess.Popen[str], now: Callable[[], bool]) -> bool:
+    """Kill a process once something is so; False where it has ended before."""
+    while process.poll() is None:
+        if now():
+            process.kill()
+            return process.wait() == -9
+        time.sleep(0.01)
+    return False

@@ -1,0 +1,166 @@
+"""Copies of MuJoCo models with something wrong in them, and what a verb makes of one."""
+
+from __future__ import annotations
+
+import copy
+import os
+import random
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+from xml.etree import ElementTree
+
+from mutants import FACTORS, SLIPS, TEXT_CHANGES, quantity
+
+from tests.support.command_line import conrod
+
+Element = ElementTree.Element
+ROOT = Path(__file__).parents[2]
+HACKSAW = ROOT / "tests/support/own_models/hacksaw.xml"
+# Each model, with what `validate` is to be told of it.
+MODELS = {
+    ROOT / "mjcf/saw-500rpm.xml": ("--scene", "saw-500rpm", "--crank", "crank", "--point", "C=body:slider"),
+    ROOT / "mjcf/shear-press.xml": ("--scene", "shear-press", "--crank", "crank", "--point", "C=body:slider"),
+    ROOT / "mjcf/cam-follower.xml": ("--scene", "cam-follower", "--crank", "crank", "--point", "P=body:follower"),
+    HACKSAW: ("--scene", "saw-500rpm", "--crank", "motor", "--point", "C=body:bow"),
+}
+SHORT = ("--seconds", "0.05")
+QUICK = "conrod.studies.frame.paired_timing.STEPPER_BLOCK_TIME", 2e-5  # [s], of lint's timing, which is not at stake
+FEWER = 10  # one vertex of a cam in so many is kept: compiling it costs less
+VERBS = ("lint", "harden", "validate")
+
+# -- changes ---------------------------------------------------------------------------------------------------------
+
+
+def _attribute(root: Element, chance: random.Random) -> tuple[Element, str]:
+    return chance.choice([(element, name) for element in root.iter() for name in element.attrib])
+
+
+def number(root: Element, chance: random.Random) -> None:
+    """One number becomes another one, or a multiple of itself."""
+    found = [
+        (e, name, k)
+        for e in root.iter()
+        for name in e.attrib
+        for k, w in enumerate(e.attrib[name].split())
+        if quantity(w)
+    ]
+    element, name, k = chance.choice(found)
+    words = element.attrib[name].split()
+    words[k] = repr(chance.choice(SLIPS) if chance.random() < 0.3 else float(words[k]) * chance.choice(FACTORS))
+    element.set(name, " ".join(words))
+
+
+def number_lost(root: Element, chance: random.Random) -> None:
+    """An attribute has one word less."""
+    element, name = _attribute(root, chance)
+    element.set(name, " ".join(element.attrib[name].split()[1:]))
+
+
+def exchanged(root: Element, chance: random.Random) -> None:
+    """An attribute has the value of another: a name of something else, or a number for a word."""
+    element, name = _attribute(root, chance)
+    other, another = _attribute(root, chance)
+    element.set(name, other.attrib[another])
+
+
+def attribute_lost(root: Element, chance: random.Random) -> None:
+    element, name = _attribute(root, chance)
+    del element.attrib[name]
+
+
+def _child(root: Element, chance: random.Random) -> tuple[Element, Element]:
+    return chance.choice([(parent, child) for parent in root.iter() for child in parent])
+
+
+def element_lost(root: Element, chance: random.Random) -> None:
+    parent, child = _child(root, chance)
+    parent.remove(child)
+
+
+def element_twice(root: Element, chance: random.Random) -> None:
+    """There are two of something, of the same names or of none."""
+    parent, child = _child(root, chance)
+    again = copy.deepcopy(child)
+    for element in again.iter() if chance.random() < 0.5 else ():
+        element.attrib.pop("name", None)
+    parent.append(again)
+
+
+def element_moved(root: Element, chance: random.Random) -> None:
+    """Something stands elsewhere."""
+    parent, child = _child(root, chance)
+    parent.remove(child)
+    chance.choice(list(root.iter())).append(child)
+
+
+TREE_CHANGES: tuple[Callable[[Element, random.Random], None], ...] = (
+    *(5 * (number,)),  # most of what the others make is not loaded
+    number_lost,
+    exchanged,
+    attribute_lost,
+    element_lost,
+    element_twice,
+    element_moved,
+)
+
+
+def mutant(path: Path, seed: str) -> bytes:
+    """The changed copy of a model that a seed stands for."""
+    chance, root = random.Random(f"{path.name} {seed}"), ElementTree.fromstring(path.read_bytes())
+    for mesh in root.iter("mesh"):
+        words = mesh.attrib["vertex"].split()
+        mesh.set("vertex", " ".join(word for k, word in enumerate(words) if k // 3 % FEWER == 0))
+    if chance.random() < 0.1:
+        return chance.choice(TEXT_CHANGES)(ElementTree.tostring(root), chance)
+    for _ in range(chance.choice((1, 1, 1, 2))):
+        chance.choice(TREE_CHANGES)(root, chance)
+    return ElementTree.tostring(root)
+
+
+# -- what becomes of them --------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class End:
+    """How a command ended.
+
+    Attributes:
+        status: exit status.
+        wrong: what a user must not see; "" for nothing.
+        seconds: CPU time [s].
+    """
+
+    status: int
+    wrong: str
+    seconds: float
+
+
+def _here(task: Callable[..., Any], path: Path, *arguments: Any, **limits: Any) -> Any:
+    return task(path, *arguments)
+
+
+def attempt(base: Path, seed: str, verb: str, folder: Path) -> End:
+    """What a verb makes of a mutant."""
+    file = folder / f"{os.getpid()}-{base.name}"
+    file.write_bytes(mutant(base, seed))
+    options = (*MODELS[base], "--revolutions", "1") if verb == "validate" else SHORT
+    begun = time.process_time()
+    try:
+        done = conrod(verb, file.name, *options, cwd=folder)
+    except Exception:
+        return End(-1, traceback.format_exc(), time.process_time() - begun)
+    lines = [line for line in done.stderr.splitlines() if line]
+    refused = done.returncode != 2 or (len(lines) == 1 and lines[0].startswith("conrod: ") and len(lines[0]) < 420)
+    known = done.returncode in (0, 1, 2) and "Traceback" not in done.stdout + done.stderr
+    return End(int(done.returncode), "" if refused and known else done.stderr[-2000:], time.process_time() - begun)
+
+
+def tried(base: Path, seed: str, verb: str, folder: Path) -> End:
+    """The same in the process that calls, where it costs no start of Python."""
+    with patch("conrod.studies.execution.isolation.confined", _here), patch(*QUICK):
+        return attempt(base, seed, verb, folder)
