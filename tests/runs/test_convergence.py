@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
-from conrod.runs.convergence import CLEAR_OF_FLOOR, PAIRS_AGREE, claimed_order, observed_order
+from conrod.runs.convergence import CLEAR_OF_FLOOR, ORDERS, PAIRS_AGREE, claimed_order, observed_order
 
 STEPS = (125, 250, 500, 1000)
 LONG = (125, 250, 500, 1000, 2000, 4000, 8000)
@@ -65,8 +66,24 @@ def test_no_order_is_claimed_for_a_plateau() -> None:
 
 
 @pytest.mark.parametrize("values", [[0.20, 0.21, 0.205, 0.20], [1e-13, 1.1e-13, 0.9e-13, 1e-13]])
-def test_no_order_is_claimed_for_what_only_wobbles(values: list[float]) -> None:
-    assert observed_order(STEPS, values).claimed is None
+def test_no_order_is_claimed_for_what_only_wobbles_about_a_floor(values: list[float]) -> None:
+    found = observed_order(STEPS, values)
+    assert found.claimed is None
+    assert found.floor == pytest.approx(values[0], rel=0.1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("floor", [0.0, 3e-7])
+def test_the_floor_is_that_of_the_best_fit_without_negative_terms(seed: int, floor: float) -> None:
+    """Of all orders, each fitted by scipy's non-negative least squares in relative errors."""
+    scatter = np.random.default_rng(seed).uniform(0.7, 1.3, len(LONG))
+    values = np.array(errors(2.0, LONG, floor)) * scatter
+    fits = []
+    for order in ORDERS:
+        terms, miss = nnls(np.stack([(LONG[0] / np.array(LONG)) ** order, np.ones(len(LONG))], axis=1) / values[:, None],
+                           np.ones(len(LONG)))  # fmt: skip
+        fits.append((miss, terms[1]))
+    assert observed_order(LONG, list(values)).floor == pytest.approx(min(fits)[1], rel=1e-6, abs=1e-20)
 
 
 def test_no_order_is_claimed_for_an_error_that_grows() -> None:

@@ -21,7 +21,7 @@ from conrod.mechanism.mechanism import Joint
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, Saw
 from conrod.scenes.catalogue import scene_named
-from conrod.studies.frame.case import pursue
+from conrod.studies.frame.case import key_of, pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.result import AS_ASKED, Result, refine, results_of
 from conrod.studies.frame.run import RunCase
@@ -242,6 +242,21 @@ def test_an_identity_names_all_that_determines_a_validation() -> None:
     }  # fmt: skip
 
 
+def test_an_identity_names_all_that_determines_a_run() -> None:
+    settings = tuned(50)
+    case = RunCase("mine", SAW, settings, 3.0, 0.5, 8)
+    assert case.identity() == {
+        "result_version": 1, "scene": "saw", "parameters": SAW.parameters, "engine": "mujoco",
+        "engine_version": engine_named("mujoco").version,
+        "settings": {name: value for name, value in settings.as_dict().items() if name != "preset"},
+        "revolutions": 3.0, "start_angle": 0.5, "signed_angles": 8,
+    }  # fmt: skip
+    assert case.labels == {"label": "tuned"}
+    assert case.seconds() == 0.0  # no estimate
+    assert key_of("") == "e3b0c44298fc1c149afbf4c8996fb924"  # SHA-256, half of it
+    assert replace(case, settings=replace(settings, preset="custom")).labels == {}
+
+
 def tuned(steps: int) -> Any:
     return engine_named("mujoco").presets["tuned"](SAW, steps)
 
@@ -280,6 +295,16 @@ def test_a_kept_result_takes_the_name_and_the_tolerances_of_who_asks() -> None:
     assert replace(asked, plan=replace(case.plan, tolerance={"position": 1.0})).result(measurement).passed is True
     ended = asked.result(Measurement("crashed", "signal 11"))
     assert (ended.outcome, ended.reason, ended.passed) == ("crashed", "signal 11", False)
+
+
+def test_a_measurement_of_another_form_is_not_understood() -> None:
+    case, measurement = kept()
+    assert measurement.beside is not None
+    assert case.understands(measurement) is True
+    assert case.understands(Measurement("crashed")) is True
+    broken = {"outcome": "gone"}, {"beside": {}}, {"beside": {**measurement.beside, "result": {"scene": 1}}}
+    for change in broken:
+        assert case.understands(replace(measurement, **change)) is False  # type: ignore[arg-type]
 
 
 def test_results_come_by_scene_in_the_order_of_the_cases() -> None:

@@ -34,13 +34,14 @@ class ObservedOrder:
 def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrder:
     """Order from errors at increasing numbers of steps per revolution."""
     pairs = tuple(_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1))
-    if len(steps) < 3 or not all(0.0 < e < math.inf for e in errors):
+    known = [p for p in pairs if p is not None]
+    if len(known) < 2 or len(known) < len(pairs):
         return ObservedOrder(None, pairs, None)
-    floor = _fitted_floor(np.asarray(steps, float), np.asarray(errors, float))
+    floor = _fitted_floor(np.asarray(steps), np.asarray(errors))
     clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
     # The points clear of the floor are the coarse ones: a leading run.
     count = next((k for k, i in enumerate(clear) if i != k), len(clear))
-    run = [p for p in pairs[: max(count - 1, 0)] if p is not None]
+    run = known[: max(count - 1, 0)]
     first = len(run) - 1
     while first > 0 and abs(run[first] - run[first - 1]) <= PAIRS_AGREE:
         first -= 1
@@ -55,7 +56,7 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrd
 def claimed_order(errors: Iterable[tuple[int, float | None]]) -> float | None:
     """The order that is claimed from errors at increasing numbers of steps; runs that have none are left out."""
     known = [(steps, error) for steps, error in errors if error is not None]
-    return observed_order([n for n, _ in known], [e for _, e in known]).claimed if known else None
+    return observed_order([n for n, _ in known], [e for _, e in known]).claimed
 
 
 def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
@@ -68,14 +69,9 @@ def _fitted_floor(steps: Array, errors: Array) -> float:
     """Floor >= 0 of the best fit in relative least squares, over a fine grid of orders."""
     shapes = (steps / steps[0]) ** -ORDERS[:, None]
     columns = np.stack([shapes, np.ones_like(shapes)], axis=2) / errors[:, None]
-    # As `lstsq` solves each, all at once: small singular values count as zero from the same size on.
-    cutoff = np.finfo(float).eps * max(columns.shape[1:])
-    c, f = np.linalg.pinv(columns, rcond=cutoff).sum(axis=2).T
+    c, f = np.linalg.pinv(columns).sum(axis=2).T
     without = columns[:, :, 0].sum(axis=1) / (columns[:, :, 0] ** 2).sum(axis=1)
     c, f = np.where(f < 0.0, without, c), np.maximum(f, 0.0)
     misses = ((columns @ np.stack([c, f], axis=1)[:, :, None] - 1.0)[:, :, 0] ** 2).sum(axis=1)
-    best, floor = math.inf, 0.0
-    for miss, size, candidate in zip(misses.tolist(), c.tolist(), f.tolist(), strict=True):
-        if size > 0.0 and miss < best * (1.0 - 1e-9):
-            best, floor = miss, candidate
-    return floor
+    # Where the error grows towards finer steps no floor is fitted.
+    return float(np.where(c > 0.0, f, 0.0)[np.where(c > 0.0, misses, math.inf).argmin()])

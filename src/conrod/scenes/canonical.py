@@ -22,7 +22,7 @@ def canonical(values: Any) -> str:
         TypeError: a value is not plain.
     """
     text = _FAST.encode(_as_python_writes(values))
-    if not text.isascii() or b"\\" in text or b"\x7f" in text:
+    if not text.isascii() or b"\x7f" in text:
         return _PYTHON.encode(values)
     return text.decode()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -21,7 +22,7 @@ def pareto_front(items: Iterable[Item], costs: Callable[[Item], tuple[float, flo
     Of items with the same two costs the first is kept.
     """
     front: list[Item] = []
-    least = float("inf")
+    least = math.inf
     for item in sorted(items, key=costs):
         if costs(item)[1] < least:
             least = costs(item)[1]

@@ -1,0 +1,169 @@
+"""Every sample is stamped with the instant that it belongs to: exact states go in, or exact motion comes out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from catalogue import CAM, PRESS, SAW, VARIATIONS
+
+from conrod import MuJoCoSettings, Outcome
+from conrod.engines import engine_named
+from conrod.engines.massless_rod import DISTANCE_JOINT
+from conrod.engines.mujoco.dynamics import advance
+from conrod.engines.mujoco.model import build
+from conrod.engines.pymunk.points import body_states, point_tracks, staggered
+from conrod.exact.motion import Array
+from conrod.runs.comparison import compare
+from conrod.runs.trajectory import Piece, concatenate_pieces
+
+QUANTITIES = ("position", "velocity", "acceleration")
+
+# -- MuJoCo: samples are counted, and all of a sample is of one instant ------------------------------------------------
+
+START, SAMPLES = 0.7, 41
+REVERSED = VARIATIONS["saw-reversed"]
+RUNS: dict[str, tuple[Any, MuJoCoSettings]] = {
+    "press": (PRESS, MuJoCoSettings.hardened(PRESS, 200)),  # slow: its accelerations are of gravity's size
+    "press, rounded": (PRESS, replace(MuJoCoSettings.tuned(PRESS, 200), rounded_state=True)),
+    "saw, rod left out": (REVERSED, replace(MuJoCoSettings.tuned(REVERSED, 200), rod=DISTANCE_JOINT)),
+    "cam": (CAM, replace(MuJoCoSettings.tuned(CAM, 2000), cam_vertices=400)),
+}
+
+
+def run(name: str, steps: int) -> list[Piece]:
+    scene, settings = RUNS[name]
+    return list(engine_named("mujoco").run(scene, settings, (SAMPLES - 1) / settings.steps_per_revolution, START, steps))
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_mujocos_samples_are_counted_and_hold_one_instant_each(name: str) -> None:
+    (scene, settings), whole = RUNS[name], concatenate_pieces(run(name, 7))
+    trajectory, mechanism = whole.trajectory, scene.kinematics.mechanism
+    assert trajectory.bodies is not None
+    states = trajectory.bodies.position
+    at, driver, crank = states.instants, mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
+    np.testing.assert_array_equal(at.times, START / scene.speed + settings.timestep * np.arange(SAMPLES))
+    np.testing.assert_allclose(whole.clock, at.times - at.times[0], atol=1e-12)
+    np.testing.assert_allclose(at.angle, scene.speed * at.times, atol=1e-4)
+    for reached, columns, rest in (
+        (at.angle, states.poses, driver.start),
+        (at.rate, states.rates, 0.0),
+        (at.acceleration, states.accelerations, 0.0),
+    ):
+        np.testing.assert_allclose(driver.sense * (columns[:, crank] - rest), reached, rtol=1e-9, atol=1e-9)
+    # Points are read by sensors, links from the coordinates: what is not of one instant does not fit.
+    computed = scene.kinematics.point_derivatives([states.poses, states.rates, states.accelerations])
+    assert set(trajectory.points) == set(computed) == set(scene.lengths)
+    for point, derivatives in computed.items():
+        for order, (quantity, values) in enumerate(zip(QUANTITIES, derivatives, strict=True)):
+            track = getattr(trajectory.points[point], quantity)
+            assert track.instants is at
+            size = scene.lengths[point] * abs(scene.speed) ** order
+            np.testing.assert_allclose(track.values, values, rtol=0.0, atol=1e-6 * size)
+    if name == "press":
+        assert max(map(compare(trajectory, scene).worst, QUANTITIES)) < 1e-4
+
+
+def test_a_run_says_what_it_is_of_and_what_its_drive_gives() -> None:
+    scene, settings = RUNS["press"]
+    pieces = run("press", 16)
+    assert [(piece.first_step, len(piece.clock)) for piece in pieces] == [(0, 17), (17, 16), (33, 8)]
+    for piece in pieces:
+        one = piece.trajectory
+        assert (one.engine, one.engine_version, one.settings) == ("mujoco", mujoco.__version__, settings)
+        assert (one.speed, one.revolutions, one.outcome, one.reason) == (scene.speed, 0.2, Outcome.COMPLETED, "")
+        assert one.bodies is not None
+        assert piece.drive_torque == pytest.approx(-settings.armature * one.bodies.position.instants.acceleration)
+        assert piece.warnings == {}
+        assert piece.solver is not None
+    free = replace(settings, armature=0.0)
+    assert next(engine_named("mujoco").run(scene, free, 0.02, 0.0, 4)).drive_torque is None
+
+
+def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:
+    scene, settings = RUNS["press"]
+    made = build(scene, settings)
+    times, states, sensors = advance(made, scene, settings, 5, START)
+    np.testing.assert_array_equal(times, START / scene.speed + settings.timestep * np.arange(6))
+    data = mujoco.MjData(made.model)
+    data.qpos[:], data.qvel[:] = made.start_state(scene, START)
+    for state, read in zip(states, sensors, strict=True):
+        expected = np.concatenate([[data.time], data.qpos, data.qvel])
+        np.testing.assert_array_equal(state[: len(expected)], expected)
+        mujoco.mj_step(made.model, data)  # sensors after a step are of the state before
+        np.testing.assert_array_equal(read, data.sensordata)
+
+
+# -- pymunk: velocities lie between positions, accelerations between velocities ----------------------------------------
+
+STEP, GAIN = 1e-5, 0.5  # of a turn; the crank gains so much of its speed, squared, a radian
+ROUNDING = 1e-8
+
+
+def exact_states(scene: Any, times: Array) -> tuple[Array, Array, Array]:
+    """Crank angles, poses and rates (T, 3 n) of the links' frames, with a crank that gains speed steadily."""
+    gain = GAIN * scene.speed**2
+    angles, rates = scene.speed * times + 0.5 * gain * times**2, scene.speed + gain * times
+    poses, slopes = scene.kinematics.derivatives(angles, 1)
+    return angles, poses, slopes * rates[:, None]
+
+
+def centred(scene: Any, poses: Array, rates: Array) -> tuple[Array, Array]:
+    """The same of the centres of gravity."""
+    centres, speeds = poses.copy(), rates.copy()
+    for i, body in enumerate(scene.kinematics.mechanism.bodies):
+        arm = complex(*body.centre_of_gravity) * np.exp(1j * poses[:, 3 * i + 2])
+        swung = 1j * arm * rates[:, 3 * i + 2]
+        for k, part in enumerate(("real", "imag")):
+            centres[:, 3 * i + k] += getattr(arm, part)
+            speeds[:, 3 * i + k] += getattr(swung, part)
+    return centres, speeds
+
+
+@pytest.mark.parametrize("substeps", [None, 2])
+@pytest.mark.parametrize("scene", [SAW, PRESS, CAM], ids=["saw", "press", "cam"])
+def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any, substeps: int | None) -> None:
+    mechanism, h = scene.kinematics.mechanism, STEP * scene.period
+    times = 0.1 * scene.period + h * np.arange(12)
+    # A contact's velocities fit the instant itself; those of joints the middle of the engine's step that follows.
+    ahead = 0.0 if mechanism.cam_contacts else 0.5 * h / (substeps or 1)
+    poses, rates = exact_states(scene, times)[1], exact_states(scene, times + ahead)[2]
+    # The turn half a step on is had from the rate there.
+    centres, speeds = centred(scene, poses, rates)[0], centred(scene, exact_states(scene, times + ahead)[1], rates)[1]
+    at = staggered(mechanism, h, times, centres, speeds, h / substeps if substeps else None)
+    expected = {
+        "position": times,
+        "velocity": times[1:] + ahead,
+        "acceleration": 0.5 * (times[3:] + times[2:-1]) + ahead,
+    }
+    tracks = point_tracks(mechanism, at, centres, speeds)
+    assert set(tracks) == set(scene.lengths)
+    for order, (quantity, instants) in enumerate(expected.items()):
+        stamps = getattr(at, quantity)
+        np.testing.assert_allclose(stamps.times, instants, rtol=1e-12)
+        angles, _, _ = exact_states(scene, instants)
+        rate = scene.speed + GAIN * scene.speed**2 * instants
+        np.testing.assert_allclose(stamps.angle, angles, rtol=0.0, atol=ROUNDING)
+        if quantity != "position":
+            np.testing.assert_allclose(stamps.rate, rate, rtol=ROUNDING)
+        # Two rates of a difference: rounding over the step.
+        gain = GAIN * scene.speed**2 if quantity == "acceleration" else 0.0
+        np.testing.assert_allclose(stamps.acceleration, gain, rtol=1e-5, atol=0.0)
+        for point, track in tracks.items():
+            exact = getattr(scene.motion(angles, rate, GAIN * scene.speed**2).point(point), quantity)
+            found = getattr(track, quantity)
+            assert found.instants is stamps
+            size = scene.lengths[point] * abs(scene.speed) ** order
+            np.testing.assert_allclose(found.values, exact, rtol=0.0, atol=size * (1e-4 if order == 2 else ROUNDING))
+
+
+def test_links_are_where_their_centres_of_gravity_put_them() -> None:
+    for scene in (SAW, PRESS, CAM):
+        _, poses, rates = exact_states(scene, scene.period * np.linspace(0.0, 1.0, 7))
+        back = body_states(scene.kinematics.mechanism, *centred(scene, poses, rates))
+        for found, expected in zip(back, (poses, rates), strict=True):
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())

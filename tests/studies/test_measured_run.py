@@ -1,0 +1,149 @@
+"""A measurement holds the errors of the run that the case names, at the angles that it names."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.engines import engine_named
+from conrod.engines.engine import run_of
+from conrod.engines.running import run
+from conrod.exact.motion import Array
+from conrod.runs.comparison import QUANTITIES as COMPARED
+from conrod.runs.comparison import compare, predicted_errors, signed_error
+from conrod.runs.trajectory import Trajectory
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame import run as measuring
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.run import RunCase, as_run, measure, thinned, too_coarse
+
+SAW: Any = SCENES["saw-40rpm"]
+GENEVA: Any = scene_named("geneva")
+STEPS, ANGLES = 40, 8
+
+
+def case_of(scene: Any, engine: str, steps: int = STEPS, preset: str = "tuned", **facts: Any) -> RunCase:
+    return RunCase("mine", scene, engine_named(engine).presets[preset](scene, steps), **facts)
+
+
+def run_again(case: RunCase) -> Trajectory:
+    return run(case.scene, case.settings, case.revolutions, case.start_angle)
+
+
+def size(values: Array, scene: Any, point: str, order: int) -> float:
+    return float(np.hypot(*values.T).max()) / (scene.lengths[point] * abs(scene.speed) ** order)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
+    engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(measuring, "PREDICTED_PER_TURN", STEPS // 4)
+    case = case_of(SAW, engine, revolutions=1.5, start_angle=0.3, signed_angles=ANGLES)
+    found, made = case.perform(), run_again(case)
+    expected = compare(made, SAW)
+    assert (found.outcome, found.reason) == ("completed", "")
+    assert found.errors == {p: {q: asdict(getattr(e, q).size) for q in COMPARED} for p, e in expected.points.items()}
+    assert found.closure == asdict(expected.closure)
+    assert found.phase == {"max": expected.phase_max, "final": expected.phase_final}
+    assert found.drive == {"speed": expected.drive_speed, "acceleration": expected.drive_acceleration}
+    # The prediction is made at every fourth sample, and holds the worst point of each quantity.
+    some = thinned(made, 4)
+    assert some.bodies is not None
+    predicted = predicted_errors(SAW.kinematics, some.points, some.bodies)
+    for k, quantity in enumerate(QUANTITIES):
+        sizes = {
+            name: (
+                size(predicted[name][quantity], SAW, name, k),
+                size(predicted[name][quantity] - signed_error(getattr(tracks, quantity), SAW, name, quantity), SAW, name, k),
+            )
+            for name, tracks in some.points.items()
+        }  # fmt: skip
+        worst = {"predicted": max(p for p, _ in sizes.values()), "difference": max(d for _, d in sizes.values())}
+        assert (found.prediction or {})[quantity] == pytest.approx(worst, rel=1e-12)
+
+
+def interpolated(made: Trajectory, scene: Any, point: str, quantity: str, times: Array) -> Array:
+    track = getattr(made.points[point], quantity)
+    errors = signed_error(track, scene, point, quantity)
+    return np.column_stack([np.interp(times, track.instants.times, errors[:, axis]) for axis in (0, 1)])
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+@pytest.mark.parametrize("scene", [SAW, GENEVA], ids=["turning", "one pass"])
+def test_signed_errors_are_those_at_equal_angles_of_the_last_turn_or_of_the_middles_of_the_pass(
+    scene: Any, engine: str
+) -> None:
+    case = as_run(case_of(scene, engine, revolutions=2.0, start_angle=0.3, signed_angles=ANGLES))
+    found, made = measure(case), run_again(case)
+    span = scene.kinematics.mechanism.driver.span
+    if span is None:
+        angles = 0.3 + 2.0 * np.pi * (1.0 + np.arange(ANGLES) / ANGLES)
+    else:
+        angles = span[0] + (span[1] - span[0]) * (np.arange(ANGLES) + 0.5) / ANGLES
+    assert found.signed is not None
+    assert (found.largest("position") or 0.0) > 1e-9, "errors of nothing but rounding would prove nothing"
+    for point in scene.lengths:
+        for k, quantity in enumerate(QUANTITIES):
+            expected = interpolated(made, scene, point, quantity, angles / scene.speed)
+            expected = expected / (scene.lengths[point] * abs(scene.speed) ** k)
+            np.testing.assert_allclose(found.signed_of(point, quantity), expected, rtol=1e-9, atol=1e-15)
+    whole = Measurement("completed", signed={"C": {"position": [[0, 1]]}})  # as JSON may have it
+    assert whole.signed_of("C", "position").dtype == np.float64
+    with pytest.raises(ValueError, match="'exploded' has no errors"):
+        Measurement("exploded").signed_of("C", "position")
+
+
+def test_of_an_input_that_makes_a_pass_the_pass_is_run_whatever_is_asked() -> None:
+    asked = case_of(GENEVA, "pymunk", revolutions=7.0, start_angle=3.0)
+    made = as_run(asked)
+    assert (made.start_angle, made.revolutions) == run_of(GENEVA, STEPS, 7.0)
+    assert replace(made, start_angle=3.0, revolutions=7.0) == asked
+    turning = case_of(SAW, "pymunk", revolutions=7.0, start_angle=3.0)
+    assert as_run(turning) is turning
+
+
+def test_a_pass_of_two_steps_is_not_run_and_one_of_three_is() -> None:
+    for taken in (2, 3):
+        case = replace(case_of(GENEVA, "pymunk"), revolutions=taken / STEPS)
+        why = f"the pass is {taken} steps long at {STEPS} steps a revolution; 3 are needed to have accelerations"
+        assert too_coarse(case) == (why if taken == 2 else None)
+        assert too_coarse(replace(case, scene=SAW)) is None
+    steps = next(n for n in range(2, 40) if too_coarse(as_run(case_of(GENEVA, "pymunk", n))) is None) - 1
+    found = measure(case_of(GENEVA, "pymunk", steps))
+    assert (found.outcome, found.errors) == ("unsupported", None)
+    assert "are needed" in found.reason
+
+
+def test_what_an_engine_refuses_and_what_fails_is_an_outcome_with_its_reason_and_no_errors() -> None:
+    cam = SCENES["cam-follower"]
+    refused = case_of(cam, "mujoco", preset="hardened")
+    why = refused.settings and engine_named("mujoco").refusal(cam, refused.settings)
+    assert why
+    assert measure(refused) == Measurement("unsupported", why)
+    failing = case_of(SCENES["saw-500rpm"], "pymunk", 20, "stock")
+    made = run_again(failing)
+    assert made.outcome.slug != "completed"
+    assert measure(failing) == Measurement(made.outcome.slug, made.reason)
+
+
+def test_of_so_many_samples_the_last_one_is_kept() -> None:
+    made = run_again(case_of(SAW, "pymunk", revolutions=1.0))
+    assert thinned(made, 1) is made
+    none: Any = SimpleNamespace(bodies=None)
+    assert thinned(none, 2) is none
+    for stride in (2, 3):
+        some = thinned(made, stride)
+        assert some.bodies is not None
+        assert made.bodies is not None
+        pairs = [(some.bodies.position.poses, made.bodies.position.poses)]
+        pairs += [
+            (getattr(some.points[p], q).values, getattr(t, q).values) for p, t in made.points.items() for q in QUANTITIES
+        ]
+        for kept, every in pairs:
+            np.testing.assert_array_equal(kept, every[::-1][::stride][::-1])
