@@ -2,6 +2,7 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
+MUTANT_SECONDS ?= 3600 # after which `make mutants` stops; the next one goes on from there
 READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
@@ -62,10 +63,15 @@ golden-write: $(READY) ## make today's results the golden ones, of the groups na
 bench: $(READY) ## measure what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
 	$(BIN)/python -m benchmarks
 
-mutants: $(READY) ## plant defects where verdicts are made, and fail where the tests find fewer than 95 %; docs/mutants.md
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,mutants]'
+# Results of mutmut hold for these files as they are. With them unchanged an interrupted run goes on.
+mutants/.begun: pyproject.toml $(shell find src tests -type f -not -path '*/__pycache__/*')
 	rm -rf mutants
-	$(BIN)/mutmut run --max-children 2
+	mkdir mutants
+	touch $@
+
+mutants: $(READY) mutants/.begun ## plant defects where verdicts are made, and fail where the tests find fewer than 95 %; docs/mutants.md
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,mutants]'
+	-timeout --signal INT --kill-after 60 $(MUTANT_SECONDS) $(BIN)/mutmut run --max-children 2
 	$(BIN)/python tests/support/killed_mutants.py mutants/src
 
 attack: $(READY) ## kills, mutated files, corrupted ledgers, planted faults; docs/attack.md. Another SEED tries others

@@ -36,7 +36,8 @@ RUNS: dict[str, tuple[Any, MuJoCoSettings]] = {
 
 def run(name: str, steps: int) -> list[Piece]:
     scene, settings = RUNS[name]
-    return list(engine_named("mujoco").run(scene, settings, (SAMPLES - 1) / settings.steps_per_revolution, START, steps))
+    turns = (SAMPLES - 1) / settings.steps_per_revolution
+    return list(engine_named("mujoco").run(scene, settings, turns, START, steps))
 
 
 @pytest.mark.parametrize("name", RUNS)

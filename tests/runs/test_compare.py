@@ -27,9 +27,9 @@ from conrod import Comparison, Outcome, compare
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
-from conrod.runs.comparison import ExactMotions, predicted_errors
+from conrod.runs.comparison import ExactMotions, predicted_errors, track_errors
 from conrod.runs.outcome import judge
-from conrod.runs.trajectory import BodyTracks
+from conrod.runs.trajectory import BodyTracks, Instants, PointTracks, Track
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 
 ROUNDING = 1e-14
@@ -409,3 +409,36 @@ def test_a_wrong_reference_is_distinguished_from_a_wrong_engine(scene: Scene, wr
     assert largest_difference(scene, trajectory, scene)["position"] < 1e-12
     # Negative control: a rod 0.01 % too long in the reference, and the gaps do not account for what is measured.
     assert largest_difference(scene, trajectory, wrong)["position"] > 1e-5
+
+
+# -- what an error is taken at -----------------------------------------------------------------------------------------
+
+
+def test_errors_are_taken_at_the_angle_rate_and_acceleration_that_the_crank_had() -> None:
+    times = np.linspace(0.0, 0.7 * SAW.period, 50)
+    gain = 0.3 * SAW.speed**2
+    at = Instants(times, SAW.speed * times + 0.5 * gain * times**2, SAW.speed + gain * times, np.full(50, gain))
+    motion, steady = SAW.motion(at.angle, at.rate, at.acceleration), SAW.motion(SAW.speed * times, SAW.speed)
+    tracks = {
+        name: PointTracks(*(Track(at, getattr(motion.point(name), quantity)) for quantity in QUANTITIES))
+        for name in SAW.lengths
+    }
+    for name, errors in track_errors(tracks, SAW.speed, ExactMotions(SAW)).items():
+        for quantity in QUANTITIES:
+            assert getattr(errors, quantity).error.max() <= ROUNDING
+            assert getattr(errors, quantity).angle is at.angle
+            track = getattr(tracks[name], quantity)
+            moved = replace(track, values=np.add(track.values, [1.0, -2.0]))
+            np.testing.assert_allclose(ExactMotions(SAW).error(track, name, quantity), 0.0, atol=1e-9)
+            np.testing.assert_allclose(ExactMotions(SAW).error(moved, name, quantity), [[1.0, -2.0]] * 50, atol=1e-9)
+        late = np.linalg.norm(motion.point(name).position - steady.point(name).position, axis=1) / SAW.lengths[name]
+        np.testing.assert_allclose(errors.total.error, late, atol=ROUNDING)
+
+
+def test_of_samples_at_the_same_instants_the_exact_motion_is_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, asked, motion = synthetic_trajectory(SAW, revolutions=0.1), [], Saw.motion
+    monkeypatch.setattr(Saw, "motion", lambda scene, *at: asked.append(len(at)) or motion(scene, *at))
+    compare(made, SAW)
+    assert len(made.points) > 1
+    # Of the crank as it was, as it was to be, and turning steadily.
+    assert sorted(asked) == [2, 2, 3]

@@ -78,10 +78,10 @@ def test_the_floor_is_that_of_the_best_fit_without_negative_terms(seed: int, flo
     """Of all orders, each fitted by scipy's non-negative least squares in relative errors."""
     scatter = np.random.default_rng(seed).uniform(0.7, 1.3, len(LONG))
     values = np.array(errors(2.0, LONG, floor)) * scatter
-    fits = []
+    fits, ones = [], np.ones(len(LONG))
     for order in ORDERS:
-        terms, miss = nnls(np.stack([(LONG[0] / np.array(LONG)) ** order, np.ones(len(LONG))], axis=1) / values[:, None],
-                           np.ones(len(LONG)))  # fmt: skip
+        columns = np.stack([(LONG[0] / np.array(LONG)) ** order, ones], axis=1)
+        terms, miss = nnls(columns / values[:, None], ones)
         fits.append((miss, terms[1]))
     assert observed_order(LONG, list(values)).floor == pytest.approx(min(fits)[1], rel=1e-6, abs=1e-20)
 

@@ -23,7 +23,7 @@ from conrod.scenes import SCENES, Saw
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.case import key_of, pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.result import AS_ASKED, Result, refine, results_of
+from conrod.studies.frame.result import AS_ASKED, Result, refine, refinement_path, results_of
 from conrod.studies.frame.run import RunCase
 from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan
@@ -82,6 +82,8 @@ def test_each_quantity_is_held_to_its_own_tolerance() -> None:
     sizes = {"A": {"velocity": {"max": 9.0, "rms": 0.5, "final": 9.0}}}
     for bound, passed in ((0.6, True), (0.4, False)):
         assert result({}, errors=sizes, tolerance=Tolerance(velocity_rms=bound)).judged().passed is passed
+    sizes = {"A": {"position": {"max": 9.0, "rms": 0.5, "final": 0.5}}}
+    assert result({}, errors=sizes, tolerance=Tolerance(position=0.6)).judged().passed is False
     phase = {"max": 0.5, "final": 0.0}
     for bound, passed in ((0.6, True), (0.4, False)):
         assert result({}, phase=phase, tolerance=Tolerance(phase=bound)).judged().passed is passed
@@ -287,6 +289,14 @@ def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
     assert measurement.prediction == found.prediction
 
 
+def test_a_measurement_of_a_failed_run_holds_its_reason() -> None:
+    case = ValidationCase("saw", SCENES["saw-500rpm"], "pymunk", "stock", Plan(20, 1.0))
+    measurement, found = case.perform(), case.run()
+    assert found.reason
+    assert (measurement.outcome, measurement.reason) == (found.outcome, found.reason)
+    assert case.understands(measurement) is True
+
+
 def test_a_kept_result_takes_the_name_and_the_tolerances_of_who_asks() -> None:
     case, measurement = kept()
     asked = replace(case, name="mine", plan=replace(case.plan, tolerance={"position": 1e-9}))
@@ -349,6 +359,8 @@ def test_a_refinement_runs_all_steps_over_one_stretch_and_the_judged_run_not_aga
     def refined(scene: Any, steps: int) -> list[Any]:
         return list(refine(scene, steps, 2.0, "judged", lambda *run: run))
 
+    assert refinement_path(SAW, 6) == (2, 3, 6)  # no two alike, none shorter than two steps
+    assert refinement_path(SCENES["cam-follower"], 160) == (10, 20, 40, 80)
     assert refined(SAW, 100) == [(12, 2.0, 0.0), (25, 2.0, 0.0), (50, 2.0, 0.0), "judged"]
     # A pass is cut to what the longest steps have room for; then the judged run, which was longer, is made once more.
     geneva: Any = scene_named("geneva")

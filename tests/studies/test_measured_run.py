@@ -39,11 +39,13 @@ def size(values: Array, scene: Any, point: str, order: int) -> float:
     return float(np.hypot(*values.T).max()) / (scene.lengths[point] * abs(scene.speed) ** order)
 
 
-@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+@pytest.mark.parametrize(
+    ("engine", "predicted_per_turn", "stride"), [("mujoco", STEPS // 4, 4), ("pymunk", 2 * STEPS, 1)]
+)
 def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
-    engine: str, monkeypatch: pytest.MonkeyPatch
+    engine: str, predicted_per_turn: int, stride: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(measuring, "PREDICTED_PER_TURN", STEPS // 4)
+    monkeypatch.setattr(measuring, "PREDICTED_PER_TURN", predicted_per_turn)
     case = case_of(SAW, engine, revolutions=1.5, start_angle=0.3, signed_angles=ANGLES)
     found, made = case.perform(), run_again(case)
     expected = compare(made, SAW)
@@ -52,19 +54,17 @@ def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
     assert found.closure == asdict(expected.closure)
     assert found.phase == {"max": expected.phase_max, "final": expected.phase_final}
     assert found.drive == {"speed": expected.drive_speed, "acceleration": expected.drive_acceleration}
-    # The prediction is made at every fourth sample, and holds the worst point of each quantity.
-    some = thinned(made, 4)
+    # The prediction is made at so many samples, and holds the worst point of each quantity.
+    some = thinned(made, stride)
     assert some.bodies is not None
     predicted = predicted_errors(SAW.kinematics, some.points, some.bodies)
     for k, quantity in enumerate(QUANTITIES):
-        sizes = {
-            name: (
-                size(predicted[name][quantity], SAW, name, k),
-                size(predicted[name][quantity] - signed_error(getattr(tracks, quantity), SAW, name, quantity), SAW, name, k),
-            )
-            for name, tracks in some.points.items()
-        }  # fmt: skip
-        worst = {"predicted": max(p for p, _ in sizes.values()), "difference": max(d for _, d in sizes.values())}
+        worst = {"predicted": 0.0, "difference": 0.0}
+        for name, tracks in some.points.items():
+            expected_error = predicted[name][quantity]
+            off = expected_error - signed_error(getattr(tracks, quantity), SAW, name, quantity)
+            for what, values in (("predicted", expected_error), ("difference", off)):
+                worst[what] = max(worst[what], size(values, SAW, name, k))
         assert (found.prediction or {})[quantity] == pytest.approx(worst, rel=1e-12)
 
 
@@ -137,13 +137,13 @@ def test_of_so_many_samples_the_last_one_is_kept() -> None:
     assert thinned(made, 1) is made
     none: Any = SimpleNamespace(bodies=None)
     assert thinned(none, 2) is none
+    tracks = list(made.points.items())
     for stride in (2, 3):
         some = thinned(made, stride)
         assert some.bodies is not None
         assert made.bodies is not None
         pairs = [(some.bodies.position.poses, made.bodies.position.poses)]
-        pairs += [
-            (getattr(some.points[p], q).values, getattr(t, q).values) for p, t in made.points.items() for q in QUANTITIES
-        ]
+        for quantity in QUANTITIES:
+            pairs += [(getattr(some.points[p], quantity).values, getattr(t, quantity).values) for p, t in tracks]
         for kept, every in pairs:
             np.testing.assert_array_equal(kept, every[::-1][::stride][::-1])

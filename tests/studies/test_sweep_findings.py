@@ -17,13 +17,12 @@ def test_a_front_has_the_completed_and_timed_points_of_an_engine_that_nothing_be
     assert {p.outcome for p in study.points} == {"completed", "opened"}
     for engine in (None, "mujoco", "pymunk"):
         candidates = [p for p in study.points if p.completed and engine in (None, p.engine)]
+        costs = {p.label: (p.cost or 0.0, p.error("velocity") or 0.0) for p in candidates}
         front = study.front("velocity", engine)
         assert front
         for point in candidates:
-            beaten = any(
-                (o.cost or 0.0) <= (point.cost or 0.0) and (o.error("velocity") or 0.0) < (point.error("velocity") or 0.0)
-                for o in candidates
-            )
+            cost, error = costs[point.label]
+            beaten = any(c <= cost and e < error for c, e in costs.values())
             assert (point in front) is not beaten
         assert [p.cost for p in front] == sorted(p.cost or 0.0 for p in front)
     best = study.front("position", "pymunk")[-1]

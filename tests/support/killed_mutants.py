@@ -1,16 +1,25 @@
-"""Share of mutmut's mutants that the tests killed, by module; exit status 1 below the bar (`make mutants`)."""
+"""Share of mutmut's mutants that the tests killed, by module; exit status 1 below the bar (`make mutants`).
+
+Mutants that change nothing are listed in docs/mutants.md, each with its reason. They do not count.
+"""
 
 from __future__ import annotations
 
 import json
+import re
 import sys
+from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 BAR = 0.95
+PAGE = Path(__file__).parents[2] / "docs" / "mutants.md"
 # Exit codes that mutmut keeps: a failed test, an error within pytest, a limit of time, a process that died. What was
 # not run, or that no test reaches, is not killed.
 KILLED = {1, 3, 24, 36, 152, 255, -24, -11, -9}
+
+Change = tuple[str, str]  # function, and part of the line as the mutant has it
 
 
 @dataclass(frozen=True)
@@ -19,12 +28,13 @@ class Module:
 
     name: str
     survivors: tuple[str, ...]
+    unrun: int
     count: int
 
-    @property
-    def share(self) -> float:
-        """Of the mutants, those that were killed."""
-        return 1.0 - len(self.survivors) / self.count
+    def share(self, equivalent: Mapping[str, Change]) -> float:
+        """Of the mutants that change anything, those that were killed; survivors that change nothing by name."""
+        same = sum(name in equivalent for name in self.survivors)
+        return (self.count - len(self.survivors)) / max(self.count - same, 1)
 
 
 def modules(folder: Path) -> list[Module]:
@@ -34,21 +44,62 @@ def modules(folder: Path) -> list[Module]:
         codes = json.loads(file.read_text(encoding="utf-8"))["exit_code_by_key"]
         survivors = tuple(key for key, code in codes.items() if code not in KILLED)
         if codes:
-            found.append(Module(str(file.relative_to(folder)).removesuffix(".meta"), survivors, len(codes)))
+            name, unrun = str(file.relative_to(folder)).removesuffix(".meta"), sum(c is None for c in codes.values())
+            found.append(Module(name, survivors, unrun, len(codes)))
     return found
 
 
-def main(folder: str) -> int:
+def listed(page: str) -> list[Change]:
+    """Changes that a page lists as rows: function, changed to, reason; several changes share a reason."""
+    rows = re.findall(r"^\| `(conrod\.[\w.]+)` \| (`.+?`) \| \S.* \|$", page, re.MULTILINE)
+    return [(function, change) for function, changes in rows for change in re.findall(r"`(.+?)`", changes)]
+
+
+def function_of(mutant: str) -> str:
+    """The function that a mutant is of, by mutmut's name for it: `m.x_f__mutmut_1`, `m.xǁClassǁf__mutmut_1`."""
+    module, _, name = mutant.rpartition("__mutmut_")[0].rpartition(".")
+    return f"{module}.{name[2:].replace('ǁ', '.')}"
+
+
+def equivalent(survivors: list[str], changes: list[Change], lines: Callable[[str], str]) -> dict[str, Change]:
+    """Survivors that are listed, with their change; `lines` are those that a mutant has in place of others."""
+    of = {name: [change for change in changes if change[0] == function_of(name)] for name in survivors}
+    return {name: one for name, own in of.items() if own for one in own if one[1] in lines(name)}
+
+
+def changed_lines(mutant: str) -> str:
+    """The lines that a mutant has in place of others."""
+    from mutmut.mutation.diff_apply import find_mutant, get_diff_for_mutant
+
+    diff: str = get_diff_for_mutant(mutant, path=find_mutant(mutant).path)
+    return "\n".join(line[1:] for line in diff.splitlines() if line.startswith("+") and not line.startswith("+++"))
+
+
+def main(folder: str, page: Path = PAGE, lines: Callable[[str], str] = changed_lines) -> int:
     """Print the share of each module, and those that survived."""
-    found = modules(Path(folder))
+    found, changes = modules(Path(folder)), listed(page.read_text(encoding="utf-8"))
+    same = equivalent([name for one in found for name in one.survivors], changes, lines)
     for one in found:
-        print(f"{one.name}: {one.count - len(one.survivors)} of {one.count} killed, {100.0 * one.share:.1f} %")
-        print(*(f"    survived: {name}" for name in one.survivors), sep="\n")
-    low = [one.name for one in found if one.share < BAR]
-    if low or not found:
-        print(f"below {100.0 * BAR:g} %: {', '.join(low) or 'no mutants in ' + folder}", file=sys.stderr)
-    return int(bool(low) or not found)
+        alike = sum(name in same for name in one.survivors)
+        print(
+            f"{one.name}: {one.count - len(one.survivors)} of {one.count} killed, {alike} equivalent, "
+            f"{100.0 * one.share(same):.1f} %"
+        )
+        print(*(f"    survived: {name}" for name in one.survivors if name not in same), sep="\n")
+    unrun = sum(one.unrun for one in found)
+    counted = Counter(same.values())
+    wrong = {
+        f"below {100.0 * BAR:g} %": [one.name for one in found if one.share(same) < BAR],
+        "nothing mutated in": [] if found else [folder],
+        "not run, `make mutants` goes on with them": [str(unrun)] if unrun else [],
+        "listed as equivalent and not among the survivors": [
+            f"{function}: {line}" for function, line in changes if not unrun and not counted[function, line]
+        ],
+    }
+    for what, names in wrong.items():
+        print(*([f"{what}: {', '.join(names)}"] if names else []), file=sys.stderr)
+    return int(any(wrong.values()))
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(main(*sys.argv[1:2]))

@@ -190,8 +190,7 @@ class EngineCase(Case, Generic[Found]):
         if measurement.beside is None:
             return self.ended(Outcome.of(measurement.outcome), measurement.reason)
         kept: Found = restore(self.kind, measurement.beside["result"])
-        found = replace(kept, **self.facts())
-        return found if self.tolerance is None else found.judged(self.tolerance)
+        return replace(kept, **self.facts()).judged(self.tolerance)
 
     def _read(self, measurement: Measurement) -> None:
         if measurement.beside is not None:
