@@ -19,6 +19,7 @@ from conrod.engines.pymunk.points import body_states, point_tracks, staggered
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Piece, concatenate_pieces
+from conrod.scenes.catalogue import scene_named
 
 QUANTITIES = ("position", "velocity", "acceleration")
 
@@ -101,6 +102,7 @@ def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:
 
 # -- pymunk: velocities lie between positions, accelerations between velocities ----------------------------------------
 
+LEG = scene_named("jansen-leg")  # of points and centres of gravity anywhere on its links
 STEP, GAIN = 1e-5, 0.5  # of a turn; the crank gains so much of its speed, squared, a radian
 ROUNDING = 1e-8
 
@@ -126,7 +128,7 @@ def centred(scene: Any, poses: Array, rates: Array) -> tuple[Array, Array]:
 
 
 @pytest.mark.parametrize("substeps", [None, 2])
-@pytest.mark.parametrize("scene", [SAW, PRESS, CAM], ids=["saw", "press", "cam"])
+@pytest.mark.parametrize("scene", [SAW, PRESS, CAM, LEG], ids=["saw", "press", "cam", "leg"])
 def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any, substeps: int | None) -> None:
     mechanism, h = scene.kinematics.mechanism, STEP * scene.period
     times = 0.1 * scene.period + h * np.arange(12)
@@ -163,7 +165,7 @@ def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any, sub
 
 
 def test_links_are_where_their_centres_of_gravity_put_them() -> None:
-    for scene in (SAW, PRESS, CAM):
+    for scene in (SAW, PRESS, CAM, LEG):
         _, poses, rates = exact_states(scene, scene.period * np.linspace(0.0, 1.0, 7))
         back = body_states(scene.kinematics.mechanism, *centred(scene, poses, rates))
         for found, expected in zip(back, (poses, rates), strict=True):

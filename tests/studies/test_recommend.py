@@ -30,7 +30,7 @@ from conrod.studies.sweep.recommend import (
     recommend_for,
     savings_of,
 )
-from conrod.studies.sweep.step_search import Choice, Tried
+from conrod.studies.sweep.step_search import Choice, StepSearch, Tried
 from conrod.studies.sweep.study import SweepPlan, plan_sweep
 
 SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
@@ -170,6 +170,51 @@ def test_an_error_that_is_no_number_is_within_nothing() -> None:
     found = Tried(Measurement("completed", errors={"C": {"position": fine, "velocity": nan}}))
     assert found.excess({"position": 1e-6}) < 1.0
     assert found.excess({"position": 1e-6, "velocity": 1e-6}) == math.inf
+
+
+# -- the next step to try ----------------------------------------------------------------------------------------------
+
+
+def searching(found: Mapping[int, float | None], start: int = 0, order: float = 2.0) -> StepSearch:
+    """A search of 20 to 20,000 steps with errors over what is allowed by steps; None where a run did not complete."""
+
+    def at(steps: int) -> Any:
+        return SimpleNamespace(settings=SimpleNamespace(steps_per_revolution=steps))
+
+    rule: Any = SimpleNamespace(cases=[at(20), at(500), at(20000)])
+    measured = {n: None if e is None else {"C": {"position": {"max": e * 1e-6}}} for n, e in found.items()}
+    return StepSearch(
+        rule, [Choice(Measurement("completed", errors=e), rule, at(n)) for n, e in measured.items()], start, order
+    )
+
+
+@pytest.mark.parametrize(
+    ("search", "steps"),
+    [
+        # Nothing tried: the start, on the grid.
+        (searching({}, 101), 104), (searching({}, 104), 104), (searching({}, 5), 20), (searching({}, 10**6), 20000),
+        # Out: as many more as the order says, with a margin of 1.25; four times as many at most.
+        (searching({100: 2.0}), 160), (searching({100: 2.0}, order=1.0), 252), (searching({100: 1e3}), 400),
+        (searching({100: None}), 400), (searching({20000: 2.0}), None), (searching({19000: 2.0}), 20000),
+        # The order between the two finest that completed.
+        (searching({50: 64.0, 100: 8.0, 200: 2.0}, order=1.0), 320), (searching({100: None, 200: 2.0}), 320),
+        (searching({100: 4.0, 200: 2.0}), 500),
+        # An error that stands still has no hope after three runs, nor what does not complete after two.
+        (searching({100: 2.0, 200: 2.0}), 800), (searching({50: 2.0, 100: 2.0, 200: 2.0}), None),
+        (searching({50: 3.0, 100: 2.4, 200: 1.9}), 800), (searching({100: None, 200: None}), None),
+        (searching({100: None, 200: 2.0, 400: None}), None),
+        # Within: fewer, where that saves eight per cent.
+        (searching({1000: 0.05}), 252), (searching({1000: 0.6}), 868), (searching({1000: 0.7}), None),
+        (searching({1000: 1.0}), None), (searching({1000: 0.0}), 252), (searching({1000: 0.6}, order=8.0), None),
+        (searching({20: 0.01}), None),
+        # Between the last that is out and the first within.
+        (searching({100: 4.0, 400: 0.25}), 224), (searching({50: 9.0, 100: 4.0, 400: 0.25, 800: 0.1}), 224),
+        (searching({100: None, 400: 0.25}), 200), (searching({100: 4.0, 400: 0.0}), 200),
+        (searching({100: 4.0, 104: 0.25}), None), (searching({100: 1.9, 400: 0.9}), None),
+    ],
+)  # fmt: skip
+def test_the_next_step_is_where_the_error_should_just_do(search: StepSearch, steps: int | None) -> None:
+    assert search.next_steps({"position": 1e-6}) == steps
 
 
 def test_confirming_runs_are_none_of_the_grid() -> None:

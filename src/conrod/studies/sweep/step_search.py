@@ -90,8 +90,6 @@ class StepSearch:
             wanted = self._even(self._scaled(finer, allowed, self.order))
         else:
             wanted = self._even(_between(coarse, finer, allowed))
-            if wanted <= coarse.steps:
-                return None
         return wanted if wanted < WORTH * finer.steps else None
 
     def _order_measured(self, allowed: Tolerances) -> float:
