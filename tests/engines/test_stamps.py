@@ -91,6 +91,7 @@ def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:
     made = build(scene, settings)
     times, states, sensors = advance(made, scene, settings, 5, START)
     np.testing.assert_array_equal(times, START / scene.speed + settings.timestep * np.arange(6))
+    assert len(states) == len(sensors) == 6
     data = mujoco.MjData(made.model)
     data.qpos[:], data.qvel[:] = made.start_state(scene, START)
     for state, read in zip(states, sensors, strict=True):
