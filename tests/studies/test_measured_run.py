@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,13 +13,13 @@ from conrod.engines.engine import run_of
 from conrod.engines.running import run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import compare, predicted_errors, signed_error
-from conrod.runs.trajectory import Trajectory
+from conrod.runs.comparison import ExactMotions, compare, predicted_errors
+from conrod.runs.trajectory import FieldByField, Trajectory
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.frame.run import RunCase, as_run, measure, thinned, too_coarse
+from conrod.studies.frame.run import RunCase, as_run, measure, too_coarse
 
 SAW: Any = SCENES["saw-40rpm"]
 GENEVA: Any = scene_named("geneva")
@@ -55,14 +54,14 @@ def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
     assert found.phase == {"max": expected.phase_max, "final": expected.phase_final}
     assert found.drive == {"speed": expected.drive_speed, "acceleration": expected.drive_acceleration}
     # The prediction is made at so many samples, and holds the worst point of each quantity.
-    some = thinned(made, stride)
-    assert some.bodies is not None
-    predicted = predicted_errors(SAW.kinematics, some.points, some.bodies)
+    cut: Any = FieldByField(lambda parts: parts[0][::-1][::stride][::-1])
+    points = {name: cut(tracks) for name, tracks in made.points.items()}
+    predicted = predicted_errors(SAW.kinematics, points, cut(made.bodies))
     for k, quantity in enumerate(QUANTITIES):
         worst = {"predicted": 0.0, "difference": 0.0}
-        for name, tracks in some.points.items():
+        for name, tracks in points.items():
             expected_error = predicted[name][quantity]
-            off = expected_error - signed_error(getattr(tracks, quantity), SAW, name, quantity)
+            off = expected_error - ExactMotions(SAW).error(getattr(tracks, quantity), name, quantity)
             for what, values in (("predicted", expected_error), ("difference", off)):
                 worst[what] = max(worst[what], size(values, SAW, name, k))
         assert (found.prediction or {})[quantity] == pytest.approx(worst, rel=1e-12)
@@ -70,7 +69,7 @@ def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
 
 def interpolated(made: Trajectory, scene: Any, point: str, quantity: str, times: Array) -> Array:
     track = getattr(made.points[point], quantity)
-    errors = signed_error(track, scene, point, quantity)
+    errors = ExactMotions(scene).error(track, point, quantity)
     return np.column_stack([np.interp(times, track.instants.times, errors[:, axis]) for axis in (0, 1)])
 
 
@@ -130,20 +129,3 @@ def test_what_an_engine_refuses_and_what_fails_is_an_outcome_with_its_reason_and
     made = run_again(failing)
     assert made.outcome.slug != "completed"
     assert measure(failing) == Measurement(made.outcome.slug, made.reason)
-
-
-def test_of_so_many_samples_the_last_one_is_kept() -> None:
-    made = run_again(case_of(SAW, "pymunk", revolutions=1.0))
-    assert thinned(made, 1) is made
-    none: Any = SimpleNamespace(bodies=None)
-    assert thinned(none, 2) is none
-    tracks = list(made.points.items())
-    for stride in (2, 3):
-        some = thinned(made, stride)
-        assert some.bodies is not None
-        assert made.bodies is not None
-        pairs = [(some.bodies.position.poses, made.bodies.position.poses)]
-        for quantity in QUANTITIES:
-            pairs += [(getattr(some.points[p], quantity).values, getattr(t, quantity).values) for p, t in tracks]
-        for kept, every in pairs:
-            np.testing.assert_array_equal(kept, every[::-1][::stride][::-1])
