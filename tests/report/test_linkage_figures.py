@@ -33,7 +33,14 @@ STATES = {
 }
 
 
-@pytest.fixture(scope="module", params=STATES)
+# The largest, a slide on a turning link, a cam.
+QUICK = ("example 6.15", "inverted", "cam")
+
+
+@pytest.fixture(
+    scope="module",
+    params=[name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in STATES],
+)
 def state(request: pytest.FixtureRequest) -> LinkageState:
     return STATES[request.param]()
 

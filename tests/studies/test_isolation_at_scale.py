@@ -71,6 +71,7 @@ def test_each_fault_costs_its_own_cell_and_no_other(ledger: Ledger, started: lis
     assert len(set(started)) == len(started)
 
 
+@pytest.mark.slow
 def test_runs_without_a_fault_need_no_more_processes_than_jobs(ledger: Ledger, started: list[int]) -> None:
     # Negative control for the count: nobody dies, nobody is replaced.
     table = run_with_faults(ledger, planted.runs(20))

@@ -34,7 +34,10 @@ def validated(kind: str, folder: Path, *more: str, ledger: str = "ledger.sqlite"
     return done.stderr.splitlines()[0], json.loads(file.read_text()), done.returncode
 
 
-@pytest.mark.parametrize("kind", ["validate", "motion", pytest.param("forces", marks=pytest.mark.slow)])
+EVERY = ["validate", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("forces", "motion"))]  # by one frame
+
+
+@pytest.mark.parametrize("kind", EVERY)
 def test_what_the_ledger_has_is_not_run_again_unless_asked_for(kind: str, tmp_path: Path) -> None:
     said, first, status = validated(kind, tmp_path)
     count = int(said.split()[1])
@@ -53,9 +56,7 @@ def test_what_the_ledger_has_is_not_run_again_unless_asked_for(kind: str, tmp_pa
     assert other != first
 
 
-@pytest.mark.parametrize(
-    "kind", ["validate", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("forces", "motion"))]
-)
+@pytest.mark.parametrize("kind", EVERY)
 def test_killed_in_the_middle_and_continued_the_results_are_those_of_an_undisturbed_run(
     kind: str, tmp_path: Path
 ) -> None:
