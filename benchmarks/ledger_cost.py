@@ -32,9 +32,9 @@ def rows(repeats: int) -> list[Row]:
         kept = times_to_keep(path)
         resumed = [time_to_resume(path, some_cells(RUNS)) for _ in range(repeats)]
     return [
-        Row("ledger, a run kept", "ms", [1e3 * seconds / BATCH for seconds in kept], 1.0),
-        Row("ledger, start of a resume over 100 000 finished runs", "s", [wall for wall, _ in resumed], 2.0),
-        Row("ledger, CPU time of that", "s", [cpu for _, cpu in resumed]),
+        Row("ledger, a run kept", "ms", [1e3 * seconds / BATCH for seconds in kept], 0.5),
+        Row("ledger, start of a resume over 100 000 finished runs", "s", [wall for wall, _ in resumed]),
+        Row("ledger, CPU time of that", "s", [cpu for _, cpu in resumed], 1.0),
     ]
 
 

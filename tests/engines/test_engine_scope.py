@@ -10,8 +10,8 @@ from described import CATALOGUE, changed
 from conrod.engines import engine_named
 from conrod.engines.pymunk import space
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
-from conrod.studies.validation import kinematic_proof
-from conrod.studies.validation.kinematic_proof import validate_kinematic
+from conrod.studies.validation import study
+from conrod.studies.validation.study import validate_kinematic
 
 # A crank's block slides beside a lever's middle line; block and lever have turned frames and centres of gravity
 # away from both line and points.
@@ -71,7 +71,7 @@ SWINGING = {
 
 @pytest.fixture(autouse=True)
 def few_angles(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kinematic_proof, "KINEMATIC_ANGLES", 24)
+    monkeypatch.setattr(study, "KINEMATIC_ANGLES", 24)
 
 
 def offset_slide(*changes: tuple[str, str]) -> DescribedScene:

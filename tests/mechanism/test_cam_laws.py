@@ -24,7 +24,7 @@ from conrod.mechanism.mechanism import CamContact
 from conrod.mechanism.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS, Segment
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.frame.scene_summary import dead_centres, jumps
-from conrod.studies.validation.kinematic_proof import validate_kinematic
+from conrod.studies.validation.study import validate_kinematic
 
 CATALOGUE = Path(conrod.__file__).parent / "scenes" / "catalogue"
 MOVING = tuple(law for law in LAWS if law != DWELL)

@@ -39,10 +39,9 @@ from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.files import Batch
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
-from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import SceneStudy, ValidationResult
-from conrod.studies.validation.study import ValidationCase, validation_cases
+from conrod.studies.validation.study import ValidationCase, validate_kinematic, validation_cases
 
 NAMES = catalogue_names()
 QUICK_MACHINES = ("slider-crank", "swinging-four-bar")

@@ -25,10 +25,9 @@ from conrod.studies.frame.case import key_of, pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.result import AS_ASKED, Result, refine, refinement_path, results_of
 from conrod.studies.frame.run import RunCase
-from conrod.studies.validation.kinematic_proof import validate_kinematic
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import PrintedCells, Tolerance, ValidationResult
-from conrod.studies.validation.study import ValidationCase
+from conrod.studies.validation.study import ValidationCase, validate_kinematic
 
 SAW: Any = SCENES["saw-40rpm"]
 WITHIN, ALLOWED = 1e-7, 1e-6

@@ -22,8 +22,7 @@ from conrod.report.saved import shortened
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
-from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.load_times import shortest_pulse
+from conrod.studies.free_motion.exact import ExactCourse, exact_course, shortest_pulse
 from conrod.studies.free_motion.perform import MotionCase, _on_its_branch, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy

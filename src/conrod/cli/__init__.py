@@ -6,7 +6,6 @@ import os
 import signal
 import sys
 from importlib import import_module
-from importlib.metadata import version
 from io import TextIOWrapper
 
 import click
@@ -61,7 +60,7 @@ class Verbs(click.Group):
 
 
 @click.group(cls=Verbs, context_settings=CONTEXT)
-@click.version_option(version("conrod"), prog_name="conrod")
+@click.version_option(package_name="conrod", prog_name="conrod")
 def cli() -> None:
     """Physics engines, cross-validated against mechanisms whose motion is known exactly."""
 

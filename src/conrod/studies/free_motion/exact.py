@@ -1,25 +1,26 @@
-"""The exact motion that engines are held against, and the step that they are run with."""
+"""The exact motion that engines are held against, the step that they are run with, and the times that bound it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from conrod.errors import InvalidInput
+from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import InverseDynamics
 from conrod.exact.dynamics.line import Line
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
+from conrod.mechanism.loads import Friction, Law, StrokePulse, TimePulse
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import MEETING
 from conrod.scenes import Scene
-from conrod.studies.free_motion.load_times import quickest_reversal, shortest_pulse
 from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
 
 # Of the largest push of a contact, what rounding may make of one that is none.
@@ -157,3 +158,38 @@ def places(mechanism: Mechanism, poses: Array) -> dict[str, Array]:
         point.name: np.column_stack([np.asarray(jet.coefficients[0]) for jet in bodies[point.body].point(point.point)])
         for point in mechanism.observed
     }
+
+
+def shortest_pulse(mechanism: Mechanism, motion: FreeMotion) -> float:
+    """Duration of the shortest pulse of a load [s], at the highest speed at which it acts; inf where none does."""
+    times = [math.inf]
+    for _, law, (value, rate, _) in _along(mechanism, motion):
+        if isinstance(law, TimePulse) and law.start < motion.times[-1]:
+            times.append(law.stop - law.start)
+        if isinstance(law, StrokePulse):
+            acts = (law.start < value) & (value < law.stop) & (rate * law.sense > 0.0)
+            speed = float(np.abs(rate[acts]).max(initial=0.0))
+            times.append((law.stop - law.start) / speed if speed > 0.0 else math.inf)
+    return min(times)
+
+
+def quickest_reversal(mechanism: Mechanism, motion: FreeMotion) -> tuple[str, float]:
+    """Name of the friction whose sign changes in the shortest time, and that time [s]; inf where none changes.
+
+    Friction comes up below its creep, which a rate passes in the creep over its acceleration.
+    """
+    found = [("", math.inf)]
+    for name, law, (_, rate, acceleration) in _along(mechanism, motion):
+        if isinstance(law, Friction):
+            turns = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
+            steepest = float(np.abs(acceleration[np.concatenate([turns, turns + 1])]).max(initial=0.0))
+            found.append((name, law.creep / steepest if steepest > 0.0 else math.inf))
+    return min(found, key=lambda one: one[1])
+
+
+def _along(mechanism: Mechanism, motion: FreeMotion) -> Iterator[tuple[str, Law, tuple[Array, Array, Array]]]:
+    """Name and law of each load, and its coordinate with its first and second derivative by time, each (T,)."""
+    bodies = pose_jets(mechanism, [motion.poses, motion.rates, 0.5 * motion.accelerations])
+    for load in mechanism.loads:
+        value, rate, half = (np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients)
+        yield load.name, load.law, (value, rate, 2.0 * half)
