@@ -87,15 +87,17 @@ def _close_joints(made: Build, turn: float) -> None:
     _set_bias(made, 0.0)
     made.crank.angular_velocity = 0.0
     made.crank.angle = turn
+    before = _centres(made)
     for _ in range(NEWTON_STEPS):
         for body in made.bodies:
             body.velocity = (0.0, 0.0)
             body.angular_velocity = 0.0
-        before = _centres(made)
         made.space.step(STEP)  # finds the velocities that close the joints
         made.space.step(STEP)  # moves by them
-        if np.abs(_centres(made) - before).max() < DONE:
+        now = _centres(made)
+        if np.abs(now - before).max() < DONE:
             break
+        before = now
 
 
 def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
@@ -128,7 +130,7 @@ def _set_bias(made: Build, error_bias: float) -> None:
 
 
 def _centres(made: Build) -> Array:
-    return np.asarray(state(made)[0][0])
+    return np.array([number for body in made.bodies for number in (*body.position, body.angle)])
 
 
 def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Array, Array]:
