@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from conrod.engines import engine_named
+from conrod.engines.running import run
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
 from conrod.studies.execution.isolation import Ended, isolated_once
@@ -28,7 +29,7 @@ class BoundedCase(LimitCase):
     Attributes:
         timeout: longest time that it may take [s].
         headroom: most memory that it may take beyond what its process begins with [bytes], None for no limit.
-        whole: kept whole and compared at its end, as the runs of a sweep are, rather than streamed.
+        whole: kept whole first, as by `conrod.run`, rather than streamed.
     """
 
     timeout: float = 60.0
@@ -47,6 +48,7 @@ class BoundedCase(LimitCase):
 def _run(case: BoundedCase) -> Measurement:
     if not case.whole:
         return stream_run(case)
+    run(case.scene, case.settings, case.revolutions, case.start_angle)
     return measure(RunCase(case.name, case.scene, case.settings, case.revolutions, case.start_angle))
 
 
