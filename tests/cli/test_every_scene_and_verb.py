@@ -31,6 +31,9 @@ VERBS = (
     f"validate {{}} --quantity torque,reactions,contact {COARSE}",
     "validate {} --motion free --seconds 0.02",
     "validate {} --motion torque --seconds 0.02",
+)
+# Of each kind one: every machine of a kind has the same runs, and these take most of the time.
+STUDIES = (
     "sweep {} --engine pymunk --grid coarse",
     "recommend {} --engine pymunk --grid coarse --position 1e-2",
     "limits {} --axis steps --engine pymunk --preset stock",
@@ -58,10 +61,17 @@ def test_every_kind_of_machine_is_shown_and_exported(name: str, tmp_path: Path) 
     assert [answered(line, name, tmp_path) for line in FAST] == [0, 0]
 
 
+@pytest.mark.parametrize(("steps", "end"), [(40, 1), (5, 2)])
+def test_a_pass_with_room_for_few_steps_is_measured_or_refused(steps: int, end: int, tmp_path: Path) -> None:
+    # At an eighth of 40 steps per revolution, where the refinement begins, none fits into the pass.
+    line = f"validate {{}} --steps-per-rev {steps} --engine pymunk --preset tuned"
+    assert answered(line, "double-rocker", tmp_path) == end
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", dict.fromkeys(NAMES))
 def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:
-    ends = [answered(line, name, tmp_path) for line in VERBS]
+    ends = [answered(line, name, tmp_path) for line in (*VERBS, *(STUDIES if name in KINDS else ()))]
     # Negative control: the commands are not all refused.
     assert ends.count(2) < len(ends) // 2
 
