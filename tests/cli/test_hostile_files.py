@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import signal
 import struct
@@ -20,6 +21,7 @@ from command_line import conrod, said
 from conrod.errors import InvalidInput
 from conrod.own.files import copies_asked_for
 from conrod.report.pack.contents import read_parameters
+from conrod.runs.plain import json_document
 from conrod.studies.execution import worker
 
 SLOW = pytest.mark.slow
@@ -54,6 +56,11 @@ def test_a_timestep_that_is_none_is_refused_by_lint(step: str, tmp_path: Path) -
 
 
 @pytest.mark.usefixtures("at_once")
+def test_figures_that_are_not_finite_are_null_in_json() -> None:
+    # A mutated model had one, and `harden` ended in a traceback.
+    assert json.loads(json_document({"a": [np.inf, -np.inf, np.nan], "b": 1e-5})) == {"a": [None] * 3, "b": 1e-5}
+
+
 def test_a_sound_timestep_is_not(tmp_path: Path) -> None:
     # Negative control.
     model(tmp_path, '<option timestep="0.002"/>')

@@ -55,34 +55,11 @@ def mechanisms(path: Path, seeds: range) -> tuple[int, int, float, list[str]]:
 # -- kills of a sweep ------------------------------------------------------------------------------------------------
 
 
-# Kills itself before the so-many-th call on the file system after it has begun to write its files.
-KILLED_AS_IT_WRITES = """
-import os, signal, sys
-left, steps = None, int(sys.argv[1])
-def count(event, given):
-    global left
-    if event == "open" and str(given[0]).endswith(".new"):
-        left = steps if left is None else left
-    if left is not None:
-        left -= event in ("open", "os.rename", "os.remove", "os.rmdir", "os.mkdir")
-        if left < 0:
-            os.kill(os.getpid(), signal.SIGKILL)
-sys.addaudithook(count)
-sys.argv[:2] = ["conrod"]
-from conrod.__main__ import main
-main()
-"""
-
-
-def begun(*arguments: str, steps: int | None = None) -> subprocess.Popen[str]:
-    """A command under way, in the working folder.
-
-    Args:
-        steps: calls on the file system that it makes for its files before it is killed; None for no kill.
-    """
-    how = ["-m", "conrod"] if steps is None else ["-P", "-c", KILLED_AS_IT_WRITES, str(steps)]
+def begun(*arguments: str) -> subprocess.Popen[str]:
+    """A command under way, in the working folder."""
     with Path("errors.txt").open("a", encoding="utf-8") as errors:
-        return subprocess.Popen([sys.executable, *how, *arguments], stdout=subprocess.DEVNULL, stderr=errors)
+        command = [sys.executable, "-m", "conrod", *arguments]
+        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, text=True)
 
 
 def kept(ledger: Path) -> int:
@@ -101,5 +78,5 @@ def killed(process: subprocess.Popen[str], now: Callable[[], bool]) -> bool:
         if now():
             process.kill()
             return process.wait() == -9
-        time.sleep(0.01)
+        time.sleep(0.002)
     return False

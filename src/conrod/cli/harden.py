@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from pathlib import Path
@@ -17,6 +16,7 @@ from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
 from conrod.report.terminal import console, print_lines, print_table
+from conrod.runs.plain import json_document
 from conrod.studies.frame.files import check_apart, files_to_write, naming, single, write_together
 
 BINARY = ".mjb"
@@ -83,7 +83,7 @@ def harden(
         print_hardened(found, files.get("-o"))
     contents: dict[str, str | bytes | None] = {
         "-o": found.content,
-        "--json": json.dumps(found.document(), indent=1, allow_nan=False) + "\n",
+        "--json": json_document(found.document()),
     }
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:

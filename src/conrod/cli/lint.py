@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from pathlib import Path
@@ -19,6 +18,7 @@ from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity,
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of, places_of
 from conrod.report.terminal import console, print_lines
+from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write, naming, real_path, single, write_together
 from conrod.studies.frame.paired_timing import PairedCost
 from conrod.studies.frame.resolve_arguments import select_scene
@@ -98,7 +98,7 @@ def lint(
     with naming("standard output"):
         print_report(report, files.get("--fix"))
     texts = {
-        "--json": json.dumps(report.document(), indent=1, allow_nan=False) + "\n",
+        "--json": json_document(report.document()),
         "--fix": report.fixed.text if report.fixed else "",
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any, TypeVar, get_origin
 
 import msgspec
@@ -21,6 +22,11 @@ def plain(value: Any) -> Any:
         TypeError: a value of another kind.
     """
     return msgspec.to_builtins(value, enc_hook=_encoded, str_keys=True)
+
+
+def json_document(values: Any) -> str:
+    """Plain values as the text of a JSON file; null for a number that is not finite, which JSON does not have."""
+    return json.dumps(msgspec.json.decode(msgspec.json.encode(values)), indent=1) + "\n"
 
 
 def restore(kind: type[Value], values: Any) -> Value:
