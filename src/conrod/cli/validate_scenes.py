@@ -132,7 +132,7 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
 
     out = console()
     print_table(out, verdicts_table(studies, fine_order))
-    print_lines(out, added_words(studies))
+    print_lines(out, (f"{study.name}: {words}" for study in studies for words in added_words(study)))
     reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)
         for study in studies

@@ -11,7 +11,7 @@ from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, softness, timing, variations
 from conrod.engines.mujoco.forces import forces
-from conrod.engines.mujoco.free_run import free_run
+from conrod.engines.mujoco.free_run import free_run, motor_run
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
@@ -32,6 +32,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     reference_loop = staticmethod(timing.reference_loop)
     grid = staticmethod(grid.rules)
     free_run = staticmethod(free_run)
+    motor_run = staticmethod(motor_run)
     paste = staticmethod(variations.paste)
     variations = variations.MuJoCoVariations()
     minimal = staticmethod(ingredients.minimal)

@@ -34,6 +34,7 @@ class Pymunk(Engine[PymunkSettings]):
     expected_error = staticmethod(law.expected_error)
     predicted_softness = staticmethod(drift.predicted_softness)
     forces = staticmethod(forces.forces)
+    motor_run = staticmethod(free_run.motor_run)
     free_run = staticmethod(free_run.free_run)
     stepper = staticmethod(timing.started)
     reference_loop = staticmethod(timing.reference_loop)

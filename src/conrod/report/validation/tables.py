@@ -51,15 +51,27 @@ def millimetres(run: ValidationResult, lengths: Mapping[str, float]) -> str:
     return numbers.in_mm(errors, lengths)
 
 
-def added_words(studies: Sequence[SceneStudy]) -> list[str]:
-    """What the stock preset has beside the engine as it comes, on each scene."""
-    return [
-        f"{study.name}: stock is {engine_title(run.engine)} as it comes, and a drive: a flywheel of "
-        f"{numbers.quantity(flywheel)} kg m² on the crank, and a solver tolerance of {run.settings['tolerance']:g}"
-        for study in studies
-        for run in dynamic(study)
-        if run.preset == STOCK and run.settings is not None and (flywheel := run.settings.get("armature"))
-    ]
+def added_words(study: SceneStudy) -> list[str]:
+    """What the stock preset has beside the engine as it comes, and what drives the engine without it."""
+    found = []
+    for run in study.results:
+        settings, engine = run.settings or {}, engine_title(run.engine)
+        if run.preset == STOCK and (flywheel := settings.get("armature")):
+            found.append(
+                f"{engine} stock is {engine} as it comes, and a drive: a flywheel of {numbers.quantity(flywheel)} "
+                f"kg m² on the crank, and a solver tolerance of {settings['tolerance']:g}"
+            )
+        if run.mode == "motor" and settings:
+            others = ", ".join(f"{name} {_shown(value)}" for name, value in settings.items() if name != "actuator")
+            kept = ""
+            if run.drive is not None and run.phase is not None:
+                ripple, behind = numbers.measured(100.0 * (run.drive["speed"] or 0.0)), run.phase["max"]
+                kept = f"; its speed is off by {ripple} % at most, its angle by {numbers.in_degrees(behind)} deg"
+            found.append(
+                f"{engine} own motor is {engine} as it comes, its crank driven by {settings['actuator']}"
+                f"{others and f' ({others})'}, as a user would set it up{kept}"
+            )
+    return found
 
 
 def _largest(run: ValidationResult, quantity: str, measure: str = "max") -> str:

@@ -26,6 +26,9 @@ from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
 # Of the largest push of a contact, what rounding may make of one that is none.
 NO_PULL = 1e-9
 TURN_SAMPLES = 1441
+# Loops that may be singular at once. Hardened MuJoCo keeps 3e-8 to 7e-7 of the length in chains of 2 to 14 four-bars, and
+# 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long chains").
+MOST_CROSSING = 10
 COURSES_KEPT = 4  # by a process that runs one engine and preset after the other
 
 
@@ -63,6 +66,7 @@ class ExactCourse:
         mechanism: with the loads that act.
         grid: instants of `motion`, and the engines' step.
         lengths: L of each observed point [m].
+        dynamics: what the motion was integrated with.
         turn: where it passed a crossing of branches, its own branch all round.
         unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
     """
@@ -71,6 +75,7 @@ class ExactCourse:
     grid: Grid
     motion: FreeMotion
     lengths: Mapping[str, float]
+    dynamics: ForwardDynamics
     turn: ExactTurn | None = None
     unresolved: str = ""
 
@@ -94,11 +99,18 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     _check_contact(name, mechanism, motion)
     turn = _turn(dynamics.line) if motion.crossings else None
     steps = chosen(plan, grid, mechanism, motion, shortest_pulse(mechanism, motion))
-    return ExactCourse(mechanism, steps, motion, scene.lengths, turn, _unresolved(mechanism, motion, steps.step))
+    unresolved = _unresolved(mechanism, motion, steps.step)
+    return ExactCourse(mechanism, steps, motion, scene.lengths, dynamics, turn, unresolved)
 
 
 def _unresolved(mechanism: Mechanism, motion: FreeMotion, step: float) -> str:
-    """The reason why a step [s] is too long for a law of errors that comes of the motion alone."""
+    """The reason why no law of errors comes of the motion alone: a step [s] too long, or rounding that grows."""
+    loops = len(mechanism.joints) - len(mechanism.bodies)
+    if motion.crossings and loops > MOST_CROSSING:
+        return (
+            f"where branches cross, {loops} loops are singular at once, and what an engine rounds grows there: with more "
+            f"than {MOST_CROSSING} errors are measured, and judged by --tolerance alone"
+        )
     name, time = quickest_reversal(mechanism, motion)
     if step <= time:
         return ""

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking, capability
-from conrod.engines.engine import default_steps, judged_preset
+from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking, OwnMotor, capability
+from conrod.engines.engine import STOCK, default_steps, judged_preset
 from conrod.engines.numerics import MEETING
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.comparison import size_of
@@ -20,6 +20,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, refinement_path, results_of
+from conrod.studies.validation.own_motor import OWN_MOTOR, validate_own_motor
 from conrod.studies.validation.plan import Plan, started, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
 
@@ -74,7 +75,10 @@ def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
 
 @dataclass(frozen=True)
 class ValidationCase(EngineCase[ValidationResult]):
-    """A scene in an engine with a preset and along its refinement path; in kinematic mode where there is no preset."""
+    """A scene in an engine with a preset and along its refinement path; in kinematic mode where there is no preset.
+
+    In the place of a preset's name `OWN_MOTOR` stands for the engine with its own actuator.
+    """
 
     study: ClassVar[str] = "validate"
     kind: ClassVar[type[Any]] = ValidationResult
@@ -90,18 +94,26 @@ class ValidationCase(EngineCase[ValidationResult]):
     def run(self) -> ValidationResult:
         if self.preset is None:
             return validate_kinematic(self.name, self.scene, self.made_by)
+        if self.preset == OWN_MOTOR:
+            return validate_own_motor(self.name, self.scene, self.made_by, self.plan)
         return validate_dynamic(self.name, self.scene, self.made_by, self.preset, self.plan)
 
     @property
     def tolerance(self) -> Mapping[str, float] | None:
-        return None if self.preset is None else self.plan.tolerance
+        return None if self.preset in (None, OWN_MOTOR) else self.plan.tolerance
 
     def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
-        required = self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
+        measured = self.preset == OWN_MOTOR
+        required = not measured and (
+            self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
+        )
         found = started(self.name, self.scene, self.made_by, self.preset, self.plan)
         return replace(found, outcome=outcome.slug, reason=reason, passed=False if required else None)
 
     def determined_by(self) -> dict[str, Any]:
+        if self.preset == OWN_MOTOR:
+            stock = self.made_by.presets[STOCK](self.scene, self.plan.steps(self.scene)).as_dict()
+            return {"settings": stock, "motor": 1, "revolutions": self.plan.revolutions}
         preset, steps, turns = judged_preset(self.made_by), default_steps(self.scene), 1.0
         path: tuple[int, ...] = ()
         if self.preset is not None:
@@ -114,7 +126,7 @@ class ValidationCase(EngineCase[ValidationResult]):
 def validation_cases(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> list[ValidationCase]:
-    """Scene by scene, engine by engine: kinematic mode, then each preset.
+    """Scene by scene, engine by engine: kinematic mode, then each preset, with `stock` the engine's own motor.
 
     Args:
         presets: to run, by engine name.
@@ -123,8 +135,14 @@ def validation_cases(
         ValidationCase(name, scene, engine.name, preset, plan)
         for name, scene in scenes.items()
         for engine in engines
-        for preset in (None, *presets[engine.name])
+        for preset in (None, *_with_own_motor(engine, presets[engine.name]))
     ]
+
+
+def _with_own_motor(engine: Engine[Any], presets: Sequence[str]) -> list[str]:
+    """The presets, and after `stock`, to which a drive was added, the engine with its own."""
+    own = [OWN_MOTOR] if isinstance(engine, OwnMotor) else []
+    return [name for preset in presets for name in (preset, *(own if preset == STOCK else ()))]
 
 
 def validation(
