@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from time import process_time
 
 import numpy as np
 
@@ -26,8 +27,9 @@ from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
 # Of the largest push of a contact, what rounding may make of one that is none.
 NO_PULL = 1e-9
 TURN_SAMPLES = 1441
-# Loops that may be singular at once. Hardened MuJoCo keeps 3e-8 to 7e-7 of the length in chains of 2 to 14 four-bars, and
-# 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long chains").
+PROBE = 1.0  # [s] of a motion, by which its cost is estimated
+# Loops that may be singular at once. Hardened MuJoCo keeps 3e-8 to 7e-7 of the length in chains of 2 to 14 four-bars,
+# and 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long chains").
 MOST_CROSSING = 10
 COURSES_KEPT = 4  # by a process that runs one engine and preset after the other
 
@@ -103,13 +105,30 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     return ExactCourse(mechanism, steps, motion, scene.lengths, dynamics, turn, unresolved)
 
 
+@lru_cache(COURSES_KEPT)
+def exact_seconds(name: str, scene: Scene, plan: MotionPlan) -> tuple[ExactCourse, float]:
+    """The exact motion of the first second, and the CPU time [s] that all of it will take by that; raises as it does.
+
+    What is known of the curve of configurations is not worked out again: it grows until the crank has turned once.
+    """
+    begun = process_time()
+    course = exact_course(name, scene, replace(plan, seconds=min(plan.seconds, PROBE)))
+    known, motion, mechanism = process_time(), course.motion, course.mechanism
+    course.dynamics.motion(motion.times, rates=scene.start_rates)
+    again, times = process_time() - known, plan.seconds / float(motion.times[-1])
+    turns = float(np.ptp(crank_angle(mechanism, motion.poses))) / (2.0 * math.pi)
+    closed = course.dynamics.line.configurations.loop is not None
+    grows = 1.0 if closed else min(times, max(1.0, 1.0 / turns))
+    return course, max(known - begun - again, 0.0) * grows + again * times
+
+
 def _unresolved(mechanism: Mechanism, motion: FreeMotion, step: float) -> str:
     """The reason why no law of errors comes of the motion alone: a step [s] too long, or rounding that grows."""
     loops = len(mechanism.joints) - len(mechanism.bodies)
     if motion.crossings and loops > MOST_CROSSING:
         return (
-            f"where branches cross, {loops} loops are singular at once, and what an engine rounds grows there: with more "
-            f"than {MOST_CROSSING} errors are measured, and judged by --tolerance alone"
+            f"where branches cross, {loops} loops are singular at once, and what an engine rounds grows there: with "
+            f"more than {MOST_CROSSING} errors are measured, and judged by --tolerance alone"
         )
     name, time = quickest_reversal(mechanism, motion)
     if step <= time:

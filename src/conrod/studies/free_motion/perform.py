@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from os import cpu_count
+from time import process_time
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,7 +16,6 @@ from conrod.engines.capabilities import FreeMotion, Lacking, capability
 from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mechanism.loads import LINEAR
 from conrod.runs.comparison import size_of
 from conrod.runs.convergence import claimed_order
 from conrod.runs.plain import plain, restore
@@ -23,8 +24,8 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.result import EngineCase
-from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
-from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
+from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, exact_seconds, places
+from conrod.studies.free_motion.plan import FREE, PATH, Grid, MotionPlan, drives
 from conrod.studies.free_motion.results import (
     QUANTITIES,
     ExactSummary,
@@ -37,8 +38,7 @@ from conrod.studies.free_motion.results import (
 CURVE_SAMPLES, SPANS = 721, 240
 # A body turned by this much [rad] from the exact branch is on another: soft joints give far less.
 OTHER_BRANCH = 0.3
-# CPU time of a step [s]: of itself, of each body, of laws that Python evaluates; and the time [s] that is looked at.
-PROBE, STEP_COST, BODY_COST, PROGRAM_COST = 1.0, 5e-6, 3e-6, 4e-5
+PROBED_STEPS = 50  # by which the cost of an engine's steps is estimated
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
@@ -151,24 +151,28 @@ class MotionCase(EngineCase[MotionResult]):
     study: ClassVar[str] = "motion"
     kind: ClassVar[type[Any]] = MotionResult
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES
-    version: ClassVar[int] = 2  # closures by the step, steps by the pulses of loads
+    version: ClassVar[int] = 3  # long chains are not judged
 
     plan: MotionPlan
+    beside: int = 1  # cases of the scene, which share its exact motion
 
     @property
     def effort(self) -> float:
         return len(self.scene.kinematics.mechanism.bodies)
 
     def seconds(self) -> float:
-        """Estimate by the step that the motion's first second takes; 0 where that is refused."""
-        plan = replace(self.plan, seconds=min(self.plan.seconds, PROBE), tolerance=None)
+        """Estimate by the first second of the exact motion and some steps of the engine; 0 where these are refused."""
         try:
-            course = exact_course(self.name, self.scene, plan)
+            course, exact = exact_seconds(self.name, self.scene, replace(self.plan, tolerance=None))
+            begun = process_time()
+            run = _run(replace(course, grid=Grid(course.grid.step, 1, PROBED_STEPS)), self.made_by, str(self.preset), 1)
         except InvalidInput:
             return 0.0
+        around = process_time() - begun - run.cpu_seconds
         steps = self.plan.seconds / course.grid.step * sum(PATH)
-        program = any(not isinstance(load.law, LINEAR) for load in course.mechanism.loads)
-        return steps * (STEP_COST + BODY_COST * len(course.mechanism.bodies) + (PROGRAM_COST if program else 0.0))
+        # Each process works the exact motion out for itself.
+        shared = exact * min(self.beside, cpu_count() or 1) / self.beside
+        return shared + around * len(PATH) + run.cpu_seconds / PROBED_STEPS * steps
 
     @property
     def course(self) -> ExactCourse:
@@ -230,8 +234,9 @@ def motion_study(
     Args:
         presets: to run, by engine name.
     """
+    count = sum(len(presets[engine.name]) for engine in engines)
     cases = [
-        MotionCase(name, scene, engine.name, preset, plan)
+        MotionCase(name, scene, engine.name, preset, plan, count)
         for name, scene in scenes.items()
         for engine in engines
         for preset in presets[engine.name]
