@@ -15,6 +15,7 @@ from pathlib import Path
 
 from golden import extract
 from golden.record import Record
+from golden.store import KERNELS
 from golden.tasks import FROM_LEDGER, Task
 
 LONGEST = 900.0  # [s] of a command
@@ -79,7 +80,7 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         RuntimeError: it crashed.
     """
     path = os.pathsep.join([str(source()), *filter(None, [os.environ.get("PYTHONPATH")])])
-    environment = {**os.environ, "PYTHONPATH": path, "CONROD_LEDGER": str(folder / "own.sqlite")}
+    environment = {**os.environ, **KERNELS, "PYTHONPATH": path, "CONROD_LEDGER": str(folder / "own.sqlite")}
     done = subprocess.run(
         [sys.executable, "-m", "conrod", *arguments],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False,

@@ -1,11 +1,8 @@
 """Golden records in files: a group in each, by task and name.
 
-Numerical libraries choose their kernels by the vector instructions of the processor, and sums of another order have
-another last digit. Where a result amplifies rounding (the energy that a free motion gains, exact motion near a change
-point) no rule of 1e-13 holds between two kinds of processor: each kind has records of its own, made with the same code.
-
-Of the group `motion` records of MuJoCo's presets tuned and hardened, and of presses, are missing since their rules
-changed: `python -m golden write motion` on an otherwise idle machine of each kind makes them.
+Numerical libraries choose their kernels by the processor, and sums of another order have another last digit. Where a
+result amplifies rounding (the energy that a free motion gains, exact motion near a change point) no rule of 1e-13 holds
+between two kinds of processor. So all commands run with the same kernels, whatever the processor: `KERNELS`.
 """
 
 from __future__ import annotations
@@ -21,14 +18,23 @@ from typing import Any
 from golden.record import Record
 
 Group = dict[str, dict[str, Any]]
+# Environment of the commands: OpenBLAS takes the kernels for AVX2, in one thread, numpy none for more than AVX2.
+KERNELS: Mapping[str, str] = (
+    {
+        "OPENBLAS_CORETYPE": "Haswell",
+        "OPENBLAS_NUM_THREADS": "1",
+        "NPY_DISABLE_CPU_FEATURES": "X86_V4,AVX512_ICL,AVX512_SPR",
+    }
+    if platform.machine().lower() in ("x86_64", "amd64")
+    else {}
+)
 LIBRARIES = ("mujoco", "pymunk", "numpy", "scipy")
 
 
 def read(data: Path, group: str) -> tuple[dict[str, str], Group]:
     """What the records of a group were made with, and the records: task -> name -> value; nothing where none are."""
-    own = _file(data, group)
-    file = own if own.exists() else next(iter(sorted(data.glob(f"*/{own.name}"))), None)
-    if file is None:
+    file = _file(data, group)
+    if not file.exists():
         return {}, {}
     document = json.loads(lzma.decompress(file.read_bytes()))
     return document["environment"], document["tasks"]
@@ -38,7 +44,6 @@ def write(data: Path, group: str, tasks: Mapping[str, Mapping[str, Record]]) -> 
     """Put the records of a group in the place of those that were."""
     values = {task: {name: record.value for name, record in records.items()} for task, records in tasks.items()}
     text = json.dumps({"environment": environment(), "tasks": values}, indent=0, allow_nan=False)
-    _file(data, group).parent.mkdir(exist_ok=True)
     _file(data, group).write_bytes(lzma.compress(text.encode(), preset=9 | lzma.PRESET_EXTREME))
 
 
@@ -48,17 +53,10 @@ def environment() -> dict[str, str]:
     return {
         "python": platform.python_version(),
         "machine": platform.machine(),
-        "instructions": instructions(),
+        "kernels": " ".join(KERNELS.values()),
         "processor": processor.partition(":")[2].strip() or processor,
         **{name: version(name) for name in LIBRARIES},
     }
-
-
-def instructions() -> str:
-    """The widest vector instructions of the processor, by which numerical libraries choose their kernels."""
-    flags = next((line.split() for line in _cpu_lines() if line.startswith("flags")), [])
-    known = {"avx512": "avx512f", "avx2": "avx2"}
-    return next((name for name, flag in known.items() if flag in flags), platform.machine())
 
 
 def _cpu_lines() -> list[str]:
@@ -67,4 +65,4 @@ def _cpu_lines() -> list[str]:
 
 
 def _file(data: Path, group: str) -> Path:
-    return data / instructions() / f"{group}.json.xz"
+    return data / f"{group}.json.xz"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from golden import extract, store
+from golden import extract, perform, store
 from golden.__main__ import DATA, check_answers, main
 from golden.compare import compare
 from golden.perform import records_of
@@ -193,8 +195,30 @@ def test_new_runs_are_counted_over_all_rounds_of_a_study() -> None:
         extract.announced("costs: 3 to do, 0 in the ledger\n")
 
 
-def test_a_kind_of_processor_without_records_is_held_against_those_of_another(monkeypatch: pytest.MonkeyPatch) -> None:
-    own = store.read(DATA, "mjcf")
-    monkeypatch.setattr(store, "instructions", lambda: "none")
-    assert store.read(DATA, "mjcf")[1] == own[1]
+def test_a_group_without_records_has_none() -> None:
     assert store.read(DATA, "nothing") == ({}, {})
+
+
+@pytest.mark.skipif(not store.KERNELS, reason="kernels are chosen on x86-64 alone")
+def test_commands_run_with_the_same_kernels_whatever_the_processor(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = """
+import numpy, scipy.linalg
+from numpy._core._multiarray_umath import __cpu_features__ as has
+from threadpoolctl import threadpool_info
+print({(one["architecture"], one["num_threads"]) for one in threadpool_info() if one["user_api"] == "blas"})
+print(has.get("X86_V4", False))
+"""
+    asked: list[dict[str, str]] = []
+
+    def noted(*_: object, env: dict[str, str], **__: object) -> subprocess.CompletedProcess[str]:
+        asked.append(env)
+        return subprocess.CompletedProcess([], 0, "", "")
+
+    monkeypatch.setenv("OPENBLAS_CORETYPE", "SkylakeX")
+    with monkeypatch.context() as patched:
+        patched.setattr(subprocess, "run", noted)
+        perform.run(tmp_path, "show")
+    done = subprocess.run([sys.executable, "-c", script], env=asked[0], capture_output=True, text=True, check=True)
+    assert done.stdout == "{('Haswell', 1)}\nFalse\n"
