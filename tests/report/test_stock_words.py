@@ -44,11 +44,14 @@ PRESS = ShearPress()  # whose crank turns clockwise
 @pytest.fixture(scope="module", params=["mujoco", "pymunk"])
 def both(request: pytest.FixtureRequest) -> SceneStudy:
     """Stock, and the engine with its own motor, of the press at its default steps."""
-    engine, cases = engine_named(request.param), []
-    for case in validation_cases({"press": PRESS}, [engine], {engine.name: (STOCK,)}, Plan(revolutions=1.0)):
-        cases += [] if case.preset is None else [case]
-    assert [case.preset for case in cases] == [STOCK, OWN_MOTOR]
-    return SceneStudy("press", PRESS, tuple(case.run() for case in cases))
+    engine, plan = engine_named(request.param), Plan(revolutions=1.0)
+    asked, every = (
+        validation_cases({"press": PRESS}, [engine], {engine.name: presets}, plan)
+        for presets in ((STOCK,), tuple(engine.presets))
+    )
+    assert [case.preset for case in asked] == [None, STOCK]
+    assert [case.preset for case in every][:3] == [None, STOCK, OWN_MOTOR]
+    return SceneStudy("press", PRESS, tuple(case.run() for case in every[1:3]))
 
 
 def test_the_flywheel_of_stock_changes_no_error_that_the_engines_own_motor_would_show(both: SceneStudy) -> None:

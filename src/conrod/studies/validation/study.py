@@ -126,7 +126,7 @@ class ValidationCase(EngineCase[ValidationResult]):
 def validation_cases(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> list[ValidationCase]:
-    """Scene by scene, engine by engine: kinematic mode, then each preset, with `stock` the engine's own motor.
+    """Scene by scene, engine by engine: kinematic mode, then each preset; with all of them the engine's own motor.
 
     Args:
         presets: to run, by engine name.
@@ -140,8 +140,8 @@ def validation_cases(
 
 
 def _with_own_motor(engine: Engine[Any], presets: Sequence[str]) -> list[str]:
-    """The presets, and after `stock`, to which a drive was added, the engine with its own."""
-    own = [OWN_MOTOR] if isinstance(engine, OwnMotor) else []
+    """The presets, and where these are all, after `stock`, to which a drive was added, the engine with its own."""
+    own = [OWN_MOTOR] if isinstance(engine, OwnMotor) and set(presets) == set(engine.presets) else []
     return [name for preset in presets for name in (preset, *(own if preset == STOCK else ()))]
 
 
