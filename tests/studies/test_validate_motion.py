@@ -20,8 +20,7 @@ from conrod.mechanism.mechanism import Mechanism
 from conrod.report.free_motion import KIND
 from conrod.report.saved import shortened
 from conrod.runs.trajectory import Outcome
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_names, dynamics_names
+from conrod.scenes.catalogue import dynamics_names
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course, shortest_pulse
@@ -150,7 +149,7 @@ def test_a_long_chain_that_crosses_is_measured_and_a_short_one_judged() -> None:
     assert result(early).passed is True
 
 
-# What validate --motion answers for each shipped scene with default settings, where that is not a run: what it says.
+# What validate --motion answers for each dynamics scene with default settings, where that is not a run: what it says.
 REFUSED = {("cam-spring-fast", FREE): "leaves the cam", ("press-cutting", FREE): "comes to rest in a force"}
 DRIVEN = ("press-cutting", "press-cutting-flywheel")
 CHAINS = ("four-bar-chain-2", "four-bar-chain-10", "four-bar-chain-40")
@@ -158,8 +157,8 @@ CHAINS = ("four-bar-chain-2", "four-bar-chain-10", "four-bar-chain-40")
 
 @pytest.mark.slow
 @pytest.mark.parametrize("motion", [FREE, TORQUE])
-@pytest.mark.parametrize("name", [*dynamics_names(), *catalogue_names(), *SCENES, *CHAINS])
-def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) -> None:
+@pytest.mark.parametrize("name", [*dynamics_names(), *CHAINS])
+def test_no_dynamics_scene_fails_with_default_settings(name: str, motion: str) -> None:
     # Nothing but hardened MuJoCo is judged.
     done = conrod("validate", name, "--motion", motion, "--engine", "mujoco", "--preset", "hardened", "--jobs", "1")
     said = "no torque that drives its crank" if motion == TORQUE and name not in DRIVEN else REFUSED.get((name, motion))
