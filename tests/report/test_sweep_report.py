@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from handmade import FAST, SENSITIVITY, STEPS, errors_of, handmade_sweep
+from handmade import SENSITIVITY, STEPS, errors_of, handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -24,7 +24,6 @@ from conrod.report.saved import plain, restore
 from conrod.report.sweep.bands import rows_of, shares_table
 from conrod.report.sweep.budgets import budget_table
 from conrod.report.sweep.orders import orders_table
-from conrod.report.sweep.points import placed_points
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.tables import (
     cheapest_table,
@@ -89,35 +88,8 @@ def texts(axes: Axes) -> set[str]:
 # -- the work-precision diagram ----------------------------------------------------------------------------------------
 
 
-def strips(figure: Figure) -> list[Axes]:
-    return [axes for axes in figure.axes if axes.get_ylabel() == "did not\ncomplete"]
-
-
 def panel(figure: Figure, quantity: str) -> Axes:
     return next(axes for axes in figure.axes if axes.get_ylabel().startswith(f"{quantity} error"))
-
-
-def test_a_failed_run_is_drawn_in_the_lane_of_its_end(study: SweepStudy, figure: Figure) -> None:
-    failed = [p for p in study.points if not p.completed]
-    (strip,) = strips(figure)
-    assert len(strip.lines) == len(failed) == 2
-    assert [label.get_text() for label in strip.get_yticklabels()] == ["opened"]
-    # Negative controls: one failure of another kind has a lane of its own, and without any there is no strip.
-    (other,) = strips(drawn(changed(study, failed[0].label, outcome="diverged")))
-    assert [text.get_text() for text in other.get_yticklabels()] == ["diverged", "opened"]
-    healthy = study
-    for point in failed:
-        healthy = changed(healthy, point.label, errors=errors_of(0.04))
-    assert strips(drawn(healthy)) == []
-
-
-def test_a_failed_run_stands_at_the_cost_of_its_steps(study: SweepStudy) -> None:
-    place = next(p for p in placed_points(study) if not p.point.completed and p.point.engine == "mujoco")
-    assert place.estimated
-    assert place.cost == pytest.approx(2e-6 * 20)  # not the 1000 s that its timing says
-    never = replace(study, points=tuple(replace(p, errors=None) if p.rule == FAST[0] else p for p in study.points))
-    place = next(p for p in placed_points(never) if p.point.rule == FAST[0])
-    assert place.cost == pytest.approx(8e-6 * 20)  # of 3 runs with 2 and 4 runs with 8 microseconds a step
 
 
 def test_the_front_in_the_figure_is_the_front_of_the_data(study: SweepStudy, figure: Figure) -> None:
@@ -148,12 +120,11 @@ def test_every_point_that_is_named_is_in_the_table_and_those_on_fronts_in_theirs
     assert names <= fronts == set(column(fronts_table(study), "point"))
 
 
-def test_every_point_is_drawn(study: SweepStudy, figure: Figure) -> None:
-    assert {p.point.label for p in placed_points(study)} == {p.label for p in study.points}
+def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, figure: Figure) -> None:
     seen = np.concatenate([np.asarray(line.get_xydata()) for line in panel(figure, "position").lines])
-    for point in (p for p in study.points if p.completed):
+    for point in study.points:
         at = on_log_grid(np.array([point.cost, point.error("position")], dtype=float))
-        assert np.isclose(seen, at, rtol=1e-9).all(axis=1).any(), point.label
+        assert np.isclose(seen, at, rtol=1e-9).all(axis=1).any() == point.completed, point.label
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -316,7 +287,7 @@ def test_the_report_is_whole_and_small(batch: Batch) -> None:
         assert links
         assert not [link for link in links if link not in batch.files and link != "data/"]
     drawings = [str(text) for name, text in batch.files.items() if name.startswith("figures/")]
-    assert len(drawings) == 5
+    assert len(drawings) == 3
     for text in drawings:
         ElementTree.fromstring(text)
     assert "a machine" in str(batch.files["README.md"])

@@ -57,12 +57,13 @@ def sweep(
 
 def print_fronts(studies: Sequence[SweepStudy]) -> None:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
-    from conrod.report.sweep.tables import RATIO, front_table
+    from conrod.report.sweep.tables import RATIO, fronts_table
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console()
     for study in studies:
-        print_table(out, front_table(study))
+        title = f"{study.name}: settings that none beats in both cost and position"
+        print_table(out, fronts_table(study, ["position"], title))
         counts = Counter(point.outcome for point in study.points)
         ended = ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
         unsupported = [f"{name} unsupported: {why}" for name, why in study.unsupported.items()]

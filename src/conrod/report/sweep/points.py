@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from statistics import median
 
 from conrod.report import numbers
 from conrod.studies.frame.measurement import QUANTITIES
@@ -41,18 +39,13 @@ def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def front_points(study: SweepStudy) -> list[tuple[SweptPoint, Mapping[str, bool]]]:
-    """Every point on the front of its engine for some quantity, cheapest first within its engine.
-
-    Returns:
-        Points, each with the quantities on whose front of its engine it is, and whether on that of all engines too.
-    """
-    named: dict[str, tuple[SweptPoint, dict[str, bool]]] = {}
+def front_points(study: SweepStudy) -> list[tuple[SweptPoint, dict[str, None]]]:
+    """Points on the front of their engine, cheapest first within it, each with the quantities that it is so for."""
+    named: dict[str, tuple[SweptPoint, dict[str, None]]] = {}
     for quantity in QUANTITIES:
-        overall = {p.label for p in study.front(quantity)}
         for engine in study.engines:
             for point in study.front(quantity, engine):
-                named.setdefault(point.label, (point, {}))[1][quantity] = point.label in overall
+                named.setdefault(point.label, (point, {}))[1][quantity] = None
     order = list(study.engines)
     return sorted(named.values(), key=lambda entry: (order.index(entry[0].engine), entry[0].cost or 0.0))
 
@@ -70,49 +63,15 @@ def least_error(study: SweepStudy, quantity: str, engine: str, preset: str | Non
     return min((p.error(quantity) or 0.0 for p in runs), default=None)
 
 
+def timed_points(study: SweepStudy) -> list[SweptPoint]:
+    """Completed runs with a cost; that of a run that did not complete means nothing."""
+    return [point for point in study.points if point.completed and point.cost is not None]
+
+
 def timed_engines(study: SweepStudy) -> list[str]:
     """Engines of which a completed run was timed."""
-    return [e for e in study.engines if any(p.engine == e and p.completed and p.cost is not None for p in study.points)]
-
-
-@dataclass(frozen=True)
-class Placed:
-    """A point and the cost that it is drawn at.
-
-    Attributes:
-        cost: CPU time of a revolution [s].
-        estimated: the cost is that of a step of another point, times the steps.
-    """
-
-    point: SweptPoint
-    cost: float
-    estimated: bool
-
-
-def placed_points(study: SweepStudy) -> tuple[Placed, ...]:
-    """All points of the engines of which any was timed.
-
-    The cost of a run that did not complete means nothing: the engine stopped, or computed with numbers that are none.
-    It is placed at what its steps would cost, and so is a completed run that was not timed: a step costs what it costs
-    at the nearest number of steps of the same rule, or in the median of the engine's other rules.
-    """
-    placed = []
-    for engine in timed_engines(study):
-        points = [point for point in study.points if point.engine == engine]
-        steps = {  # what one costs [s], by rule and number of them
-            (p.rule, p.steps_per_revolution): p.cost / p.steps_per_revolution
-            for p in points
-            if p.completed and p.cost is not None
-        }
-        for point in points:
-            if point.completed and point.cost is not None:
-                placed.append(Placed(point, point.cost, False))
-                continue
-            count = point.steps_per_revolution
-            of_rule = {abs(math.log(n / count)): step for (rule, n), step in steps.items() if rule == point.rule}
-            step = of_rule[min(of_rule)] if of_rule else median(steps.values())
-            placed.append(Placed(point, count * step, True))
-    return tuple(placed)
+    timed = {point.engine for point in timed_points(study)}
+    return [engine for engine in study.engines if engine in timed]
 
 
 # -- names -------------------------------------------------------------------------------------------------------------

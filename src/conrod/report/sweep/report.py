@@ -13,10 +13,10 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
-from conrod.report.sweep.bands import bands_figure, rows_of, shares_table
-from conrod.report.sweep.budgets import budget_table, budgets_figure, known_budgets, title_of
+from conrod.report.sweep.bands import shares_table
+from conrod.report.sweep.budgets import budget_table, title_of
 from conrod.report.sweep.orders import TOLERANCES, orders_figure, orders_table, principal_paths
-from conrod.report.sweep.points import placed_points
+from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
@@ -27,7 +27,6 @@ from conrod.studies.sweep.transfer import transfers
 
 def _page(part: Part[SweepStudy]) -> Page:
     study, figures = part.findings, _figures(part.findings)
-    placed = placed_points(study)
     text = rendered(
         "sweep",
         study=study,
@@ -37,9 +36,7 @@ def _page(part: Part[SweepStudy]) -> Page:
         tables=tables,
         command=part.command,
         one_pass=study.one_pass,
-        placed=len(placed),
-        failed=sum(not p.point.completed for p in placed),
-        untimed=sum(p.estimated and p.point.completed for p in placed),
+        untimed=len([p for p in study.points if p.completed]) - len(timed_points(study)),
         orders=orders_table(study),
         shares=shares_table(study),
         budgets=[_budget(budget) for budget in study.budgets],
@@ -50,10 +47,8 @@ def _page(part: Part[SweepStudy]) -> Page:
 def _figures(study: SweepStudy) -> dict[str, Figure]:
     """The figures for which a study has data, by name."""
     drawn: Mapping[str, tuple[str, Callable[[SweepStudy], Canvas], Any]] = {
-        "work-precision": ("Error against cost of every run", work_precision_figure, placed_points(study)),
+        "work-precision": ("Error against cost of every run", work_precision_figure, timed_points(study)),
         "orders": ("Error against steps per revolution", orders_figure, principal_paths(study)),
-        "convergence-index": ("Share of bands that hold the true error", bands_figure, rows_of(study)),
-        "budget": ("Parts of the error", budgets_figure, known_budgets(study)),
     }
     return {
         name: Figure(f"{study.name}-{name}", f"{alt}, {study.name}", partial(draw, study))
@@ -106,7 +101,7 @@ def _index(index: Index[SweepStudy]) -> Page:
 
 def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
     """The diagram of position alone, of the study with most points; None where none was timed."""
-    study = max((study for study in studies if placed_points(study)), key=lambda s: len(s.points), default=None)
+    study = max((study for study in studies if timed_points(study)), key=lambda s: len(s.points), default=None)
     if study is None:
         return None
     alt = f"Position error against cost of every run, {study.name}"

@@ -38,40 +38,22 @@ RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixe
 # -- choices -----------------------------------------------------------------------------------------------------------
 
 
-def front_table(study: SweepStudy) -> Table:
-    """For a terminal, in 80 columns: settings of each engine that no other one beats in both cost and position."""
+def fronts_table(study: SweepStudy, quantities: Sequence[str] = QUANTITIES, title: str = "") -> Table:
+    """Every point on the front of its engine for some quantities, and for which, where they are several."""
     rows = [
         [
             point.label,
-            f"{point.engine}: {point.rule}" + (f" [{point.preset}]" if point.preset else ""),
+            f"{engine_title(point.engine)}: {rule_of(point)}",
             str(point.steps_per_revolution),
             *_errors(study, point),
             *(numbers.measured(None if point.cost is None else 1e3 * point.cost), numbers.measured(point.ratio)),
+            *([", ".join(fronts)] if len(quantities) > 1 else []),
         ]
         for point, fronts in front_points(study)
-        if "position" in fronts
+        if fronts.keys() & set(quantities)
     ]
-    title = f"{study.name}: settings that none beats in both cost and position"
-    return table(FRONT_HEAD, rows, right=FRONT_HEAD[2:], title=title)
-
-
-def fronts_table(study: SweepStudy) -> Table:
-    """Every point on the front of its engine for a quantity."""
-    rows = [
-        [
-            point.label,
-            engine_title(point.engine),
-            rule_of(point),
-            str(point.steps_per_revolution),
-            *_errors(study, point),
-            *_costs(point),
-            ", ".join(f"**{q}**" if on_all else q for q, on_all in fronts.items()),
-        ]
-        for point, fronts in front_points(study)
-    ]
-    head = ["point", "engine", "settings", STEPS, "position error", "position [mm]", "velocity error"]
-    head += ["acceleration error", *COST_HEAD]
-    return table([*head, "on the front for"], rows, right=head[3:])
+    head = [*FRONT_HEAD, *(["on the front for"] if len(quantities) > 1 else [])]
+    return table(head, rows, right=FRONT_HEAD[2:], title=title)
 
 
 def _errors(study: SweepStudy, point: SweptPoint) -> list[str]:
@@ -243,20 +225,6 @@ def _span(group: Sequence[SweptPoint]) -> str:
     reasons = {point.reason for point in group if point.outcome == "unsupported"}
     reason = f" ({reasons.pop()})" if len(reasons) == 1 else ""
     return f"{' to '.join(map(str, steps))}: {first.outcome}{reason}"
-
-
-def swept_table(study: SweepStudy) -> Table:
-    """Knobs and their values, the number of steps among them."""
-    rows = []
-    for engine in study.engines:
-        steps = sorted({point.steps_per_revolution for point in study.points if point.engine == engine})
-        rows.append([engine_title(engine), STEPS, ", ".join(map(str, steps))])
-        values: dict[str, dict[str, None]] = {}
-        for rule in (rule for rule in study.rules if rule.engine == engine):
-            for knob, value in rule.knobs.items():
-                values.setdefault(knob, {})[value] = None
-        rows += [[engine_title(engine), f"`{knob}`", ", ".join(found)] for knob, found in values.items()]
-    return table(["engine", "knob", "values"], rows)
 
 
 def counts_table(study: SweepStudy) -> Table:

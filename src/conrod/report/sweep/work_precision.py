@@ -1,4 +1,4 @@
-"""The work-precision diagram: error against cost, every run of the grid in it."""
+"""The work-precision diagram: error against cost, every timed run of the grid in it."""
 
 from __future__ import annotations
 
@@ -13,26 +13,23 @@ from matplotlib.lines import Line2D
 from conrod.engines.registry import look_of
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.layout import NORMS, Layout, log_axis, preset_handles, rows_axis
-from conrod.report.charts.styles import colour, engine_title, outcome_mark, preset_style
+from conrod.report.charts.layout import NORMS, Layout, log_axis, preset_handles
+from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.sweep.points import (
     TOLERANCES,
-    Placed,
     cheapest_within,
-    placed_points,
     preset_curves,
     timed_engines,
+    timed_points,
 )
-from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 Place = tuple[float, float]  # in a panel [pt]
 
 FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
-APART = (0.0, 0.24, -0.24)  # failed runs of one cost, in lanes
 
-WIDTH, PANEL_HEIGHT, LANE_HEIGHT = 10.5, 4.9, 0.26  # [inch]
+WIDTH, PANEL_HEIGHT = 10.5, 4.9  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.95, 1.05, 0.3, 0.5  # margins [inch]
 PANEL_WIDTH = WIDTH - LEFT - RIGHT
 POINTS = 72.0  # in an inch
@@ -44,63 +41,27 @@ DISTANCES = (16.0, 22.0, 30.0, 40.0, 52.0)  # [pt]
 
 
 def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Figure:
-    """Error against CPU time for each quantity, runs that did not complete in a strip above.
+    """Error against CPU time for each quantity.
 
     Args:
         study: with timings.
     """
-    placed = placed_points(study)
-    ends = ends_of(placed)
-    strip = LANE_HEIGHT * len(ends) + (GAP if ends else 0.0)
-    height = TOP + strip + len(quantities) * (PANEL_HEIGHT + GAP) + BOTTOM
+    points = timed_points(study)
+    height = TOP + len(quantities) * (PANEL_HEIGHT + GAP) + BOTTOM
     layout = Layout(WIDTH, height)
-    costs = on_log_grid(np.array([p.cost for p in placed]))
+    costs = on_log_grid(np.array([p.cost for p in points]))
     limits = (float(costs.min()) / 1.6, float(costs.max()) * 1.6)
-    if ends:
-        axes = layout.axes(LEFT, height - TOP - strip + GAP, PANEL_WIDTH, strip - GAP)
-        _draw_strip(axes, placed, ends)
-        _cost_axis(axes, limits)
     for k, quantity in enumerate(quantities):
-        top = height - TOP - strip - k * (PANEL_HEIGHT + GAP)
+        top = height - TOP - k * (PANEL_HEIGHT + GAP)
         axes = layout.axes(LEFT, top - PANEL_HEIGHT, PANEL_WIDTH, PANEL_HEIGHT)
         _cost_axis(axes, limits)
-        _draw_panel(axes, study, placed, quantity)
+        _draw_panel(axes, study, points, quantity)
         if quantity == quantities[-1]:
             axes.set_xlabel("CPU time of a simulated revolution", labelpad=2.0)
         else:
             axes.tick_params(axis="x", labelbottom=False)
     layout.legend(_legend(study), 3, 0.05, handlelength=3.4, columnspacing=3.0)
     return layout.figure
-
-
-# -- runs that did not complete ----------------------------------------------------------------------------------------
-
-
-def ends_of(placed: Sequence[Placed]) -> tuple[str, ...]:
-    """The outcomes of runs that did not complete, in the order of the outcomes."""
-    found = {p.point.outcome for p in placed if not p.point.completed}
-    known = [outcome.slug for outcome in Outcome if outcome.slug in found]
-    return (*known, *sorted(found.difference(known)))
-
-
-def _draw_strip(axes: Axes, placed: Sequence[Placed], ends: Sequence[str]) -> None:
-    """A marker for each run, in the lane of its end."""
-    for lane, end in enumerate(ends):
-        failed = [p for p in placed if p.point.outcome == end]
-        for k, one in enumerate(failed):
-            axes.plot(
-                on_log_grid(np.array([one.cost])), [lane + APART[k % len(APART)]], linestyle="none",
-                marker=outcome_mark(end), markersize=4.0, color=colour(one.point.engine), alpha=0.7,
-                markeredgewidth=0.6,
-            )  # fmt: skip
-    rows_axis(axes, ends, 0.4)
-    axes.yaxis.tick_right()
-    axes.tick_params(axis="y", length=0, labelsize=8.0)
-    axes.tick_params(axis="x", length=0, labelbottom=False)
-    axes.set_ylabel("did not\ncomplete", fontsize=8.0)
-    axes.set_facecolor("#f6f6f6")
-    for side in ("left", "bottom"):
-        axes.spines[side].set_visible(False)
 
 
 # -- axes --------------------------------------------------------------------------------------------------------------
@@ -116,19 +77,18 @@ def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
 # -- panels ------------------------------------------------------------------------------------------------------------
 
 
-def _draw_panel(axes: Axes, study: SweepStudy, placed: Sequence[Placed], quantity: str) -> None:
-    completed = [p for p in placed if p.point.completed]
-    whole_decades(axes, [_errors([p.point for p in completed], quantity)])
+def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], quantity: str) -> None:
+    whole_decades(axes, [_errors(points, quantity)])
     axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
-    costs = {p.point.label: p.cost for p in placed}
+    costs = {p.label: p.cost or 0.0 for p in points}
     _plot(axes, study.front(quantity), costs, quantity, FRONT_OF_ALL)
     for engine in study.engines:
-        others = [p.point for p in completed if p.point.engine == engine and p.point.preset is None]
+        others = [p for p in points if p.engine == engine and p.preset is None]
         _plot(axes, others, costs, quantity, _dot_style(engine))
         _plot(axes, study.front(quantity, engine), costs, quantity, _front_style(engine))
     for curve in preset_curves(study):
-        points = [p for p in curve.points if p.completed and p.label in costs]
-        _plot(axes, points, costs, quantity, preset_style(curve.engine, curve.preset) if points else {})
+        of_preset = [p for p in curve.points if p.label in costs]
+        _plot(axes, of_preset, costs, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
     _name_points(axes, study, costs, quantity)
 
 
