@@ -29,7 +29,6 @@ from importlib import import_module
 from typing import Any, Generic, TypeVar
 
 from conrod.errors import unknown_choice
-from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.table import Table, table
 
@@ -92,19 +91,11 @@ class Index(Generic[F]):
     origin: str
     findings: Callable[[str], F]
 
-    def versions(self, others: Mapping[str, str]) -> Table:
-        """All versions of conrod and of engines that occur: parts that were made earlier stay as they were.
-
-        Args:
-            others: entries of the summaries that are listed beside them, and what these are called.
-        """
-        found: dict[str, set[str]] = {"conrod": {entry["conrod"] for entry in self.entries.values()}}
-        for summary in (entry["summary"] for entry in self.entries.values()):
-            for engine, version in summary["engines"].items():
-                found.setdefault(engine_title(engine), set()).add(version)
-            for key, title in others.items():
-                found.setdefault(title, set()).update([summary[key]] if isinstance(summary[key], str) else summary[key])
-        return table(["what", "which"], [[name, "; ".join(sorted(versions))] for name, versions in found.items()])
+    @property
+    def versions(self) -> Table:
+        """All versions of conrod that occur, and the environment of what was found last; pages name their engines."""
+        conrod = "; ".join(sorted({entry["conrod"] for entry in self.entries.values()}))
+        return table(["what", "which"], [("conrod", conrod), *self.environment.items()])
 
 
 @dataclass(frozen=True)

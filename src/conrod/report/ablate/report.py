@@ -68,7 +68,7 @@ def _index(index: Index[AblationStudy]) -> Page:
     text = rendered(
         "ablate-index", entries=index.entries, headline=tables.full_table(studies), figure=drawn[0] if drawn else None,
         by_engine={engine_title(engine): tables.verdicts_table(engine, studies) for engine in engines},
-        versions=index.versions({"machines": "costs taken on"}), origin=index.origin, **RULES,
+        versions=index.versions, origin=index.origin, **RULES,
     )  # fmt: skip
     return Page(text)
 

@@ -1,33 +1,19 @@
-"""Error against step size, with the observed order."""
+"""Error against step size, with lines of whole orders."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
-from conrod.report import numbers
 from conrod.report.charts.canvas import on_log_grid, whole_decades
 from conrod.report.charts.layout import NORMS, steps_axis
 from conrod.report.charts.styles import curve_style, label
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
-LABEL_HEIGHT = 0.05  # of a panel
 COLUMNS = 3  # of the legend
-
-
-@dataclass(frozen=True)
-class Guide:
-    """A line of a whole order beside a curve: the order that the curve claims, its colour, and where the line ends."""
-
-    order: float
-    colour: str
-    steps: float
-    end: float
 
 
 def refinement_figure(study: SceneStudy) -> Figure:
@@ -39,7 +25,8 @@ def refinement_figure(study: SceneStudy) -> Figure:
     for axes, name in zip(panels, QUANTITIES, strict=True):
         drawn = [_curve(axes, run, name) for run in runs]
         whole_decades(axes, drawn)
-        _name_orders(axes, {guide for run in runs if (guide := _guide(axes, run, name)) is not None})
+        for run in runs:
+            _draw_guide(axes, run, name)
         axes.set_xscale("log")
         axes.set_ylabel(f"{name} error, max / {NORMS[name]}")
     steps_axis(panels[-1], steps, 1.15)
@@ -56,43 +43,17 @@ def _stable(run: ValidationResult, name: str) -> tuple[Array, Array]:
     return np.array([float(n) for n, _ in stable]), on_log_grid(np.array([e for _, e in stable]))
 
 
-def _claimed(run: ValidationResult, name: str) -> float | None:
-    return None if run.order is None else run.order.get(name)
-
-
 def _curve(axes: Axes, run: ValidationResult, name: str) -> Array:
     steps, errors = _stable(run, name)
     axes.plot(steps, errors, label=label(run), **curve_style(run))
     return errors
 
 
-def _guide(axes: Axes, run: ValidationResult, name: str) -> Guide | None:
+def _draw_guide(axes: Axes, run: ValidationResult, name: str) -> None:
     """A pale line of the nearest whole order through the coarsest point of a curve that claims an order."""
     steps, errors = _stable(run, name)
-    order = _claimed(run, name)
-    if order is None or round(order) < 1:
-        return None
-    guide = errors[0] * (steps / steps[0]) ** -float(round(order))
-    colour = curve_style(run)["color"]
-    axes.plot(steps, guide, color=colour, alpha=0.18, linewidth=6.0, zorder=1, solid_capstyle="butt")
-    return Guide(order, colour, float(steps[-1]), float(guide[-1]))
-
-
-def _name_orders(axes: Axes, guides: set[Guide]) -> None:
-    """The claimed order beside the end of its guide; names that would touch are moved apart."""
-    low, high = np.log10(axes.get_ylim())
-    least = LABEL_HEIGHT * (high - low)
-    below = -np.inf
-    for guide in sorted(guides, key=lambda g: (g.end, g.order, g.colour)):
-        height = max(float(np.log10(guide.end)), below + least)
-        below = height
-        axes.annotate(
-            f"order {numbers.order(guide.order)}",
-            (guide.steps, 10.0**height),
-            xytext=(8, 0),
-            textcoords="offset points",
-            fontsize=7.5,
-            color=guide.colour,
-            va="center",
-            annotation_clip=False,
-        )
+    order = round((run.order or {}).get(name) or 0.0)
+    if order >= 1:
+        guide = errors[0] * (steps / steps[0]) ** -float(order)
+        color = curve_style(run)["color"]
+        axes.plot(steps, guide, color=color, alpha=0.18, linewidth=6.0, zorder=1, solid_capstyle="butt")

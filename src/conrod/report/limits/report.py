@@ -30,7 +30,6 @@ from conrod.report.limits.tables import (
     reach_table,
     refusals,
     steps_table,
-    torque_table,
     undetected_table,
     undetected_words,
 )
@@ -143,13 +142,10 @@ def _page(part: Part[LimitStudy]) -> Page:
 
 
 def _section(axis: str, walks: Walks) -> dict[str, Any]:
-    known = [probe for walk in walks for probe in walk.probes if probe.reference_error is not None]
     return {
         "axis": AXES[axis],
         "figures": [figure for make in (axis_figure, errors_figure) if (figure := make(axis, walks))],
         "boundaries": boundaries_table(walks),
-        "reference": max((p.reference_error, p.text) for p in known) if known else None,
-        "torques": torque_table(walks) if axis == "regularisation" else None,
         "refusals": refusals(walks),
     }
 
@@ -172,7 +168,7 @@ def _index(index: Index[LimitStudy]) -> Page:
         figure=figure,
         steps=steps_table(walks),
         levels=list(Level),
-        versions=_versions(index),
+        versions=index.versions,
         origin=index.origin,
     )
     return Page(text, (figure,) if figure else ())
@@ -196,12 +192,6 @@ def _machines_table(entries: Mapping[str, Mapping[str, Any]], studies: Mapping[s
         )
     head = ("machine", "wrong and undetected", "repeated to the last bit", "long runs completed")
     return table((*head, "follower lets go at, over theory"), rows)
-
-
-def _versions(index: Index[LimitStudy]) -> Table:
-    """All versions of conrod that occur, and the environment of what was found last."""
-    conrod = "; ".join(sorted({entry["conrod"] for entry in index.entries.values()}))
-    return table(["what", "which"], [["conrod", conrod], *map(list, index.environment.items())])
 
 
 def _summary(study: LimitStudy) -> dict[str, Any]:

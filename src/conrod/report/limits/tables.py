@@ -29,7 +29,6 @@ BOUNDED = (*BOUNDARIES.values(), BEYOND)
 EVERYWHERE, NOWHERE, NOT_AT_FIRST, NONE = "all of it", "none of it", "not at first", "-"
 AGAIN = " *"  # after a value: there are runs further on that keep the criterion
 LARGEST = "largest position error / L"
-FEW = 3  # values of a list, each of which gets a column
 MOST_NAMED = 4  # values of a list that are given one by one
 SHOWN = 12  # hexadecimal digits of a fingerprint
 
@@ -164,10 +163,6 @@ def _fails_from(walk: Walk) -> str:
 
 
 def _listed_table(walks: Sequence[Walk]) -> Table:
-    """Few values each in a column of its own, many counted."""
-    if max((len(walk.probes) for walk in walks), default=0) <= FEW:
-        head = [f"{probe.text}: position error / L" for probe in walks[0].probes] if walks else []
-        return table([*WHO, *head], [[*who(walk), *map(_shown, walk.probes)] for walk in walks])
     rows = []
     for walk in walks:
         ends = Counter(probe.outcome for probe in walk.probes if probe.outcome != "completed")
@@ -175,11 +170,6 @@ def _listed_table(walks: Sequence[Walk]) -> Table:
         error = numbers.measured(largest_error(walk.probes))
         rows.append((*who(walk), *counts, error, ", ".join(f"{n} {outcome}" for outcome, n in ends.items()) or NONE))
     return _with_notes((*WHO, "runs", "within 10 %", LARGEST, "ended otherwise"), rows, walks)
-
-
-def _shown(probe: Probe) -> str:
-    error = probe.outcome if probe.position is None else numbers.measured(probe.position)
-    return f"{error} (undetected)" if probe.undetected else error
 
 
 def _with_notes(head: Sequence[str], rows: Sequence[Sequence[Cell]], walks: Sequence[Walk]) -> Table:
@@ -198,17 +188,6 @@ def solver_notes(probes: Sequence[Probe]) -> str:
             where.setdefault(probe.solver.partition(",")[0], []).append(probe)
     worst = {note: max(of, key=lambda p: float(p.solver.rpartition(" ")[2])).solver for note, of in where.items()}
     return "; ".join(f"{worst[n]}: {span_text(of)} ({len(of)} of {len(probes)} runs)" for n, of in where.items())
-
-
-def torque_table(walks: Iterable[Walk]) -> Table:
-    """Return, for each walk, the error of the drive torque over its peak at both ends and where it is least."""
-    rows = []
-    for walk in walks:
-        known = [(probe.torque, probe.text) for probe in walk.probes if probe.torque is not None]
-        if known:
-            ends = (known[0], min(known), known[-1])
-            rows.append((*who(walk), *(f"{numbers.measured(error)} at {value}" for error, value in ends)))
-    return table((*WHO, "drive torque error / peak at first", "least", "at last"), rows)
 
 
 def undetected_table(walks: Iterable[Walk]) -> Table:

@@ -148,18 +148,8 @@ def orders_table(study: SweepStudy) -> Table:
             engine_title(rule.engine),
             rule.name + presets.get((rule.engine, rule.name), ""),
             rule.path,
-            *(_in_full(rule, study.points_of(rule), quantity) for quantity in QUANTITIES),
+            *(order_words(rule, study.points_of(rule), quantity) for quantity in QUANTITIES),
         ]
         for rule in study.rules
     ]
     return table(["engine", "settings", "refined", *QUANTITIES], rows)
-
-
-def _in_full(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> str:
-    """As `order_words`, with the orders of the last pairs where none is claimed."""
-    found = rule.orders[quantity]
-    if found.plateau is None and found.claimed is None:
-        pairs = [pair for pair in found.pairs if pair is not None][-3:]
-        if pairs:
-            return "none claimed: last pairs " + ", ".join(f"{round(pair, 1) + 0.0:.1f}" for pair in pairs)
-    return order_words(rule, points, quantity)

@@ -93,7 +93,7 @@ def _index(index: Index[SweepStudy]) -> Page:
         transfers=tables.transfers_table(tried),
         count=len(tried),
         held=sum(one.held for one in tried),
-        versions=index.versions({"machine": "machine that was timed on", "grid": "grid"}),
+        versions=index.versions,
         origin=index.origin,
     )
     return Page(text, (figure,) if figure else ())

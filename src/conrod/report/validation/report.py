@@ -157,7 +157,7 @@ def _index(index: Index[SceneStudy]) -> Page:
     text = rendered(
         "validation-index", entries=index.entries, failed=[n for n, scene in scenes.items() if not scene["passed"]],
         errors=_errors_table(index.entries), figure=figure, reasons=_reasons(index.entries), origin=index.origin,
-        versions=_versions_table(index.entries), unsupported=_unsupported_table(index.entries),
+        versions=index.versions, unsupported=_unsupported_table(index.entries),
     )  # fmt: skip
     return Page(text, (figure,))
 
@@ -209,15 +209,6 @@ def _unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
         if r["outcome"] == "unsupported"
     )
     return table(("machine", "engine", "why"), found)
-
-
-def _versions_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
-    """All versions that occur: scenes that were measured earlier stay as they were."""
-    found: dict[str, set[str]] = {"conrod": {entry["conrod"] for entry in entries.values()}}
-    for entry in entries.values():
-        for r in entry["summary"]["results"]:
-            found.setdefault(engine_title(r["engine"]), set()).add(r["engine_version"])
-    return table(("software", "version"), [(name, ", ".join(sorted(all_of))) for name, all_of in found.items()])
 
 
 KIND = Kind(

@@ -143,9 +143,8 @@ def _order(run: ValidationResult, quantity: str, lengths: Mapping[str, float]) -
     if len(stable) < 2:
         return numbers.MISSING
     pairs = [p for p in observed_order([n for n, _ in stable], [e for _, e in stable]).pairs if p is not None]
-    if stable[-1][1] < numbers.ROUNDING or (pairs and max(pairs[-2:]) <= PAIRS_AGREE):
-        return f"none: plateau at {numbers.error(quantity, stable[-1][1], lengths)}"
-    return "none claimed: pairs " + ", ".join(f"{round(p, 1) + 0.0:.1f}" for p in pairs)
+    flat = stable[-1][1] < numbers.ROUNDING or (pairs and max(pairs[-2:]) <= PAIRS_AGREE)
+    return f"none: plateau at {numbers.error(quantity, stable[-1][1], lengths)}" if flat else "none claimed"
 
 
 def closure_table(study: SceneStudy) -> Table:
