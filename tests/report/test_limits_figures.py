@@ -20,7 +20,7 @@ from matplotlib.patches import Rectangle
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.charts.styles import OUTCOME_MARKS
-from conrod.report.limits.boundary_chart import TICK_COLOUR, boundary_chart, preset_lanes
+from conrod.report.limits.boundary_chart import TICK_COLOUR, boundary_chart
 from conrod.report.limits.error_chart import POSITION, TORQUE, Panel, error_chart
 from conrod.report.limits.marks import LEVEL_COLOURS, UNDETECTED_COLOUR
 from conrod.runs.trajectory import Outcome
@@ -32,7 +32,7 @@ from conrod.studies.limits.results import Walk
 
 def charted(walks: Sequence[Walk]) -> Axes:
     with drawing_style():
-        figure = boundary_chart(preset_lanes(walks))
+        figure = boundary_chart(walks)
     return figure.axes[0]
 
 

@@ -66,7 +66,7 @@ def reading_words(found: HardenedModel) -> list[str]:
     if found.reference_known_to is not None and found.travel is not None:
         drift = (
             "drift: of any body's centre of gravity, from the hardened model under RK4 at a sixteenth of the step, "
-            f"which is known to {MM * found.reference_known_to:.1e} mm (-: less than that); travel "
+            f"which is known to {_figure(MM * found.reference_known_to)} mm (-: less than that); travel "
             f"{MM * found.travel:.3g} mm"
         )
     without = ", ".join(found.energy_without)
@@ -116,8 +116,8 @@ def _counted(touching: Touching | None, number: str, most: str, factor: float = 
     if touching is None:
         return "-"
     count = getattr(touching, number)
-    return f"{count}, {factor * getattr(touching, most):.1e}" if count else "none"
+    return f"{count}, {_figure(factor * getattr(touching, most))}" if count else "none"
 
 
 def _figure(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1e}"
+    return "-" if value is None else numbers.measured(value)

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.layout import Layout, log_axis, rows_axis
 from conrod.report.numbers import ROUNDING
-from conrod.studies.ablate.findings import Effect, EngineAblation, Evidence, IngredientResult, Verdict
+from conrod.studies.ablate.findings import EngineAblation, Evidence, IngredientResult, Verdict
 from conrod.studies.ablate.verdict import COSTS, Levels
 
 WIDTH, ROW = 9.5, 0.24  # [inch]
@@ -31,7 +31,6 @@ MARK: dict[str, Any] = {"marker": "o", "markersize": 4.6, "linestyle": "none", "
 APART = 0.17  # of a row: the two models of an ingredient above each other
 Row = IngredientResult | str  # or the heading of those below it
 TICKS = (0.1, 0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
-END_LENGTH = 28  # characters of how a run ended that fit into its row
 
 
 def ingredients_figure(found: EngineAblation) -> Figure:
@@ -97,7 +96,6 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     largest = level
     for row, one, evidence in _seen(rows):
         if evidence.change is None:
-            _end(axes, row, one, evidence, level)
             continue
         change = float(on_log_grid(np.array([evidence.change["position"]]))[0])
         axes.plot([change], [_lane(row, one, evidence)], clip_on=False, **_mark(COLOURS[one.verdict], evidence))
@@ -113,30 +111,14 @@ def _changes(axes: Axes, rows: Sequence[Row], level: float) -> None:
     axes.set_yticks([])
 
 
-def _end(axes: Axes, row: int, one: IngredientResult, evidence: Evidence, level: float) -> None:
-    """Ends of runs that have no motion to compare, away from a change that the row shows; once for both."""
-    ended = [other for other in one.evidence if other.change is None]
-    if evidence is not ended[0]:
-        return
-    left = any(other.change["position"] > level for other in one.evidence if other.change is not None)
-    how = {Effect.REQUIRED: " without it", Effect.WORSE: " with it"}.get(evidence.effect, "")
-    text = ", ".join(dict.fromkeys(other.because for other in ended)) + how
-    height = float(row) if len(ended) == len(one.evidence) else _lane(row, one, evidence)
-    shown = text if len(text) <= END_LENGTH else f"{text[:END_LENGTH]}.."
-    _note(axes, one, shown, (0.05 if left else 0.98, height), ha="left" if left else "right", fontsize=7.5)
-
-
 def _verdicts(axes: Axes, rows: Sequence[Row]) -> None:
     """The verdict in words at the right end of each row."""
-    beside: dict[str, Any] = {"xytext": (8.0, 0.0), "textcoords": "offset points", "fontsize": 8.5}
     for row, one in enumerate(rows):
         if isinstance(one, IngredientResult):
-            _note(axes, one, one.verdict.value, (1.0, row), fontweight="bold", **beside)
-
-
-def _note(axes: Axes, one: IngredientResult, text: str, at: tuple[float, float], **style: Any) -> None:
-    """A text in the colour of an ingredient, at a share of the panel's width and a row."""
-    axes.annotate(text, at, xycoords=("axes fraction", "data"), va="center", color=COLOURS[one.verdict], **style)
+            axes.annotate(
+                one.verdict.value, (1.0, row), (8.0, 0.0), ("axes fraction", "data"), "offset points", va="center",
+                color=COLOURS[one.verdict], fontsize=8.5, fontweight="bold",
+            )  # fmt: skip
 
 
 def _lane(row: int, one: IngredientResult, evidence: Evidence) -> float:

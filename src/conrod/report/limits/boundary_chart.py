@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -36,36 +36,28 @@ NARROW = 0.013  # of the width
 SEAM, TICK_COLOUR = 0.9, "#555555"  # [pt]
 MARK_APART = 0.022  # of the width: closer marks would cover each other
 
-Lanes = Mapping[str, Sequence[Walk]]  # what a lane is called -> the walks in it
-
-
-def preset_lanes(walks: Sequence[Walk]) -> Lanes:
-    """Return a lane for each engine and preset; walks that go both ways from one value share it."""
-    lanes: dict[str, list[Walk]] = {}
-    for walk in walks:
-        lanes.setdefault(preset_title(walk.engine, walk.preset), []).append(walk)
-    return lanes
-
 
 def has_boundaries(walk: Walk) -> bool:
     """Return whether a walk has something between two ends."""
     return bool(walk.boundaries) and len(walk.probes) > 1
 
 
-def boundary_chart(lanes: Lanes) -> Figure:
-    """Draw a bar for each lane along one axis, of which at least one was walked between two ends."""
-    walked = {name: found for name, walks in lanes.items() if (found := [w for w in walks if has_boundaries(w)])}
-    together = [walk for walks in walked.values() for walk in walks]
+def boundary_chart(walks: Sequence[Walk]) -> Figure:
+    """Draw a bar along one axis for each engine and preset; one walk at least has boundaries.
+
+    Walks that go both ways from one value share a bar.
+    """
+    together = [walk for walk in walks if has_boundaries(walk)]
+    lanes = list(dict.fromkeys(preset_title(walk.engine, walk.preset) for walk in together))
     axis = AXES[together[0].axis]
     scale = AxisScale.of(axis.scale, together)
     handles = _legend(together)
-    layout = Layout(WIDTH, TOP + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS) + LANE * len(walked) + BOTTOM)
-    axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, LANE * len(walked))
-    for lane, walks in enumerate(walked.values()):
-        for walk in walks:
-            _draw_walk(axes, scale, lane, walk)
+    layout = Layout(WIDTH, TOP + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS) + LANE * len(lanes) + BOTTOM)
+    axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, LANE * len(lanes))
+    for walk in together:
+        _draw_walk(axes, scale, lanes.index(preset_title(walk.engine, walk.preset)), walk)
     scale.apply(axes, axis.label)
-    rows_axis(axes, list(walked))
+    rows_axis(axes, lanes)
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False, axis="y")
     axes.spines["left"].set_visible(False)

@@ -1,11 +1,10 @@
-"""Errors along an axis and over long runs, a curve for each engine and preset.
+"""Errors along an axis, a curve for each engine and preset.
 
 Runs on an axis that did not complete are marks at the top.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,12 +15,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.layout import Layout, legend_rows, log_axis, preset_handles
+from conrod.report.charts.layout import Layout, legend_rows, preset_handles
 from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
 from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, outcome_handles
 from conrod.studies.limits.axes import AXES, Scale
-from conrod.studies.limits.records import Mark
-from conrod.studies.limits.results import LongRun, Probe, Walk
+from conrod.studies.limits.results import Probe, Walk
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
@@ -55,8 +53,6 @@ class Panel:
 POSITION = Panel("position error, max / L", lambda probe: probe.position)
 TORQUE = Panel("drive torque error, max / peak", lambda probe: probe.torque)
 REFERENCE = "the reference's own error"
-Quantity = Callable[[Mark], float]
-CLOCK = "a clock that sums its steps, x ω"
 
 
 def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), reference: bool = False) -> Figure:
@@ -147,38 +143,3 @@ def _legend(walks: Sequence[Walk], reference: bool) -> list[Line2D]:
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]
-
-
-# -- long runs ---------------------------------------------------------------------------------------------------------
-
-
-def long_run_figure(runs: Sequence[LongRun]) -> Figure:
-    """Draw loop error on the left, phase on the right, against revolutions; at least one run has marks."""
-    runs = [run for run in runs if run.marks]
-    layout = Layout(WIDTH, 2.0 * TOP + PANEL + BOTTOM)
-    wide = 0.5 * (WIDTH - RIGHT) - LEFT
-    left, right = (layout.axes(x, BOTTOM, wide, PANEL) for x in (LEFT, 2.0 * LEFT + wide))
-    _history(left, runs, [(lambda mark: mark.closure, {})], "loop error since the mark before, / L")
-    clock: dict[str, Any] = {"linestyle": (0, (1, 2)), "color": "black", "marker": "none"}
-    phases: list[tuple[Quantity, Any]] = [(lambda m: abs(m.phase), {}), (lambda m: abs(m.clock), clock)]
-    in_degrees = [(lambda m, of=of: math.degrees(of(m)), style) for of, style in phases]
-    _history(right, runs, in_degrees, "phase error [deg]")
-    handles = [*preset_handles((run.engine, run.preset) for run in runs), Line2D([], [], label=CLOCK, **clock)]
-    layout.legend(handles, 3, handlelength=3.0)
-    return layout.figure
-
-
-def _history(axes: Axes, runs: Sequence[LongRun], quantities: Sequence[tuple[Quantity, Any]], label: str) -> None:
-    drawn = []
-    for run in runs:
-        turns = on_log_grid(np.array([float(mark.revolution) for mark in run.marks]))
-        for of, other in quantities:
-            heights = on_log_grid(np.array([of(mark) for mark in run.marks]))
-            drawn.append(heights)
-            axes.plot(turns, heights, **(preset_style(run.engine, run.preset) | other))
-    whole_decades(axes, drawn)
-    last = max(mark.revolution for run in runs for mark in run.marks)
-    decades = range(int(np.floor(np.log10(last))) + 1)
-    log_axis(axes, (10.0**-0.1, last * 10.0**0.1), [10.0**k for k in decades])
-    axes.set_xlabel("revolutions")
-    axes.set_ylabel(label)

@@ -16,8 +16,8 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.limits.boundary_chart import boundary_chart, has_boundaries, preset_lanes
-from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart, long_run_figure
+from conrod.report.limits.boundary_chart import boundary_chart, has_boundaries
+from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart
 from conrod.report.limits.follower import flight_table, float_figure, onset_table
 from conrod.report.limits.map_figure import map_figure
 from conrod.report.limits.tables import (
@@ -62,7 +62,7 @@ def axis_figure(axis: str, walks: Walks) -> Figure | None:
         measured = any(probe.position is not None for walk in walks for probe in walk.probes)
         return Figure(name, f"{title}: errors", partial(error_chart, walks)) if measured else None
     alt = f"{title}: how far each engine and preset can be relied on"
-    return Figure(name, alt, lambda: boundary_chart(preset_lanes(walks))) if any(map(has_boundaries, walks)) else None
+    return Figure(name, alt, partial(boundary_chart, walks)) if any(map(has_boundaries, walks)) else None
 
 
 def errors_figure(axis: str, walks: Walks) -> Figure | None:
@@ -81,23 +81,12 @@ def map_of(found: LimitMap) -> Figure:
     return Figure(name, title, partial(map_figure, found))
 
 
-def special_figures(study: LimitStudy) -> dict[str, Figure]:
-    """Return those beside axes and maps, of what was studied: iterations that stay, a follower, long runs."""
-    found = {}
-    if any(has_boundaries(walk) for need in study.needs for walk in need.walks):
-        lanes = {
-            f"{engine_title(n.engine)} {n.preset}, {n.iterations} iteration{'s' * (n.iterations > 1)}": n.walks
-            for n in study.needs
-        }
-        alt = "Mass ratio that holds with a fixed number of iterations"
-        found["needs"] = Figure(f"{study.name}-mass-ratio-iterations", alt, lambda: boundary_chart(lanes))
-    if any(one.curve for one in study.floats):
-        alt = "Flight of the follower, and from which speed it flies"
-        found["follower"] = Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
-    if any(run.marks for run in study.long_runs):
-        draw = partial(long_run_figure, study.long_runs)
-        found["long_runs"] = Figure(f"{study.name}-long-runs", "Loop error and phase against revolutions", draw)
-    return found
+def follower_figure(study: LimitStudy) -> Figure | None:
+    """Return the flights of a follower; None where none was recorded."""
+    if not any(one.curve for one in study.floats):
+        return None
+    alt = "Flight of the follower, and from which speed it flies"
+    return Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
 
 
 # -- pages -----------------------------------------------------------------------------------------------------------
@@ -107,7 +96,7 @@ def _page(part: Part[LimitStudy]) -> Page:
     study = part.findings
     walked = {axis: walks for axis, walks in by_axis(study.walks).items() if any(w.probes for w in walks)}
     sections = [_section(axis, walks) for axis, walks in walked.items()]
-    special = special_figures(study)
+    follower = follower_figure(study)
     maps = [map_of(found) for found in study.maps]
     shown = [figure for section in sections for figure in section["figures"]]
     text = rendered(
@@ -136,9 +125,9 @@ def _page(part: Part[LimitStudy]) -> Page:
             for axis, walks in by_axis(study.walks).items()
             if axis not in walked
         ],
-        special=special,
+        follower=follower,
     )
-    return Page(text, (*shown, *maps, *special.values()))
+    return Page(text, (*shown, *maps, *([follower] if follower else [])))
 
 
 def _section(axis: str, walks: Walks) -> dict[str, Any]:
@@ -158,12 +147,6 @@ def _index(index: Index[LimitStudy]) -> Page:
     text = rendered(
         "limits-index",
         undetected=undetected_words(walks),
-        in_one_piece=[
-            f"{study.name}, {row[0]}: {row[2]} (up to {row[3]} L)"
-            for study in studies.values()
-            for row in undetected_table(study.walks).rows
-            if str(row[1]).startswith(Level.WRONG.slug)
-        ],
         machines=_machines_table(index.entries, studies),
         figure=figure,
         steps=steps_table(walks),

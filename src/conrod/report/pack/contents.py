@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
+from conrod.mechanism.mechanism import Mechanism
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.folder import document_in
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
-from conrod.report.pack.readme import readme, worth_meeting
+from conrod.report.pack.readme import joint_kind, readme, worth_meeting
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.files import Batch, file_to_write, folder_to_write, is_folder, is_no_file, single
@@ -100,18 +100,13 @@ def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
         "schema": SCHEMA,
         "units": "m, kg, s, rad; kg m² about the centre of gravity",
         "bodies": [asdict(body) | {"start_pose": list(mechanism.poses[body.name])} for body in mechanism.bodies],
-        "joints": [{"kind": _kind(joint)} | asdict(joint) for joint in mechanism.joints],
+        "joints": [{"kind": joint_kind(joint)} | asdict(joint) for joint in mechanism.joints],
         "driver": asdict(mechanism.driver),
         "observed": [asdict(point) for point in mechanism.observed],
         "gravity": list(mechanism.gravity),
         "forces": [asdict(force) for force in mechanism.forces],
         "mobility": mechanism.mobility,
     }
-
-
-def _kind(joint: Joint) -> str:
-    kinds = {Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact", Rolling: "rolling", Rack: "rack"}
-    return kinds[type(joint)]
 
 
 def _json(document: dict[str, Any]) -> str:

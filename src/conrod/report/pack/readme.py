@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import assert_never
+from dataclasses import asdict, dataclass
 
 from conrod.engines import engine_named, engine_names
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps
-from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 from conrod.report import numbers
 from conrod.report.numbers import ROUNDING
@@ -72,7 +70,10 @@ def readme(
         lengths=table(("point", "L [mm]"), [(p, _mm(length)) for p, length in scene.lengths.items()]),
         command=_command(name, scene), worth=table(("position", "velocity", "acceleration", "who does"), worth),
         parameters=parameters_table(scene), bodies=_bodies_table(mechanism),
-        joints=table(("joint", "a", "b", "what [mm]"), [(j.name, j.a, j.b, _joint(j)) for j in mechanism.joints]),
+        joints=table(
+            ("joint", "kind", "a", "b", "geometry [m, rad]"),
+            [(j.name, joint_kind(j), j.a, j.b, _geometry(j)) for j in mechanism.joints],
+        ),
         observed=[f"{point.name} is {_place(point.point)} of {point.body}" for point in mechanism.observed],
     )  # fmt: skip
 
@@ -112,48 +113,17 @@ def _bodies_table(mechanism: Mechanism) -> Table:
     return table(("body", "mass [kg]", "inertia [kg m²]", "centre of gravity [mm]", "start pose, approximate"), rows)
 
 
-def _joint(joint: Joint) -> str:
-    """A joint in words, lengths in mm."""
-    match joint:
-        case Revolute():
-            return f"pin: {_place(joint.point_a)} of {joint.a} at {_place(joint.point_b)} of {joint.b}"
-        case Prismatic():
-            return (
-                f"slide: {_place(joint.point_b)} of {joint.b} on the line through {_place(joint.point_a)} of "
-                f"{joint.a} at {numbers.quantity(joint.direction, 9)} rad, turned against that by "
-                f"{numbers.quantity(joint.angle, 9)} rad"
-            )
-        case CamContact():
-            return (
-                f"contact: a roller of radius {_mm(joint.roller_radius)} mm of {joint.b} about "
-                f"{_place(joint.roller_centre)} on the profile of {joint.a}{_profile(joint)}"
-            )
-        case Rolling():
-            return (
-                f"rolling: a circle of radius {_mm(joint.radius_a)} mm about {_place(joint.point_a)} of {joint.a} "
-                f"on one of {_mm(joint.radius_b)} mm about {_place(joint.point_b)} of {joint.b} (negative: the "
-                f"other is inside); radii x turns against the line of centres sum up to {_mm(joint.offset)} mm"
-            )
-        case Rack():
-            return (
-                f"rolling: a wheel of radius {_mm(joint.radius)} mm about {_place(joint.point_a)} of {joint.a} on "
-                f"the left of the line through {_place(joint.point_b)} of {joint.b} at "
-                f"{numbers.quantity(joint.direction, 9)} rad; way + radius x turn = {_mm(joint.offset)} mm"
-            )
-        case _:
-            assert_never(joint)
+def joint_kind(joint: Joint) -> str:
+    """What `mechanism.json` and the page call a joint."""
+    kinds = {Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact", Rolling: "rolling", Rack: "rack"}
+    return kinds[type(joint)]
 
 
-def _profile(contact: CamContact) -> str:
-    if isinstance(contact.profile, LawProfile):
-        return (
-            ": the envelope of the roller whose centre follows the law in `mechanism.json`, segment by segment against "
-            "the cam's turn, on a line fixed beside the shaft"
-        )
-    return (
-        ": arcs in `mechanism.json`, each from `start` to `stop`, directions of its outward normal [rad] in the frame "
-        "of that body"
-    )
+def _geometry(joint: Joint) -> str:
+    """Numbers of a joint [m, rad], but for a cam's profile."""
+    given = {key: value for key, value in asdict(joint).items() if key not in ("name", "a", "b", "profile")}
+    shown = {k: "({:.9g}, {:.9g})".format(*v) if isinstance(v, tuple) else f"{v:.9g}" for k, v in given.items()}
+    return ", ".join(f"`{key}` {value}" for key, value in shown.items())
 
 
 def _place(point: tuple[float, float]) -> str:
