@@ -12,10 +12,10 @@ from xml.etree import ElementTree
 import pytest
 from limit_walks import SCENE, detected, limit_study, of_axis, saved
 
-from conrod.report.limits.report import KIND, merged, report_batches
+from conrod.report.limits.report import KIND, merged
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import restore, shortened
-from conrod.report.writer import environment, rendered_again
+from conrod.report.writer import environment, rendered_again, report_batch
 from conrod.studies.frame.files import Batch, write_together
 from conrod.studies.limits.exact_flight import ExactFlight
 from conrod.studies.limits.follower_float import ComparedFlight
@@ -31,8 +31,7 @@ def study() -> LimitStudy:
 
 
 def rendered(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -> Batch:
-    (batch,) = report_batches([study], folder, None, command)
-    return batch
+    return report_batch(KIND, {study.name: study}, folder, command)
 
 
 def kept(batch: Batch, scene: str = SCENE) -> LimitStudy:
@@ -137,7 +136,7 @@ def test_one_axis_alone_replaces_that_axis_alone(study: LimitStudy, tmp_path: Pa
     assert [(w.axis, w.engine, w.preset) for w in found.walks] == [(w.axis, w.engine, w.preset) for w in study.walks]
     assert {w.axis for w in found.walks if any(p.key == "new" for p in w.probes)} == {"mass-ratio"}
     assert found.determinism == study.determinism
-    assert f"`{COMMAND.of(SCENE)}`, then `{command.of(SCENE)}`" in str(batch.files[f"{SCENE}.md"])
+    assert f"`{COMMAND.of(SCENE)}; {command.of(SCENE)}`" in str(batch.files[f"{SCENE}.md"])
     # The same study whole again: nothing of the two remains.
     assert command.of(SCENE) not in str(rendered(study, tmp_path).files[f"{SCENE}.md"])
 

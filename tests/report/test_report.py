@@ -17,10 +17,10 @@ import pytest
 from matplotlib.axes import Axes
 
 from conrod.report import numbers
-from conrod.report.charts import refinement
+from conrod.report.charts import errors
 from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.charts.errors import _curve, refinement_figure
 from conrod.report.charts.panels import error_figure
-from conrod.report.charts.refinement import _curve, refinement_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Part
@@ -183,7 +183,7 @@ def test_a_legend_in_each_panel_is_found(monkeypatch: pytest.MonkeyPatch) -> Non
         axes.legend()
         return curve
 
-    monkeypatch.setattr(refinement, "_curve", with_legend)
+    monkeypatch.setattr(errors, "_curve", with_legend)
     assert len(legends_of(a_study("saw-40rpm"))) == 4
 
 
@@ -391,16 +391,17 @@ def test_the_index_names_a_command_only_if_that_makes_all_of_it(tmp_path: Path) 
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_index_shows_errors_versions_and_what_failed(tmp_path: Path) -> None:
-    newer = replace(a_result("saw-40rpm"), engine_version="9.9")
     lost = ended("cam-follower", "lost-contact", "seen at 12.5 deg", False)
     write_report(
-        [a_study("saw-40rpm", newer), a_study("cam-follower", a_result("cam-follower"), lost)], tmp_path, COMMAND
+        [a_study("saw-40rpm", a_result("saw-40rpm")), a_study("cam-follower", a_result("cam-follower"), lost)],
+        tmp_path,
+        COMMAND,
     )
     index = index_of(tmp_path)
     assert "**Not passed: cam-follower.**" in index
     assert "[cam-follower](cam-follower.md), MuJoCo hardened: failed, lost-contact: seen at 12.5 deg" in index
     assert re.search(r"\| 1\.5e-6 \([\d.e-]+ mm\) \| \*\*lost-contact\*\* \|", index)
-    assert "| MuJoCo | 1.2.3, 9.9 |" in index
+    assert f"| numpy | {np.__version__} |" in index
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -10,7 +10,6 @@ import click
 from conrod.cli import options
 
 if TYPE_CHECKING:
-    from conrod.cli.outputs import Outputs
     from conrod.studies.ablate.findings import AblationStudy
     from conrod.studies.frame.case import Case
 
@@ -79,33 +78,19 @@ def ablate(
     ]
     with naming("standard output"):
         print_ablations(studies)
-    whole = {study.name: _with_earlier(study, files) for study in studies}
-    # With engines of an earlier study the command for one engine would not make the same report.
-    grown = any(len(whole[study.name].engines) > len(study.engines) for study in studies)
     given = {
-        "--engine": None if grown else engine,
+        "--engine": engine,
         "--steps-per-rev": steps_per_rev,
         "--rounds": None if rounds == ROUNDS else rounds,
     }
     command = reproduction("ablate", scenes, given, assignments, files.folder)
-    files.write(whole, command)
+    files.write({study.name: study for study in studies}, command)
 
 
 def _timed(cases: Sequence[Case]) -> bool:
     from conrod.studies.ablate.case import CostCase
 
     return any(isinstance(case, CostCase) for case in cases)
-
-
-def _with_earlier(study: AblationStudy, files: Outputs[AblationStudy]) -> AblationStudy:
-    """The study with what the report in the folder knows of other engines."""
-    from conrod.report.ablate.report import merged
-    from conrod.report.folder import ReportFolder
-    from conrod.report.saved import restore
-
-    if files.folder is None or study.name not in (earlier := ReportFolder(files.folder, files.kind)).entries:
-        return study
-    return merged(restore(files.kind.findings, earlier.values(study.name)), study)
 
 
 def print_ablations(studies: Sequence[AblationStudy]) -> None:

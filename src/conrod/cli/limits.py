@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.cli import options
-from conrod.cli.say import say
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 
@@ -78,8 +77,8 @@ def limits(
     """
     from conrod.cli.outputs import outputs, reproduction
     from conrod.cli.runner import Runner
-    from conrod.report.limits.report import KIND, report_batches
-    from conrod.studies.frame.files import naming, write_together
+    from conrod.report.limits.report import KIND
+    from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
     from conrod.studies.limits.plan import check_asked, check_memory, check_runs, plan_limits, pursue_plans
 
@@ -101,9 +100,7 @@ def limits(
     given |= {"--cell-timeout": how.cell_timeout, "--cell-memory": how.cell_memory}
     given |= {"--most-runs": None if most_runs == MOST_RUNS else most_runs}
     command = reproduction("limits", scenes, given, assignments, files.folder)
-    write_together(report_batches(studies, files.folder, files.file, command))
-    if files.folder:
-        say(f"report: {files.folder / 'README.md'}")
+    files.write({study.name: study for study in studies}, command)
 
 
 def print_limits(studies: Sequence[LimitStudy]) -> None:

@@ -95,7 +95,8 @@ class Index(Generic[F]):
     def versions(self) -> Table:
         """All versions of conrod that occur, and the environment of what was found last; pages name their engines."""
         conrod = "; ".join(sorted({entry["conrod"] for entry in self.entries.values()}))
-        return table(["what", "which"], [("conrod", conrod), *self.environment.items()])
+        title = "versions of what was measured last; each page names its own"
+        return table(["what", "which"], [("conrod", conrod), *self.environment.items()], title=title)
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,7 @@ class Kind(Generic[F]):
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: of the names of its pages and data.
         kept: what of the findings is saved.
+        merged: earlier findings of a part with new ones; None where these replace them.
         digits: of measured fractions in a folder, see `shortened`; all of them where it is None.
         digits_of: the same of what has these names, and of all in it.
         schema: of the findings.
@@ -127,6 +129,7 @@ class Kind(Generic[F]):
     index_file: str = "README.md"
     suffix: str = ""
     kept: Callable[[F], F] = lambda findings: findings
+    merged: Callable[[F, F], F] | None = None
     digits: int | None = None
     digits_of: Mapping[str, int | None] = field(default_factory=dict)
     schema: int = 2

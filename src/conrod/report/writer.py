@@ -19,6 +19,7 @@ from conrod.studies.frame.files import Batch, recover
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]
+THEN = "; "  # from command to command
 SEVERAL = "The parts were not all measured by one command: each page names its own."
 
 
@@ -32,7 +33,8 @@ def report_batch(
 ) -> Batch:
     """All files of a report, rendered; nothing is written yet, so that an error leaves an existing report as it was.
 
-    Parts that a report of the kind in the folder already has, and that are not among the findings, stay.
+    Parts that a report of the kind in the folder already has, and that are not among the findings, stay; what it has of
+    a part besides is merged with the findings, where the kind can.
 
     Args:
         findings: by part.
@@ -44,20 +46,31 @@ def report_batch(
         InvalidInput: something in the folder is in the way.
     """
     before = ReportFolder(folder, kind)
+    merged = {name: _with_earlier(before, name, one, command.of(name)) for name, one in findings.items()}
+    common = {"conrod": version("conrod"), "options": dict(options or {})}
     entries = {
-        name: {
-            "title": kind.title(one),
-            "command": command.of(name),
-            "conrod": version("conrod"),
-            "options": dict(options or {}),
-        }
-        for name, one in findings.items()
+        name: {"title": kind.title(one), "command": commands, **common} for name, (one, commands) in merged.items()
     }
     digits_of = {**GIVEN, **kind.digits_of}
-    saved = {name: shortened(plain(kind.kept(one)), kind.digits, digits_of) for name, one in findings.items()}
-    whole = before.entries.keys() <= findings.keys()
+    saved = {name: shortened(plain(kind.kept(one)), kind.digits, digits_of) for name, (one, _) in merged.items()}
+    alone = all(commands == command.of(name) for name, (_, commands) in merged.items())
+    whole = alone and before.entries.keys() <= findings.keys()
     head = _head(kind) | {"command": command.of_all(findings) if whole else None}
     return _batch(before, head, before.entries | entries, saved, draw)
+
+
+def _with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tuple[F, str]:
+    """Findings with what the folder has of the same part besides, and the commands that find all of that."""
+    kind = before.kind
+    if kind.merged is None or name not in before.entries:
+        return new, command
+    try:
+        whole: F = kind.merged(restore(kind.findings, before.values(name)), new)
+    except InvalidInput:
+        return new, command
+    if whole == new:
+        return new, command
+    return whole, THEN.join(dict.fromkeys([*before.entries[name]["command"].split(THEN), command]))
 
 
 def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:

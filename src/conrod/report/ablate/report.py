@@ -80,5 +80,6 @@ KIND = Kind(
     summary=_summary,
     page=_page,
     index=_index,
+    merged=merged,
     digits=4,
 )

@@ -7,14 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
-from conrod.report.folder import ReportFolder
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.limits.boundary_chart import boundary_chart, has_boundaries
 from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart
@@ -33,12 +30,8 @@ from conrod.report.limits.tables import (
     undetected_table,
     undetected_words,
 )
-from conrod.report.reproduction import Reproduction
-from conrod.report.saved import restore
 from conrod.report.table import Table, table, text_of
 from conrod.report.template import rendered
-from conrod.report.writer import document_text, report_batch
-from conrod.studies.frame.files import Batch, single
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.records import Level
@@ -103,7 +96,7 @@ def _page(part: Part[LimitStudy]) -> Page:
         "limits",
         study=study,
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
-        commands=part.options.get("commands", {}).get(part.name, [part.command]),
+        command=part.command,
         undetected=undetected_words(study.walks),
         on_maps=[run.undetected for found in study.maps for run in found.runs],
         iterated=[probe.undetected for need in study.needs for walk in need.walks for probe in walk.probes],
@@ -187,52 +180,9 @@ def _summary(study: LimitStudy) -> dict[str, Any]:
     }
 
 
-KIND = Kind(
-    name="limits",
-    findings=LimitStudy,
-    title=lambda study: study.title,
-    summary=_summary,
-    page=_page,
-    index=_index,
-    digits=4,
-    digits_of=DIGITS,
-)
-
-
-# -- files, merged with what a folder already holds --------------------------------------------------------------------
+# -- merged with what a folder already holds --------------------------------------------------------------------------
 
 TOPIC = ("engine", "preset", "axis", "x_axis", "y_axis", "iterations")  # of a part of a study, besides the scene
-
-
-def report_batches(
-    studies: Sequence[LimitStudy], folder: Path | None, file: Path | None, command: Reproduction | None
-) -> list[Batch]:
-    """Return the files of a report and of a JSON document, rendered and not yet written.
-
-    What a study did not look at stays in the report of a folder; the document holds the studies alone, unrounded.
-    """
-    found = {study.name: study for study in studies}
-    batches = [single(file, document_text(KIND, found))] if file else []
-    if folder and command:
-        whole, earlier = with_earlier(found, folder)
-        commands = {name: list(dict.fromkeys([*earlier.get(name, ()), command.of(name)])) for name in found}
-        batches.append(report_batch(KIND, whole, folder, command, {"commands": commands}))
-    return batches
-
-
-def with_earlier(studies: Mapping[str, LimitStudy], folder: Path) -> tuple[dict[str, LimitStudy], dict[str, list[str]]]:
-    """Return studies with what a folder's report has of the same machines besides, and the commands that found that."""
-    before, whole, commands = ReportFolder(folder, KIND), dict(studies), dict[str, list[str]]()
-    for name in studies.keys() & before.entries.keys():
-        try:
-            earlier = restore(LimitStudy, before.values(name))
-        except InvalidInput:
-            continue
-        whole[name] = merged(earlier, studies[name])
-        if whole[name] != studies[name]:
-            entry = before.entries[name]
-            commands[name] = entry["options"].get("commands", {}).get(name, [entry["command"]])
-    return whole, commands
 
 
 def merged(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
@@ -259,3 +209,16 @@ def _by_topic(parts: Sequence[Any]) -> dict[tuple[Any, ...], list[Any]]:
     for part in parts:
         found.setdefault(tuple(getattr(part, name, None) for name in TOPIC), []).append(part)
     return found
+
+
+KIND = Kind(
+    name="limits",
+    findings=LimitStudy,
+    title=lambda study: study.title,
+    summary=_summary,
+    page=_page,
+    index=_index,
+    merged=merged,
+    digits=4,
+    digits_of=DIGITS,
+)

@@ -1,25 +1,176 @@
-"""The figures of a linkage at a crank angle: instant centres, velocity and acceleration polygons, drawn to scale."""
+"""The figures of a linkage at a crank angle, to scale: instant centres by Kennedy's construction, and its polygons."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from conrod.exact.linkage import InstantQuantities
+from conrod.exact.linkage.centres import InstantCentre, instant_centres, joint_centre
+from conrod.exact.linkage.construction import Construction, construct
+from conrod.exact.linkage.points import linkage_points
 from conrod.exact.linkage.polygon import Kind, Polygon
+from conrod.exact.linkage.state import LinkageState, link_numbers
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Prismatic, pins_of
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.linkage.mechanism_figure import centres_figure
+from conrod.report.drawing.links import draw_joints, draw_links
+from conrod.report.drawing.view import View, outline, slide_of
 from conrod.report.linkage.sheet import Sheet, mathematical
 from conrod.studies.frame.files import Batch
+
+COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}
+# How much of the mechanism's extent is shown on every side of it, for the centres that lie there.
+ROOM = 0.6
+STEM = 0.18  # of the mechanism's extent that the rails of a cam's follower reach beyond its roller
+MM = 1e3
+
+
+def centres_figure(state: LinkageState) -> Figure:
+    """The mechanism in the pose of a state, its instant centres, and a list of them all."""
+    centres, drawn = instant_centres(state), construct(state)
+    poses = {name: link.pose for name, link in state.links.items()}
+    named = np.array([place for _, place in _points(state)]).reshape(-1, 2)
+    reached = np.concatenate([outline(state.mechanism, poses), _rollers(state), named])
+    own = np.concatenate([reached, _stems(state, STEM * float(np.ptp(reached, axis=0).max()))])
+    low, high = own.min(axis=0), own.max(axis=0)
+    room = ROOM * float((high - low).max())
+    places = [np.array(c.place) for c in centres if c.place is not None]
+    shown = [p for p in places if np.all(p >= low - room) and np.all(p <= high + room)]
+    links = [(str(number), name) for name, number in link_numbers(state.mechanism).items()]
+    sheet = Sheet(np.array([*own, *shown]), len(centres) + len(links) + 3)
+    sheet.scale_bar("mm", MM)
+    view = sheet.view(state)
+    draw_joints(view)
+    draw_links(view)
+    _lines(sheet, state, drawn)
+    _centres(sheet, state, centres)
+    for number, name in links:
+        if name != GROUND:
+            sheet.label(_middle(view, name), number, "#555555")
+    rows = [(mathematical(centre.name), _row_text(sheet, centre)) for centre in centres]
+    sheet.column(f"{len(centres)} instant centres [mm]", [*rows, ("", ""), *links])
+    return sheet.finished()
+
+
+def _middle(view: View, name: str) -> Array:
+    """Place of a link's number: between its pins and the blocks that slide on it."""
+    held = [view.place(name, point) for point in pins_of(view.mechanism, name)]
+    slides = [slide_of(view.mechanism, joint) for joint in view.mechanism.joints if isinstance(joint, Prismatic)]
+    held += [view.place(slide.moving, slide.point) for slide in slides if slide.guide == name]
+    return np.asarray(np.mean(held, axis=0) if held else view.place(name, (0.0, 0.0)))
+
+
+def _rollers(state: LinkageState) -> Array:
+    """Corners around the rollers on cams; (N, 2) [m]."""
+    corners = np.array([(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)])
+    boxes = [state.links[c.b].place(c.roller_centre) + c.roller_radius * corners for c in state.mechanism.cam_contacts]
+    return np.concatenate([np.empty((0, 2)), *boxes])
+
+
+def _stems(state: LinkageState, length: float) -> Array:
+    """Places beyond the rollers on cams, as far as their followers are drawn; (N, 2) [m]."""
+    rolling = {contact.b: contact.roller_centre for contact in state.mechanism.cam_contacts}
+    found = [np.empty((0, 2))]
+    for joint in state.mechanism.joints:
+        if isinstance(joint, Prismatic) and (slide := slide_of(state.mechanism, joint)).moving in rolling:
+            turn = state.links[slide.guide].pose[2] + slide.direction
+            found.append((state.links[slide.moving].place(rolling[slide.moving]) + length * parts.unit(turn))[None])
+    return np.concatenate(found)
+
+
+def _lines(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
+    """For each centre the two lines that find it, and the common normals of cams and rollers; on the sheet."""
+    lines = []
+    for pair, thirds in drawn.steps:
+        for third in thirds:
+            found = [drawn.centres[frozenset((link, third))] for link in sorted(pair)]
+            lines.append((1, [*found, drawn.centres[pair]]))
+    for contact in state.mechanism.cam_contacts:
+        centre = drawn.centres.get(frozenset((contact.a, contact.b)))
+        if centre is not None:
+            lines.append((6, [np.array([*state.links[contact.b].place(contact.roller_centre), 1.0]), centre]))
+    for zorder, points in lines:
+        line = _clipped(sheet, points)
+        if line is not None:
+            sheet.axes.plot(*np.round(line, 2).T, color="#aaaaaa", linewidth=0.7, dashes=(5, 3), zorder=zorder)
+
+
+def _clipped(sheet: Sheet, points: list[Array]) -> Array | None:
+    """The part of the line through three centres that lies between them on the sheet; (2, 2) [pt]."""
+    finite = [sheet.at(point[:2]) for point in points if point[2] != 0.0]
+    away = [point[:2] for point in points if point[2] == 0.0]
+    if not finite or len(finite) + len(away) < 2:
+        return None
+    along = away[0] if away else max((p - finite[0] for p in finite[1:]), key=lambda way: float(np.linalg.norm(way)))
+    if float(np.linalg.norm(along)) < 1e-9:
+        return None
+    along = along / np.linalg.norm(along)
+    ways = [float((point - finite[0]) @ along) for point in finite]
+    low, high = (-math.inf, math.inf) if away else (min(ways), max(ways))
+    for k, side in enumerate((sheet.width, sheet.height)):
+        if abs(along[k]) > 1e-12:
+            ends = sorted(((0.0 - finite[0][k]) / along[k], (side - finite[0][k]) / along[k]))
+            low, high = max(low, ends[0]), min(high, ends[1])
+    return None if high <= low else finite[0] + np.outer([low, high], along)
+
+
+def _centres(sheet: Sheet, state: LinkageState, centres: tuple[InstantCentre, ...]) -> None:
+    """Centres and points at one place share a mark and a label."""
+    seen: list[tuple[Array, list[str], list[InstantCentre]]] = []
+
+    def here(point: Array) -> tuple[list[str], list[InstantCentre]]:
+        for there, names, group in seen:
+            if float(np.linalg.norm(point - there)) < 3.0:
+                return names, group
+        seen.append((point, [], []))
+        return seen[-1][1:]
+
+    for centre in centres:
+        if centre.place is not None and sheet.holds(np.array(centre.place)):
+            here(sheet.at(np.array(centre.place)))[1].append(centre)
+    for name, place in _points(state):
+        here(sheet.at(place))[0].append(name)
+    for point, names, group in seen:
+        colour = COLOURS[group[0].kind] if group else parts.INK
+        sheet.axes.plot(*np.round(point, 2), marker="o", markersize=4.0, color=colour, zorder=12)
+        sheet.labels.mark(point, 3.0)
+        sheet.label(point, ", ".join([*names, *(mathematical(centre.name) for centre in group)]), colour)
+
+
+def _points(state: LinkageState) -> list[tuple[str, Array]]:
+    """The points of the polygons, by their names there."""
+    points = linkage_points(state.mechanism)
+    found = [(p.name, state.links[p.carriers[0].link].place(p.carriers[0].point)) for p in points.points]
+    for contact in points.contacts:
+        centre = joint_centre(state, contact.joint)
+        assert centre is not None
+        found.append((contact.name, centre[:2]))
+    return found
+
+
+def _row_text(sheet: Sheet, centre: InstantCentre) -> str:
+    """Kind and place of a centre, in mm."""
+    if centre.direction is not None:
+        turn = math.degrees(math.atan2(centre.direction[1], centre.direction[0])) % 180.0
+        return f"{centre.kind}: at infinity, {numbers.quantity(round(turn, 3))} deg"
+    if centre.place is None:
+        return f"{centre.kind}: the two move as one"
+    x, y = (f"{value:.1f}".replace("-0.0", "0.0") for value in MM * np.array(centre.place))
+    return f"{centre.kind}: {x}, {y}" + ("" if sheet.holds(np.array(centre.place)) else " (outside)")
+
+
+# -- velocity and acceleration polygons --------------------------------------------------------------------------------
 
 FIGURES = ("centres.svg", "velocities.svg", "accelerations.svg")
 UNITS = {"velocity": "m/s", "acceleration": "m/s²"}
 # Okabe and Ito's colours, separate to colour-blind readers.
-COLOURS: dict[Kind, str] = {
+PARTS: dict[Kind, str] = {
     "absolute": "#222222",
     "relative": "#0072B2",
     "normal": "#0072B2",
@@ -49,7 +200,7 @@ def polygon_figure(polygon: Polygon) -> Figure:
     for vector in drawn:
         start = sheet.at(places[vector.start])
         stop = start + sheet.scale * vector.value
-        parts.arrow(sheet.axes, np.round(start, 2), np.round(stop, 2), COLOURS[vector.kind], width=1.3)
+        parts.arrow(sheet.axes, np.round(start, 2), np.round(stop, 2), PARTS[vector.kind], width=1.3)
         sheet.labels.draw(np.array([start, stop]))
     corners = {end for vector in polygon.vectors for end in (vector.start, vector.stop)}
     for name, place in places.items():
@@ -65,7 +216,7 @@ def polygon_figure(polygon: Polygon) -> Figure:
         start = sheet.at(places[vector.start])
         along = vector.value / np.linalg.norm(vector.value)
         middles = start + sheet.scale * np.outer([0.5, 0.35, 0.65, 0.2, 0.8], vector.value)
-        sheet.label(middles, mathematical(vector.name), COLOURS[vector.kind], np.array([along[1], -along[0]]))
+        sheet.label(middles, mathematical(vector.name), PARTS[vector.kind], np.array([along[1], -along[0]]))
     rows = []
     for vector in polygon.vectors:
         size = float(np.linalg.norm(vector.value))

@@ -13,8 +13,7 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
-from conrod.report.sweep.bands import shares_table
-from conrod.report.sweep.budgets import budget_table, title_of
+from conrod.report.sweep.error_tables import budget_table, shares_table, title_of
 from conrod.report.sweep.orders import TOLERANCES, orders_figure, orders_table, principal_paths
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure

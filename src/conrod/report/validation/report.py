@@ -11,10 +11,9 @@ import numpy as np
 
 from conrod.engines.follower import follower_lift
 from conrod.report import numbers
+from conrod.report.charts.errors import overview_figure, refinement_figure
 from conrod.report.charts.motion import motion_figure
-from conrod.report.charts.overview import overview_figure
 from conrod.report.charts.panels import error_figure
-from conrod.report.charts.refinement import refinement_figure
 from conrod.report.charts.styles import FIGURE_NAMES, completed, engine_title
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure

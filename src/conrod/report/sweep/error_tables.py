@@ -1,14 +1,52 @@
-"""Error budgets: the parts of the iteration, the step and the model itself."""
+"""What convergence alone tells of errors, and what they are made of: shares of bands that hold, and error budgets."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import product
+from statistics import median
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.styles import preset_title
+from conrod.report.charts.styles import engine_title, preset_title
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
+from conrod.studies.sweep.findings import SweepStudy
+from conrod.studies.sweep.grid_convergence import Share
+from conrod.studies.validation.refinement import PATHS
+
+COUNTS = ("contained", "missed", "at_rounding", "unreasonable", "oscillating")
+
+
+def pooled(shares: Sequence[Share]) -> Share:
+    """The shares of several rules, added up; their ratio is the median over the rules."""
+    ratios = [share.ratio for share in shares if share.ratio is not None]
+    counts = {name: sum(getattr(share, name) for share in shares) for name in COUNTS}
+    return Share(**counts, ratio=median(ratios) if ratios else None)
+
+
+def shares_table(study: SweepStudy) -> Table:
+    """Counts and shares, of all settings and of the presets, each refined both ways from the same settings."""
+    every = [
+        ("all settings", [one for one in study.grid_convergence if (one.engine, one.path) == way and one.shares])
+        for way in product(study.engines, PATHS)
+    ]
+    presets = [(f"`{one.label}`", [one]) for one in study.both_ways if one.shares]
+    rows = []
+    for title, rules in (*(found for found in every if found[1]), *presets):
+        for quantity in QUANTITIES:
+            found = pooled([rule.shares[quantity] for rule in rules])
+            sizes = (f"**{numbers.percent(found.share)}**", numbers.measured(found.ratio))
+            counted = (found.unreasonable, found.oscillating, found.at_rounding)
+            who = (engine_title(rules[0].engine), title, rules[0].path, quantity, str(found.judged))
+            rows.append((*who, *sizes, *map(str, counted)))
+    head = ["engine", "settings", "refined", "quantity", "cells", "band holds the error", "band / error, median"]
+    counts = ["of the cells with factor 3", "of these oscillating", "besides, at rounding"]
+    return table([*head, *counts], rows, right=[*head[4:], *counts])
+
+
+# -- error budgets -----------------------------------------------------------------------------------------------------
 
 
 def title_of(budget: ErrorBudget) -> str:
