@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
+import numpy as np
 import pytest
 from limit_walks import (
     detected,
@@ -15,63 +16,53 @@ from limit_walks import (
     walked,
 )
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
-from matplotlib.patches import Rectangle
+from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.charts.styles import OUTCOME_MARKS
-from conrod.report.limits.boundary_chart import TICK_COLOUR, boundary_chart
-from conrod.report.limits.error_chart import POSITION, TORQUE, Panel, error_chart
-from conrod.report.limits.marks import LEVEL_COLOURS, UNDETECTED_COLOUR
+from conrod.report.limits.error_chart import error_chart
+from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES, Axis, Scale
 from conrod.studies.limits.results import Walk
 
-# -- the boundary chart ------------------------------------------------------------------------------------------------
 
-
-def charted(walks: Sequence[Walk]) -> Axes:
+def panels(walks: Sequence[Walk]) -> list[Axes]:
     with drawing_style():
-        figure = boundary_chart(walks)
-    return figure.axes[0]
+        return error_chart(walks).axes
 
 
-def bars(axes: Axes, lane: int) -> list[tuple[str, float, float]]:
-    """Colour, left and right end of the bars of a lane."""
-    found = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
-    inside = [p for p in found if p.get_y() < lane < p.get_y() + p.get_height()]
-    return [(to_hex(p.get_facecolor()), p.get_x(), p.get_x() + p.get_width()) for p in inside]
+def drawn(lines: Iterable[Line2D]) -> int:
+    """Places of curves that have a mark."""
+    return sum(int(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).sum()) for line in lines)
 
 
-def test_a_bar_changes_its_colour_at_the_boundary() -> None:
-    # Places are decades, so a bar's left end in numbers is its right end in the figure.
-    (safe, leaves, first), (rough, breaks, _), (unbounded, last, _) = bars(charted(steps_walks()), 1)
-    assert [safe, rough, unbounded] == [LEVEL_COLOURS[level] for level in ("safe", "rough", "unbounded")]
-    assert [round(10.0**end, -1) for end in (first, last)] == [20000, 0]
-    assert 59.0 < 10.0**leaves < 60.0
-    assert 24.0 < 10.0**breaks < 25.0
+def reds(axes: Axes) -> list[Line2D]:
+    """Runs that are drawn as undetected: rings on curves, and red marks above."""
+    return [line for line in axes.lines if line.get_color() == UNDETECTED_COLOUR]
 
 
-def red_lines(axes: Axes) -> int:
-    return sum(line.get_color() == UNDETECTED_COLOUR for line in axes.lines)
-
-
-def test_undetected_stretches_stand_out_and_only_they() -> None:
+def test_undetected_runs_stand_out_and_only_they() -> None:
     walks = steps_walks()
     undetected = sum(probe.undetected for walk in walks for probe in walk.probes)
-    assert undetected > 0
-    assert red_lines(charted(walks)) == 5  # wrong and opened with MuJoCo; wrong, flipped and opened with pymunk
-    assert red_lines(charted(detected(walks))) == 0
+    assert drawn(reds(panels(walks)[0])) == undetected > 0
+    assert reds(panels(detected(walks))[0]) == []
 
 
-def test_every_run_is_a_tick_and_every_way_of_failing_has_its_mark() -> None:
+def test_every_run_is_drawn_and_every_way_of_failing_has_its_mark() -> None:
     walks = steps_walks()
-    axes = charted(walks)
-    ticks = sum(len(ticks.get_paths()) for ticks in axes.collections if to_hex(ticks.get_color()[0]) == TICK_COLOUR)
-    assert ticks == sum(len(walk.probes) for walk in walks)
-    drawn = {line.get_marker() for line in axes.lines} - {"None"}
-    ended = {probe.outcome for walk in walks for probe in walk.probes} - {"completed"}
-    assert drawn == {OUTCOME_MARKS[outcome] for outcome in ended}
+    probes = [probe for walk in walks for probe in walk.probes]
+    (axes,) = panels(walks)
+    marks = [
+        line
+        for line in axes.lines
+        if line.get_marker() in OUTCOME_MARKS.values() and len(np.atleast_1d(line.get_xdata())) == 1
+    ]
+    assert len(marks) == sum(probe.position is None for probe in probes)
+    ended = {probe.outcome for probe in probes} - {"completed"}
+    assert {line.get_marker() for line in marks} == {OUTCOME_MARKS[outcome] for outcome in ended}
+    curves = [x for x in axes.lines if x not in (*marks, *reds(axes)) and x.get_marker() != "None"]
+    assert drawn(curves) == sum(probe.position is not None for probe in probes)
 
 
 def test_every_failure_has_a_mark_of_its_own() -> None:
@@ -83,13 +74,11 @@ def test_every_failure_has_a_mark_of_its_own() -> None:
 @pytest.mark.parametrize("axis", AXES.values(), ids=lambda axis: axis.name)
 def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
     if axis.scale is Scale.LISTED:
-        walks = [listed(axis.name, "mujoco", "stock", [probe(v, "safe", "completed", False, 1e-3) for v in (0.0, 1.0)])]
-        with drawing_style():
-            figure = error_chart(walks)
-        axes = figure.axes[0]
+        walk = listed(axis.name, "mujoco", "stock", [probe(v, "safe", "completed", False, 1e-3) for v in (0.0, 1.0)])
     else:
         part = (axis.failing_end, "safe", "completed", False, 1e-3)
-        axes = charted([walked(axis.name, "mujoco", "stock", axis.safe_end, [part], axis.scale)])
+        walk = walked(axis.name, "mujoco", "stock", axis.safe_end, [part], axis.scale)
+    (axes,) = panels([walk])
     assert axes.get_xlabel() == axis.label
     assert 2 <= len(axes.get_xticks()) <= 16
     low, high = sorted(axes.get_xlim())
@@ -99,17 +88,11 @@ def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
 # -- errors along an axis ----------------------------------------------------------------------------------------------
 
 
-def panels(walks: Sequence[Walk], *of: Panel, reference: bool = False) -> list[Axes]:
-    with drawing_style():
-        figure = error_chart(walks, of or (POSITION,), reference)
-    return figure.axes
-
-
 def test_the_drive_torque_has_a_panel_where_it_is_known() -> None:
-    axes = panels([walk for walk in saved().walks if walk.axis == "regularisation"], TORQUE, POSITION)
+    axes = panels([walk for walk in saved().walks if walk.axis == "regularisation"])
     assert [a.get_ylabel() for a in axes] == ["drive torque error, max / peak", "position error, max / L"]
     # Negative control: steps have no torque, and no empty panel either.
-    assert len(panels(steps_walks(), TORQUE, POSITION)) == 1
+    assert len(panels(steps_walks())) == 1
 
 
 def test_runs_of_a_list_that_did_not_complete_stand_above_it() -> None:

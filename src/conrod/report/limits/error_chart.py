@@ -1,7 +1,4 @@
-"""Errors along an axis, a curve for each engine and preset.
-
-Runs on an axis that did not complete are marks at the top.
-"""
+"""Errors along an axis, a curve for each engine and preset, and above it a mark for each run that did not complete."""
 
 from __future__ import annotations
 
@@ -19,6 +16,7 @@ from conrod.report.charts.layout import Layout, legend_rows, preset_handles
 from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
 from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, outcome_handles
 from conrod.studies.limits.axes import AXES, Scale
+from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]
@@ -55,25 +53,21 @@ TORQUE = Panel("drive torque error, max / peak", lambda probe: probe.torque)
 REFERENCE = "the reference's own error"
 
 
-def error_chart(walks: Sequence[Walk], panels: Sequence[Panel] = (POSITION,), reference: bool = False) -> Figure:
-    """Draw some quantities of all runs of some walks, at least one of which has one of them.
-
-    Args:
-        reference: whether the reference's own error is drawn too.
-    """
+def error_chart(walks: Sequence[Walk]) -> Figure:
+    """Draw torque and position errors of all runs of some walks of an axis, of which one has errors at least."""
     walks = [walk for walk in walks if walk.probes]
-    panels = [panel for panel in panels if _values(walks, panel)]
+    panels = [panel for panel in (TORQUE, POSITION) if _values(walks, panel)]
     axis = AXES[walks[0].axis]
     scale = AxisScale.of(axis.scale, walks)
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
-    handles = _legend(walks, reference)
+    handles = _legend(walks)
     strip = ABOVE + LANE * len(lanes) if lanes else 0.0
     head = TOP + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS) + strip
     height = head + len(panels) * PANEL + (len(panels) - 1) * GAP + BOTTOM
     layout = Layout(WIDTH, height)
     for k, panel in enumerate(panels):
         axes = layout.axes(LEFT, height - head - (k + 1) * PANEL - k * GAP, WIDTH - LEFT - RIGHT, PANEL)
-        _draw_panel(axes, scale, walks, panel, reference and panel is POSITION)
+        _draw_panel(axes, scale, walks, panel)
         if k == 0:
             _draw_failed(axes, scale, walks, lanes)
         if k < len(panels) - 1:
@@ -90,11 +84,13 @@ def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
     return [value for value in found if value is not None]
 
 
-def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel, reference: bool) -> None:
+def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel) -> None:
     drawn = [on_log_grid(np.array(_values(walks, panel)))]
-    own_errors = _reference_errors(walks) if reference else {}
+    own_errors = _reference_errors(walks) if panel is POSITION else {}
     drawn += [on_log_grid(np.array(list(own_errors.values())))] if own_errors else []
     whole_decades(axes, drawn)
+    for limit in (SAFE_ERROR, ROUGH_ERROR) if panel is POSITION else ():
+        axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     for walk in walks:
         style = preset_style(walk.engine, walk.preset)
         if scale.scale is Scale.LISTED:
@@ -133,12 +129,12 @@ def _reference_errors(walks: Sequence[Walk]) -> dict[float, float]:
     return {probe.value: probe.reference_error for probe in probes if probe.reference_error is not None}
 
 
-def _legend(walks: Sequence[Walk], reference: bool) -> list[Line2D]:
+def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
     bare: dict[str, Any] = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
     handles = preset_handles(names, **bare)
     probes = [probe for walk in walks for probe in walk.probes]
-    if reference and any(probe.reference_error is not None for probe in probes):
+    if any(probe.reference_error is not None for probe in probes):
         handles.append(Line2D([], [], color="black", linewidth=1.4, label=REFERENCE))
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))

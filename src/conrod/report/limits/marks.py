@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Rectangle
 
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import on_grid
@@ -90,15 +90,6 @@ def mark_style(outcome: str, level: str, size: float = 5.0) -> dict[str, Any]:
         "markeredgewidth": 1.1,
         "markeredgecolor": hue,
     }
-
-
-def level_handles(levels: set[str]) -> list[Patch]:
-    """Return legend entries of levels, from good to bad, with what they mean."""
-    return [
-        Patch(facecolor=LEVEL_COLOURS[level.slug], edgecolor="#666666", linewidth=0.4, label=level.slug)
-        for level in Level
-        if level.slug in levels
-    ]
 
 
 def outcome_handles(outcomes: set[str]) -> list[Line2D]:

@@ -13,8 +13,7 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.limits.boundary_chart import boundary_chart, has_boundaries
-from conrod.report.limits.error_chart import POSITION, TORQUE, error_chart
+from conrod.report.limits.error_chart import error_chart
 from conrod.report.limits.follower import flight_table, float_figure, onset_table
 from conrod.report.limits.map_figure import map_figure
 from conrod.report.limits.tables import (
@@ -49,22 +48,10 @@ Walks = Sequence[Walk]
 
 
 def axis_figure(axis: str, walks: Walks) -> Figure | None:
-    """Return the figure of an axis: boundaries, or the errors at listed values; None where nothing was walked."""
-    name, title = f"{walks[0].scene}-{axis}", AXES[axis].title
-    if AXES[axis].listed:
-        measured = any(probe.position is not None for walk in walks for probe in walk.probes)
-        return Figure(name, f"{title}: errors", partial(error_chart, walks)) if measured else None
-    alt = f"{title}: how far each engine and preset can be relied on"
-    return Figure(name, alt, partial(boundary_chart, walks)) if any(map(has_boundaries, walks)) else None
-
-
-def errors_figure(axis: str, walks: Walks) -> Figure | None:
-    """Return the errors along an axis where they show more than its boundaries."""
-    if axis not in ("nearness", "regularisation") or not any(p.position for walk in walks for p in walk.probes):
+    """Return the errors along an axis; None where no run has any."""
+    if all(probe.position is None for walk in walks for probe in walk.probes):
         return None
-    panels = (POSITION,) if axis == "nearness" else (TORQUE, POSITION)
-    draw = partial(error_chart, walks, panels, reference=axis == "nearness")
-    return Figure(f"{walks[0].scene}-{axis}-errors", f"{AXES[axis].title}: errors", draw)
+    return Figure(f"{walks[0].scene}-{axis}", f"{AXES[axis].title}: errors", partial(error_chart, walks))
 
 
 def map_of(found: LimitMap) -> Figure:
@@ -91,7 +78,7 @@ def _page(part: Part[LimitStudy]) -> Page:
     sections = [_section(axis, walks) for axis, walks in walked.items()]
     follower = follower_figure(study)
     maps = [map_of(found) for found in study.maps]
-    shown = [figure for section in sections for figure in section["figures"]]
+    shown = [section["figure"] for section in sections if section["figure"]]
     text = rendered(
         "limits",
         study=study,
@@ -126,7 +113,7 @@ def _page(part: Part[LimitStudy]) -> Page:
 def _section(axis: str, walks: Walks) -> dict[str, Any]:
     return {
         "axis": AXES[axis],
-        "figures": [figure for make in (axis_figure, errors_figure) if (figure := make(axis, walks))],
+        "figure": axis_figure(axis, walks),
         "boundaries": boundaries_table(walks),
         "refusals": refusals(walks),
     }
