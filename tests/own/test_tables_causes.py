@@ -102,8 +102,6 @@ SLIPS = [
     (swapped(PRESS), PRESS, "axes swapped", NOTHING, "x and y are swapped"),
     (steps(SAW, 0.5, ("velocity",)), SAW, "velocity stamp", ("velocity",), "(0.5 of a step) later"),
     (steps(PRESS, -0.5, ("velocity",)), PRESS, "velocity stamp", ("velocity",), "(0.5 of a step) earlier"),
-    (moved(SAW, "ay", 9.81), SAW, "gravity", ("acceleration",), "90 deg from x"),
-    (moved(PRESS, "ay", -9.80665), PRESS, "gravity", ("acceleration",), "-90 deg from x"),
     (moved(PRESS, "x", 0.25), PRESS, "frame", POSITION, "offset by (250, "),
     (offset(SAW), SAW, "crank zero", ALL, "0 where the scene's is 30 deg"),
 ]
@@ -119,10 +117,6 @@ def test_a_slip_is_named_with_its_size_and_nothing_else_is(
 
 
 # -- negative controls -------------------------------------------------------------------------------------------------
-
-
-def test_another_constant_in_an_acceleration_is_not_gravity(tmp_path: Path) -> None:
-    assert kinds(judged(moved(SAW, "ay", 7.0), SAW, tmp_path)) == []
 
 
 @pytest.mark.parametrize("scene", SCENES)

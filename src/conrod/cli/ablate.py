@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import click
-
 from conrod.cli import options
+from conrod.cli.options import TimedRunOptions, as_given, option
 
 if TYPE_CHECKING:
     from conrod.studies.ablate.findings import AblationStudy
@@ -21,29 +21,26 @@ ROUNDS = 200
 LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
 
 
+@dataclass(frozen=True)
+class Asked(TimedRunOptions):
+    """Request to `conrod ablate`, as typed; None or empty where nothing was given."""
+
+    engine: str | None = option("--engine")
+    assignments: tuple[str, ...] = option("--set")
+    steps_per_rev: int | None = option(
+        "--steps-per-rev", type=int, metavar="N", help="Time steps in one turn of the crank [1000, contact 62832]."
+    )
+    rounds: int = option(
+        "--rounds", type=int, default=ROUNDS, show_default=True, metavar="N", help="How often each cost is taken."
+    )
+    out: str | None = option("--out")
+    document: str | None = option("--json")
+
+
 @options.verb()
 @options.scene_argument("scenes", nargs=-1, required=True, metavar="SCENE...")
-@options.engine
-@options.assignments
-@click.option(
-    "--steps-per-rev", type=int, metavar="N", help="Time steps in one turn of the crank [1000, contact 62832]."
-)
-@click.option(
-    "--rounds", type=int, default=ROUNDS, show_default=True, metavar="N", help="How often each cost is taken."
-)
-@options.of_timed_runs
-@options.out
-@options.document
-def ablate(
-    scenes: tuple[str, ...],
-    engine: str | None,
-    assignments: tuple[str, ...],
-    steps_per_rev: int | None,
-    rounds: int,
-    how: options.TimedRunOptions,
-    out: str | None,
-    document: str | None,
-) -> None:
+@options.gathered("asked", Asked)
+def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure what a model requires and what is optional: each ingredient's cost, and what it does to the motion.
 
     Ingredients are added to the minimal model one by one and all together, and taken from the full one.
@@ -60,17 +57,17 @@ def ablate(
     from conrod.studies.frame.resolve_arguments import check_table, select_engines, select_scenes
     from conrod.studies.frame.run import REVOLUTIONS
 
-    chosen = select_scenes(scenes, assignments)
-    asked = {one: capability(one, HasIngredients) for one in select_engines(engine)}
-    unsupported = {one.name: found.reason for one, found in asked.items() if isinstance(found, Lacking)}
-    if steps_per_rev is not None:
+    chosen, steps = select_scenes(scenes, asked.assignments), asked.steps_per_rev
+    able = {one: capability(one, HasIngredients) for one in select_engines(asked.engine)}
+    unsupported = {one.name: found.reason for one, found in able.items() if isinstance(found, Lacking)}
+    if steps is not None:
         for name in chosen:
-            check_table(name, steps_per_rev, round(REVOLUTIONS))
-    check_count("--rounds", rounds, LEAST_ROUNDS, MOST_ROUNDS)
-    files = outputs(KIND, chosen, out, document)
-    engines = [one for one in asked if one.name not in unsupported]
-    asked_for = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in engines]
-    with Runner.of(how, files.file) as runner, runner.answering() as run:
+            check_table(name, steps, round(REVOLUTIONS))
+    check_count("--rounds", asked.rounds, LEAST_ROUNDS, MOST_ROUNDS)
+    files = outputs(KIND, chosen, asked.out, asked.document)
+    engines = [one for one in able if one.name not in unsupported]
+    asked_for = [ablate_engine(*pair, one, steps, asked.rounds) for pair in chosen.items() for one in engines]
+    with Runner.of(asked, files.file) as runner, runner.answering() as run:
         # Runs of all side by side; timings after them, alone.
         found = iter(pursue(asked_for, lambda cases: runner.run_alone(cases, "costs") if _timed(cases) else run(cases)))
     studies = [
@@ -78,12 +75,8 @@ def ablate(
     ]
     with naming("standard output"):
         print_ablations(studies)
-    given = {
-        "--engine": engine,
-        "--steps-per-rev": steps_per_rev,
-        "--rounds": None if rounds == ROUNDS else rounds,
-    }
-    command = reproduction("ablate", scenes, given, assignments, files.folder)
+    given = as_given(asked, TimedRunOptions, "assignments", "out", "document")
+    command = reproduction("ablate", scenes, given, asked.assignments, files.folder)
     files.write({study.name: study for study in studies}, command)
 
 

@@ -13,14 +13,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from conrod.cli.validate import MODELS, check_file
-from conrod.cli.validate_model import judge_model, print_model_study
-from conrod.cli.validate_request import Request
-from conrod.cli.validate_table import judge_table, print_table_study
+from conrod.cli.validate import Request, check_file
+from conrod.cli.validate_file import MODEL, TABLE, Subject, subject_of
 from conrod.errors import InvalidInput
 from conrod.own.models.study import ModelStudy
 from conrod.own.tables.study import TableStudy
-from conrod.report import trajectory, user_model
 from conrod.report.writer import document_text
 from conrod.scenes import Scene
 
@@ -49,28 +46,23 @@ class Checked:
     @property
     def verdict(self) -> str:
         """The answer in a few sentences, the first of which says it."""
-        return (
-            user_model.verdict(self.study)
-            if isinstance(self.study, ModelStudy)
-            else trajectory.verdict_text(self.study)
-        )
+        return self._subject.verdict(self.study)
 
     @property
     def text(self) -> str:
         """All that `conrod validate` prints."""
         with redirect_stdout(io.StringIO()) as printed:
-            if isinstance(self.study, ModelStudy):
-                print_model_study(self.study)
-            else:
-                print_table_study(self.study)
+            self._subject.show(self.study)
         return printed.getvalue()
 
     @property
     def json(self) -> str:
         """What `--json` writes."""
-        if isinstance(self.study, ModelStudy):
-            return document_text(user_model.KIND, {Path(self.study.file).stem: self.study})
-        return document_text(trajectory.KIND, {trajectory.PART: self.study})
+        return document_text(self._subject.kind, {self._subject.part(Path(self.study.file)): self.study})
+
+    @property
+    def _subject(self) -> Subject:
+        return MODEL if isinstance(self.study, ModelStudy) else TABLE
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} passed={self.passed}: {self.verdict.split('. ')[0].rstrip('.')}>"
@@ -114,20 +106,19 @@ def check(
     if isinstance(subject, str | Path):
         path = Path(subject)
         check_file(path)
-        judge = judge_model if path.name.lower().endswith(MODELS) else judge_table
-        return Checked(judge(path, machine, asked))
+        return Checked(subject_of(path).judge(path, machine, asked))
     with tempfile.TemporaryDirectory() as folder:
         # Also what is in memory is judged in processes of its own, which take files.
         model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
         try:
             if isinstance(subject, Mapping):
                 np.savez(table, allow_pickle=False, **_columns(subject))
-                study: ModelStudy | TableStudy = judge_table(table, machine, asked)
+                study: ModelStudy | TableStudy = TABLE.judge(table, machine, asked)
             else:
                 from conrod.own.models.loading import save_model
 
                 save_model(subject, model)
-                study = judge_model(model, machine, asked)
+                study = MODEL.judge(model, machine, asked)
         except InvalidInput as error:
             raise InvalidInput(str(error).replace(str(model), "the model").replace(str(table), "the table")) from None
     return Checked(dataclasses.replace(study, file="the table" if isinstance(study, TableStudy) else "the model"))

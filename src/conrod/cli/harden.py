@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
 from conrod.cli import options
+from conrod.cli.options import option
 from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.harden.results import HardenedModel, Request
@@ -17,7 +19,7 @@ from conrod.own.models.request import controls_of
 from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.runs.plain import json_document
-from conrod.studies.frame.files import check_apart, files_to_write, naming, single, write_together
+from conrod.studies.frame.files import files_to_write, naming, single, write_together
 
 BINARY = ".mjb"
 MODELS = (".xml", ".mjcf", ".urdf", BINARY)
@@ -26,34 +28,37 @@ AUTO, KEEP = "auto", "keep"
 INTEGRATORS = ("RK4", KEEP)
 
 
+@dataclass(frozen=True)
+class Asked:
+    """Options of `conrod harden`, as typed; None or empty where nothing was given."""
+
+    output: str | None = option("-o --output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
+    keyframe: str | None = option(
+        "--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first]."
+    )
+    seconds: float = option(
+        "--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs."
+    )
+    controls: tuple[str, ...] = option("--ctrl")
+    solref: str = option(
+        "--solref",
+        default=AUTO,
+        metavar="SECONDS|keep",
+        help="Time constant of the closures [the model's own, at least ten steps].",
+    )
+    integrator: str = option(
+        "--integrator", default="RK4", show_default=True, metavar="RK4|keep", help="Integrator of the hardened model."
+    )
+    force: bool = option(
+        "--force", is_flag=True, help="Harden what seems to be soft on purpose, or breaks off when hard."
+    )
+    document: str | None = option("--json")
+
+
 @options.verb()
 @click.argument("model", metavar="MODEL.xml")
-@click.option("-o", "--output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
-@click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
-@click.option("--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs.")
-@options.controls
-@click.option(
-    "--solref",
-    default=AUTO,
-    metavar="SECONDS|keep",
-    help="Time constant of the closures [the model's own, at least ten steps].",
-)
-@click.option(
-    "--integrator", default="RK4", show_default=True, metavar="RK4|keep", help="Integrator of the hardened model."
-)
-@click.option("--force", is_flag=True, help="Harden what seems to be soft on purpose, or breaks off when hard.")
-@options.document
-def harden(
-    model: str,
-    output: str | None,
-    keyframe: str | None,
-    controls: tuple[str, ...],
-    seconds: float,
-    solref: str,
-    integrator: str,
-    force: bool,
-    document: str | None,
-) -> None:
+@options.gathered("asked", Asked)
+def harden(model: str, asked: Asked) -> None:
     """Make the closed loops of a MuJoCo model stay closed, and show what that changes.
 
     Takes the regularisation out of the equality constraints of a compiled model, which MJCF cannot express: prints the
@@ -65,14 +70,13 @@ def harden(
     """
     path = Path(model)
     check_readable(path)
-    files = _outputs(path, output, document)
-    if integrator not in INTEGRATORS:
-        raise unknown_choice("--integrator", integrator, INTEGRATORS)
-    if not (math.isfinite(seconds) and seconds > 0.0):
-        raise InvalidInput(f"--seconds {seconds:g}: give a finite number above 0")
-    request = Request(
-        keyframe, seconds, _time_constant(solref), integrator, force, "-o" in files, controls_of(controls)
-    )
+    files = _outputs(path, asked.output, asked.document)
+    if asked.integrator not in INTEGRATORS:
+        raise unknown_choice("--integrator", asked.integrator, INTEGRATORS)
+    if not (math.isfinite(asked.seconds) and asked.seconds > 0.0):
+        raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
+    solref, controls = _time_constant(asked.solref), controls_of(asked.controls)
+    request = Request(asked.keyframe, asked.seconds, solref, asked.integrator, asked.force, "-o" in files, controls)
 
     from conrod.mjcf.harden.study import harden_file
     from conrod.studies.execution.isolation import confined
@@ -104,13 +108,12 @@ def _time_constant(text: str) -> str | float:
 
 def _outputs(path: Path, output: str | None, document: str | None) -> dict[str, Path]:
     """The files to write by their options, refused before any work where one would be lost by another."""
-    files = files_to_write({"-o": output, "--json": document})
+    files = files_to_write({"-o": output, "--json": document}, as_outputs_must_not_be(path))
     file, results = files.get("-o"), files.get("--json")
     if file and file.suffix.lower() != BINARY:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
     if results and results.suffix.lower() in MODELS:
         raise InvalidInput(f"--json {results}: this is the name of a model, e.g. {results.with_suffix('.json')}")
-    check_apart(as_outputs_must_not_be(path) | files)
     return files
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import click
-
 from conrod.cli import options
+from conrod.cli.options import RunOptions, as_given, option
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 
@@ -36,40 +36,35 @@ def _axis_names() -> Iterable[str]:
     return ITEMS
 
 
+@dataclass(frozen=True)
+class Asked(RunOptions):
+    """Request to `conrod limits`, as typed; None or empty where nothing was given."""
+
+    axes: tuple[str, ...] = option(
+        "--axis",
+        multiple=True,
+        metavar="AXIS",
+        help="One axis or pair only, again for others [all].",
+        shell_complete=options.completed(_axis_names),
+    )
+    span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
+    engine: str | None = option("--engine")
+    preset: str | None = option("--preset")
+    assignments: tuple[str, ...] = option("--set")
+    revolutions: float | None = option(
+        "--revolutions", type=float, metavar="N", help="Length of the runs of run-length [1000]."
+    )
+    most_runs: int = option(
+        "--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse what may need more."
+    )
+    out: str | None = option("--out")
+    document: str | None = option("--json")
+
+
 @options.verb(epilog=EPILOG)
 @options.scene_argument("scenes", nargs=-1, metavar="[SCENE]...")
-@click.option(
-    "--axis",
-    "axes",
-    multiple=True,
-    metavar="AXIS",
-    help="One axis or pair only, again for others [all].",
-    shell_complete=options.completed(_axis_names),
-)
-@click.option("--range", "span", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
-@options.engine
-@options.preset
-@options.assignments
-@click.option("--revolutions", type=float, metavar="N", help="Length of the runs of run-length [1000].")
-@click.option(
-    "--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse what may need more."
-)
-@options.of_runs
-@options.out
-@options.document
-def limits(
-    scenes: tuple[str, ...],
-    axes: tuple[str, ...],
-    span: str | None,
-    engine: str | None,
-    preset: str | None,
-    assignments: tuple[str, ...],
-    revolutions: float | None,
-    most_runs: int,
-    how: options.RunOptions,
-    out: str | None,
-    document: str | None,
-) -> None:
+@options.gathered("asked", Asked)
+def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.
 
     Each axis is walked from its safe end to its failing one, and its boundaries are found to 2 %. Finished runs are
@@ -82,24 +77,22 @@ def limits(
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
     from conrod.studies.limits.plan import check_asked, check_memory, check_runs, plan_limits, pursue_plans
 
-    chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
-    select_presets(engines, preset)
-    asked = request_of(axes, span, revolutions)
-    files = outputs(KIND, chosen, out, document, {"the ledger": how.ledger_file})
-    check_count("--most-runs", most_runs, 1, 10**9)
-    plans = [plan_limits(name, scene, engines, preset, asked) for name, scene in chosen.items()]
+    chosen, engines = select_scenes(scenes, asked.assignments), select_engines(asked.engine)
+    select_presets(engines, asked.preset)
+    request = request_of(asked.axes, asked.span, asked.revolutions)
+    files = outputs(KIND, chosen, asked.out, asked.document, {"the ledger": asked.ledger_file})
+    check_count("--most-runs", asked.most_runs, 1, 10**9)
+    plans = [plan_limits(name, scene, engines, asked.preset, request) for name, scene in chosen.items()]
     check_asked(plans)
-    check_runs(plans, most_runs)
-    check_memory(how.memory)
-    with Runner.of(how) as runner, runner.answering() as run:
+    check_runs(plans, asked.most_runs)
+    check_memory(asked.memory)
+    with Runner.of(asked) as runner, runner.answering() as run:
         studies = pursue_plans(plans, run)
     with naming("standard output"):
         print_limits(studies)
     # Limits of a run are given too: they decide how some end.
-    given = {"--axis": axes, "--range": span, "--engine": engine, "--preset": preset, "--revolutions": revolutions}
-    given |= {"--cell-timeout": how.cell_timeout, "--cell-memory": how.cell_memory}
-    given |= {"--most-runs": None if most_runs == MOST_RUNS else most_runs}
-    command = reproduction("limits", scenes, given, assignments, files.folder)
+    given = as_given(asked, "ledger", "fresh", "jobs", "cluster", "assignments", "out", "document")
+    command = reproduction("limits", scenes, given, asked.assignments, files.folder)
     files.write({study.name: study for study in studies}, command)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -11,6 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from conrod.cli import options
+from conrod.cli.options import complete_scene, option
 from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
@@ -27,43 +29,43 @@ REVOLUTIONS = 2  # of a crank whose speed a scene gives
 COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}
 
 
+@dataclass(frozen=True)
+class Asked:
+    """Options of `conrod lint`, as typed; None or empty where nothing was given."""
+
+    scene: str | None = option(
+        "--scene", metavar="SCENE", help="Drive the crank at this machine's speed.", shell_complete=complete_scene
+    )
+    assignments: tuple[str, ...] = option("--set")
+    crank: str | None = option(
+        "--crank", metavar="JOINT", help="With --scene: the hinge that is driven [the only one on the frame]."
+    )
+    points: tuple[str, ...] = option(
+        "--point", multiple=True, metavar="NAME=site:SITE", help="Observe this, e.g. C=body:slider [every body]."
+    )
+    keyframe: str | None = option(
+        "--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first]."
+    )
+    controls: tuple[str, ...] = option("--ctrl")
+    seconds: float | None = option(
+        "--seconds", type=float, metavar="T", help="Duration of the run [2000 steps; 2 turns of the crank]."
+    )
+    ignored: tuple[str, ...] = option("--ignore", multiple=True, metavar="RULE", help="Leave a rule out.")
+    fail_on: str = option(
+        "--fail-on",
+        type=click.Choice([one.value for one in Severity]),
+        default=Severity.WARNING.value,
+        show_default=True,
+        help="Exit status 1 for findings of this severity and worse.",
+    )
+    document: str | None = option("--json")
+    fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
+
+
 @options.verb()
 @click.argument("model", metavar="MODEL.xml")
-@click.option(
-    "--scene", metavar="SCENE", help="Drive the crank at this machine's speed.", shell_complete=options.complete_scene
-)
-@options.assignments
-@click.option("--crank", metavar="JOINT", help="With --scene: the hinge that is driven [the only one on the frame].")
-@click.option(
-    "--point", "points", multiple=True, metavar="NAME=site:SITE", help="Observe this, e.g. C=body:slider [every body]."
-)
-@click.option("--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first].")
-@options.controls
-@click.option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps; 2 turns of the crank].")
-@click.option("--ignore", "ignored", multiple=True, metavar="RULE", help="Leave a rule out.")
-@click.option(
-    "--fail-on",
-    type=click.Choice([one.value for one in Severity]),
-    default=Severity.WARNING.value,
-    show_default=True,
-    help="Exit status 1 for findings of this severity and worse.",
-)
-@options.document
-@click.option("--fix", "fixed", metavar="OUT.xml", help="Write the model with the safe fixes made.")
-def lint(
-    model: str,
-    scene: str | None,
-    assignments: tuple[str, ...],
-    crank: str | None,
-    points: tuple[str, ...],
-    keyframe: str | None,
-    controls: tuple[str, ...],
-    seconds: float | None,
-    ignored: tuple[str, ...],
-    fail_on: str,
-    document: str | None,
-    fixed: str | None,
-) -> None:
+@options.gathered("asked", Asked)
+def lint(model: str, asked: Asked) -> None:
     """List what a MuJoCo model has that its motion does not need, and what will cause trouble.
 
     The model is run, and run again without each suspect; the file is only read.
@@ -74,21 +76,21 @@ def lint(
     """
     path = Path(model)
     check_readable(path)
-    files = files_to_write({"--json": document, "--fix": fixed}, as_outputs_must_not_be(path))
-    speed, observed = None, list[str]()
+    files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, as_outputs_must_not_be(path))
+    speed, seconds, observed = None, asked.seconds, list[str]()
     if seconds is not None:
         check_number("--seconds", seconds, 1e-9, 1e9, "s")
-    if scene is not None:
-        machine = select_scene(scene, assignments)[1]
+    if asked.scene is not None:
+        machine = select_scene(asked.scene, asked.assignments)[1]
         observed = [point.name for point in machine.kinematics.mechanism.observed]
         speed, seconds = machine.speed, seconds or REVOLUTIONS * 2.0 * math.pi / abs(machine.speed)
-    elif assignments:
-        raise InvalidInput(f"--set {assignments[0]}: it is a parameter of what --scene names")
-    elif crank is not None:
-        raise InvalidInput(f"--crank {crank}: say with --scene how fast it turns")
+    elif asked.assignments:
+        raise InvalidInput(f"--set {asked.assignments[0]}: it is a parameter of what --scene names")
+    elif asked.crank is not None:
+        raise InvalidInput(f"--crank {asked.crank}: say with --scene how fast it turns")
     folder = str(real_path(files["--fix"]).parent) if "--fix" in files else None
-    places = places_of(points, observed)
-    request = Request(keyframe, seconds, crank, speed, places, ignored, folder, controls_of(controls))
+    places, controls = places_of(asked.points, observed), controls_of(asked.controls)
+    request = Request(asked.keyframe, seconds, asked.crank, speed, places, asked.ignored, folder, controls)
 
     from conrod.mjcf.lint.linting import lint as look
     from conrod.studies.execution.isolation import confined
@@ -102,7 +104,7 @@ def lint(
         "--fix": report.fixed.text if report.fixed else "",
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
-    if any(finding.harm.severity in Severity(fail_on).and_worse for finding in report.findings):
+    if any(finding.harm.severity in Severity(asked.fail_on).and_worse for finding in report.findings):
         sys.exit(options.FAILED)
 
 

@@ -158,9 +158,7 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--jobs": {"type": int, "metavar": "N", "help": "Runs at a time on this machine [one a core]."},
 }
 assignments = click.option("--set", "assignments", **SHARED["--set"])
-controls = click.option("--ctrl", "controls", **SHARED["--ctrl"])
 engine = click.option("--engine", **SHARED["--engine"])
-preset = click.option("--preset", **SHARED["--preset"])
 grid = click.option("--grid", **SHARED["--grid"])
 ledger = click.option("--ledger", **SHARED["--ledger"])
 out = click.option("--out", **SHARED["--out"])
@@ -173,10 +171,10 @@ def scene_argument(name: str = "scene", **attributes: Any) -> Callable[[Command]
 
 
 def option(name: str, **attributes: Any) -> Any:
-    """A field that is an option, with attributes as of `click.option`; None where it is not given, or empty."""
+    """A field that is an option, by its names, attributes as of `click.option`; None or empty where not given."""
     attributes = {**SHARED.get(name, {}), **attributes}
-    default: Any = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
-    return field(default=default, metadata={"option": name, **attributes})
+    empty: Any = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
+    return field(default=attributes.get("default", empty), metadata={"option": name, **attributes})
 
 
 def gathered(name: str, kind: type[Any]) -> Callable[[Command], Command]:
@@ -184,11 +182,11 @@ def gathered(name: str, kind: type[Any]) -> Callable[[Command], Command]:
 
     Args:
         name: of the command's argument.
-        kind: a dataclass, each `option` of which is one.
+        kind: a dataclass, each `option` of which is one, under the `heading` of its class.
     """
     fields = dataclasses.fields(kind)
     bases: list[Any] = [base for base in kind.__mro__ if dataclasses.is_dataclass(base)]
-    home = {one.name: base.heading for base in bases for one in dataclasses.fields(base)}
+    home = {one.name: vars(base).get("heading", HEADING) for base in bases for one in dataclasses.fields(base)}
 
     def decorate(command: Command) -> Command:
         @wraps(command)
@@ -200,7 +198,7 @@ def gathered(name: str, kind: type[Any]) -> Callable[[Command], Command]:
         for one in reversed(fields):
             if one.metadata:
                 attributes = {**one.metadata, "cls": HeadedOption, "heading": home[one.name]}
-                decorated = click.option(attributes.pop("option"), one.name, **attributes)(decorated)
+                decorated = click.option(*attributes.pop("option").split(), one.name, **attributes)(decorated)
         result: Command = decorated
         return result
 
@@ -303,12 +301,11 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-of_runs = gathered("how", RunOptions)
-
-
 @dataclass(frozen=True)
 class TimedRunOptions(RunOptions):
     """Options on how runs are made and timed."""
+
+    heading: ClassVar[str] = RunOptions.heading
 
     retime: bool = option("--retime", is_flag=True, help="Time again what the ledger has, without running it again.")
 

@@ -3,41 +3,40 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from itertools import product
 
-import click
-
 from conrod.cli import options
+from conrod.cli.options import TimedRunOptions, as_given, option
 from conrod.cli.say import say
+
+
+@dataclass(frozen=True)
+class Asked(TimedRunOptions):
+    """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
+
+    position: float | None = option(
+        "--position", type=float, metavar="E", help="Largest error of position, over the travel L."
+    )
+    velocity: float | None = option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
+    acceleration: float | None = option(
+        "--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L."
+    )
+    engine: str | None = option("--engine")
+    thorough: bool = option("--thorough", is_flag=True, help="Run a whole grid: minutes to an hour.")
+    grid: str = option("--grid")
+    assignments: tuple[str, ...] = option("--set")
+    model: str | None = option(
+        "--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF)."
+    )
+    out: str | None = option("--out")
+    document: str | None = option("--json")
 
 
 @options.verb()
 @options.scene_argument()
-@click.option("--position", type=float, metavar="E", help="Largest error of position, over the travel L.")
-@click.option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
-@click.option("--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L.")
-@options.engine
-@click.option("--thorough", is_flag=True, help="Run a whole grid: minutes to an hour.")
-@options.grid
-@options.assignments
-@options.of_timed_runs
-@click.option("--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF).")
-@options.out
-@options.document
-def recommend(
-    scene: str,
-    position: float | None,
-    velocity: float | None,
-    acceleration: float | None,
-    engine: str | None,
-    thorough: bool,
-    grid: str,
-    assignments: tuple[str, ...],
-    how: options.TimedRunOptions,
-    model: str | None,
-    out: str | None,
-    document: str | None,
-) -> None:
+@options.gathered("asked", Asked)
+def recommend(scene: str, asked: Asked) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
     Sweeps that ship with conrod say which settings to try; each is run on the machine itself, some dozens of runs.
@@ -61,17 +60,18 @@ def recommend(
     from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
 
-    (name, chosen), engines = select_scene(scene, assignments), select_engines(engine)
-    allowed = check_tolerances({"position": position, "velocity": velocity, "acceleration": acceleration})
-    swept, thorough = grid_named(grid), thorough or grid != options.DEFAULT_GRID
-    wanted = files_to_write({"--model": model}, {"the ledger": how.ledger_file})
-    files = outputs(KIND, [name], out, document, {"the ledger": how.ledger_file, **wanted})
+    (name, chosen), engines = select_scene(scene, asked.assignments), select_engines(asked.engine)
+    allowed = check_tolerances({name: getattr(asked, name) for name in ("position", "velocity", "acceleration")})
+    swept, thorough = grid_named(asked.grid), asked.thorough or asked.grid != options.DEFAULT_GRID
+    ledger = {"the ledger": asked.ledger_file}
+    wanted = files_to_write({"--model": asked.model}, ledger)
+    files = outputs(KIND, [name], asked.out, asked.document, ledger | wanted)
     writers = {one.name: made for one in engines if not isinstance(made := capability(one, ModelFile), Lacking)}
-    if model and not writers:
+    if asked.model and not writers:
         raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
     plan = plan_sweep(name, chosen, engines, swept)
     prior = None if thorough else shipped()
-    with Runner.of(how, files.file) as runner, runner.answering() as run:
+    with Runner.of(asked, files.file) as runner, runner.answering() as run:
         answers = pursue(recommend_for(plan, allowed, runner.time, prior), run)
     found = advice_of(name, chosen, allowed, answers)
     with naming("standard output"):
@@ -79,10 +79,9 @@ def recommend(
             print_lines(console(), one["lines"])
             print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)
     qualified = [one for one in answers if isinstance(one, Recommendation)]
-    given = {f"--{quantity}": value for quantity, value in allowed.items()} | {"--engine": engine}
-    given |= {"--grid": None if grid == options.DEFAULT_GRID else grid}
+    given = as_given(asked, TimedRunOptions, "thorough", "assignments", "model", "out", "document")
     command = "recommend --thorough" if thorough else "recommend"
-    files.write({name: found}, reproduction(command, (scene,), given, assignments, files.folder))
+    files.write({name: found}, reproduction(command, (scene,), given, asked.assignments, files.folder))
     written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
     for path, settings in product(wanted.values(), written):
         write_together([single(path, writers[settings.engine].model(name, chosen, settings))])

@@ -16,33 +16,15 @@ from conrod.exact.motion import Array
 from conrod.own.tables.fitting import Fit, fitted
 from conrod.own.tables.samples import ERRORS, Exact, Observed, Samples
 
-GRAVITY, GRAVITY_WIDTH = 9.81, 0.02  # [m/s^2], relative
-DEGREE, TURN, RPM = math.pi / 180.0, 2.0 * math.pi, math.pi / 30.0
-# What a length is too large by, and the slip that it comes of; those of angles and speeds likewise.
-LENGTHS = {
-    1e3: "mm taken for m",
-    1e-3: "m taken for mm",
-    1e2: "cm taken for m",
-    1e-2: "m taken for cm",
-    10.0: "mm taken for cm",
-    0.1: "cm taken for mm",
-    1.0 / 0.0254: "inches taken for m",
-    0.0254: "m taken for inches",
-}
-ANGLES = {
-    1.0 / DEGREE: "degrees taken for radians",
-    DEGREE: "radians taken for degrees",
-    1.0 / TURN: "turns taken for radians",
-}
-SPEEDS = {
-    DEGREE: "rad/s taken for deg/s",
-    1.0 / DEGREE: "deg/s taken for rad/s",
-    RPM: "rad/s taken for rpm",
-    1.0 / RPM: "rpm taken for rad/s",
-}
+TURN = 2.0 * math.pi
+# The two units of a slip: the size of the one taken for the other. Either may be taken for the other.
+LENGTHS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
+ANGLES = {("degrees", "radians"): 180.0 / math.pi, ("turns", "radians"): 1.0 / TURN}
+SPEEDS = {("deg/s", "rad/s"): 180.0 / math.pi, ("rpm", "rad/s"): 30.0 / math.pi}
 # Stamps that differ by less than this share are one and the same.
 SAME_STAMP = 0.02
 FINE = 1e-13  # relative, of a stamp and of what it leaves
+BEYOND = 1e6  # times L, where the linkage does not go
 HALF_TURN = 0.5  # of a period: beyond it another instant of another turn is nearer
 # Fewer numbers for each unknown are fitted by almost anything.
 NUMBERS_EACH = 3
@@ -121,8 +103,6 @@ def _hypotheses(table: Exact, wrong: Sequence[str]) -> Iterator[Hypothesis]:
     yield "opposite sense", "the crank turns in the opposite sense", opposite, ERRORS
     swapped = observed.with_samples(lambda _, s: replace(s, axes=tuple(1 - axis for axis in s.axes)))
     yield "axes swapped", "x and y are swapped", replace(table, observed=swapped), ERRORS
-    if "acceleration" in wrong:
-        yield from _gravity(table)
     if "total" in wrong or "position" in wrong:
         yield from _frame(table)
     yield from _times(table, wrong)
@@ -130,44 +110,31 @@ def _hypotheses(table: Exact, wrong: Sequence[str]) -> Iterator[Hypothesis]:
 
 def _units(table: Exact) -> Iterator[Hypothesis]:
     observed, start = table.observed, table.alignment.time
-    for factor, slip in LENGTHS.items():
+    for factor, slip in _slips(LENGTHS):
         scaled = observed.with_samples(partial(_smaller, factor))
         text = f"lengths are {factor:.6g} times too large: {slip}"
         yield "length unit", text, replace(table, observed=scaled), ERRORS
-    for factor, slip in ANGLES.items() if observed.angle is not None else ():
+    for factor, slip in _slips(ANGLES) if observed.angle is not None else ():
         scaled = observed.with_crank(partial(np.multiply, 1.0 / factor))
         text = f"crank angles are {factor:.6g} times too large: {slip}"
         yield "angle unit", text, replace(table, observed=scaled), ERRORS
     # Positions alone: at another speed, velocities are others too.
     concerns = ("total",) if observed.angle is not None else ("total", "position")
-    for factor, slip in SPEEDS.items():
+    for factor, slip in _slips(SPEEDS):
         scaled = replace(observed, times=start + (observed.times - start) * factor)
         text = f"the crank turns at {factor:.6g} times the nominal speed: {slip}"
         yield "speed unit", text, replace(table, observed=scaled), concerns
 
 
+def _slips(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]]:
+    """Factors that units are taken wrongly by, with the slip; both ways round."""
+    for (one, other), factor in units.items():
+        yield factor, f"{one} taken for {other}"
+        yield 1.0 / factor, f"{other} taken for {one}"
+
+
 def _smaller(factor: float, _: str, samples: Samples) -> Samples:
     return replace(samples, values=samples.values / factor)
-
-
-def _gravity(table: Exact) -> Iterator[Hypothesis]:
-    """A constant vector of the size of gravity in all accelerations."""
-    along: tuple[list[Array], list[Array]] = ([], [])
-    for point, quantities in table.observed.points.items():
-        if "acceleration" in quantities:
-            difference = table.difference("acceleration", point)
-            for column, axis in enumerate(quantities["acceleration"].axes):
-                along[axis].append(difference[:, column])
-    constant = np.array([np.mean(np.concatenate(parts)) if parts else 0.0 for parts in along])
-    size = math.hypot(*constant)
-    if abs(size / GRAVITY - 1.0) > GRAVITY_WIDTH:
-        return
-    without = table.observed.with_samples(
-        lambda name, s: replace(s, values=s.values - constant[list(s.axes)]) if name == "acceleration" else s
-    )
-    direction = math.degrees(math.atan2(constant[1], constant[0]))
-    text = f"gravity is left in the accelerations: {size:.4g} m/s² at {direction:.0f} deg from x"
-    yield "gravity", text, replace(table, observed=without), ("acceleration",)
 
 
 def _frame(table: Exact) -> Iterator[Hypothesis]:
@@ -237,23 +204,19 @@ def _stamp_of(name: str, table: Exact) -> float | None:
         None where no shift within half a turn makes the difference smaller.
     """
     samples = {point: own[name] for point, own in table.observed.points.items() if name in own}
-    lengths, period, rate = table.scene.lengths, table.scene.period, "acceleration" if name == "velocity" else "jerk"
+    lengths, period = table.scene.lengths, table.scene.period
 
     def residuals(by: Array) -> Array:
         try:
             shifted = _shifted(table, float(by[0]) * period)
             return np.concatenate([shifted.difference(name, p).ravel() / lengths[p] for p in samples])
         except InvalidInput:  # the linkage does not come to where the crank would then be
-            return np.full(sum(own.values.size for own in samples.values()), np.nan)
-
-    def slopes(by: Array) -> Array:
-        exact = _shifted(table, float(by[0]) * period).motion(name)
-        rates = {p: getattr(exact.point(p), rate) for p in samples}
-        seen = [table.alignment.seen(rates[p], own, placed=False).ravel() / lengths[p] for p, own in samples.items()]
-        return -period * np.concatenate(seen)[:, None]
+            return np.full(sum(own.values.size for own in samples.values()), BEYOND)
 
     start = np.zeros(1)
     before = 0.5 * float(np.sum(residuals(start) ** 2))
-    found = least_squares(residuals, start, jac=slopes, bounds=(-HALF_TURN, HALF_TURN), xtol=FINE, ftol=FINE, gtol=FINE)
+    found = least_squares(
+        residuals, start, jac="3-point", bounds=(-HALF_TURN, HALF_TURN), xtol=FINE, ftol=FINE, gtol=FINE
+    )
     within = abs(found.x[0]) < 0.99 * HALF_TURN
     return float(found.x[0]) * period if within and found.cost < before else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,11 +11,11 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.own.tables.headings import (
+    BRACKETED,
     DIMENSIONS,
     TIME,
     Target,
     bare_unit,
-    bracketed_unit,
     factor,
     is_unit,
     meant_by,
@@ -54,7 +53,7 @@ class Column:
         heading: as in the table.
         unit: in words.
         factor: to SI.
-        unit_from: source of the unit: heading, rows (a row of units, or the cells), --unit, or assumed.
+        unit_from: source of the unit: heading, rows (a row of units), --unit, or assumed.
     """
 
     target: Target
@@ -72,7 +71,7 @@ class Source:
     Attributes:
         form: how it is written, in words.
         headings: of all columns.
-        units: in the row under the headings, or in the cells; empty without.
+        units: in the row under the headings; empty without.
         read: gives values (T, columns) of some columns and the number of each row (T,); at most so many rows.
     """
 
@@ -120,7 +119,7 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
 
     Args:
         headings: of all columns.
-        row_units: units in the row under the headings, or in the cells; empty without.
+        row_units: units in the row under the headings; empty without.
         points: names of the scene's observed points.
 
     Raises:
@@ -129,10 +128,9 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
     known = targets(points)
     places = _places(headings, known, asked)
     if TIME not in places:
-        raise _missing("no column for the time", TIME, ("time", "t"), headings)
+        raise _missing("no column for the time", TIME, headings)
     if len(places) == 1:
-        wanted = (f"{points[0]}.x", "crank_angle", *(f"{p}.y" for p in points))
-        raise _missing(f"no column for any of {', '.join(points)} or the crank", wanted[0], wanted, headings)
+        raise _missing(f"no column for any of {', '.join(points)} or the crank", f"{points[0]}.x", headings)
     columns = []
     for target in known:
         if (place := places.get(target.name)) is not None:
@@ -168,11 +166,11 @@ def _places(headings: Sequence[str], known: Sequence[Target], asked: Request) ->
 
 def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
     """The column that a user named: by its heading, by the name in that, or by its number from 1."""
-    meanings = [[name for name, _ in readings(heading)] for heading in headings]
-    whole = [[heading.strip()] for heading in headings]
-    small = [[name.casefold() for name in names] for names in meanings]
-    for candidates, name in ((whole, wanted), (meanings, wanted), (small, wanted.casefold())):
-        found = [place for place, own in enumerate(candidates) if name in own]
+    names = [(heading.strip(), *(name for name, _ in readings(heading))) for heading in headings]
+    for found in (
+        [k for k, own in enumerate(names) if wanted == own[0]],
+        [k for k, own in enumerate(names) if wanted in own],
+    ):
         if len(found) > 1:
             raise InvalidInput(f"--column {quantity}={wanted}: the table has {len(found)} columns of that name")
         if found:
@@ -182,12 +180,9 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
     raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:LISTED])))
 
 
-def _missing(what: str, example: str, wanted: Sequence[str], headings: Sequence[str]) -> InvalidInput:
-    originals = {heading.casefold(): heading for heading in headings}
-    near = (match for name in wanted for match in difflib.get_close_matches(name.casefold(), originals, 2, 0.3))
-    named = ", ".join(dict.fromkeys(repr(originals[match]) for match in near))
+def _missing(what: str, example: str, headings: Sequence[str]) -> InvalidInput:
     return InvalidInput(
-        f"{what} among {', '.join(map(repr, filter(None, headings[:LISTED])))}{'; nearest: ' if named else ''}{named}; "
+        f"{what} among {', '.join(map(repr, filter(None, headings[:LISTED])))}; "
         f"say which it is, by its name or its number from 1, with --column {example}=..."
     )
 
@@ -200,9 +195,10 @@ def _unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tup
     if target.name in asked.units:
         return asked.units[target.name], "--unit"
     under = bare_unit(row_unit) or ""
-    # Where there are several ways to read a heading, the unit that fits what the column is.
-    within = [unit for _, unit in readings(heading) if factor(unit, target.unit) is not None]
-    inside = within[0] if within else bracketed_unit(heading)
+    stated = [unit for _, unit in readings(heading) if unit]
+    if not BRACKETED.fullmatch(heading):
+        stated = [unit for unit in stated if factor(unit, target.unit) is not None]
+    inside = stated[0] if stated else ""
     if under and inside and factor(under, target.unit) != factor(inside, target.unit):
         raise InvalidInput(
             f"mixed units: {heading!r} has {under!r} in the row under it; say with --unit {target.name}="

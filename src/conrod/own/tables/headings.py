@@ -37,31 +37,22 @@ DIMENSIONS = {
     "rad/s": "angular speed",
     "rad/s^2": "angular acceleration",
 }
-BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*")
-BEHIND = re.compile(r"(?P<name>.*\S)(\s*/\s*|\s+in\s+|\s*,\s*)(?P<unit>\(?[^\s_,]+\)?)\s*")
-# Behind an underscore stands many a name that some unit has as well.
-SUFFIX = re.compile(r"(?P<name>.*[^\W_])_(?P<unit>s|ms|us|m|mm|cm|um|in|inch|deg|rad|rev|rpm|sec)", re.IGNORECASE)
-INDEX = re.compile(r"[\d\s,:]*")
+# What begins with a digit is no unit but an index: r_0[1].
+BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[({]\s*(?P<unit>[^\])}\d\s][^\])}]*)[\])}]\s*")
+BEHIND = re.compile(r"(?P<name>.*[^\W_])(\s*/\s*|\s+in\s+|\s*,\s*|_)(?P<unit>\(?[^\s_,]+\)?)\s*")
 NONE = ("", "-", "1", "none")
 
 
 def readings(heading: str) -> tuple[tuple[str, str], ...]:
-    """Readings of a heading: pairs of a name and the unit in it, the whole as a name (with no unit) first."""
+    """Readings of a heading, pairs of a name and its unit: with the unit in brackets, or else first as a name alone."""
     whole = " ".join(heading.split())
-    found = [(whole, "")]
     if bracketed := BRACKETED.fullmatch(whole):
-        found.append((bracketed["name"], bracketed_unit(whole)))
+        return ((bracketed["name"], bracketed["unit"].strip()),)
     # Without brackets it is a unit only where it is one: "x/l" has none.
-    behind = SUFFIX.fullmatch(whole) or BEHIND.fullmatch(whole)
+    behind = BEHIND.fullmatch(whole)
     if behind and is_unit(unit := behind["unit"].strip("()")):
-        found.append((behind["name"], unit))
-    return tuple(found)
-
-
-def bracketed_unit(heading: str) -> str:
-    """The unit in brackets at the end of a heading; empty without, or where it is an index: "r_0[1]"."""
-    match = BRACKETED.fullmatch(heading)
-    return "" if not match or INDEX.fullmatch(match["unit"]) else match["unit"].strip()
+        return (whole, ""), (behind["name"], unit)
+    return ((whole, ""),)
 
 
 def bare_unit(cell: str) -> str | None:
@@ -124,14 +115,14 @@ class Target:
 
     @cached_property
     def aliases(self) -> frozenset[str]:
-        """Other names, words joined by underscores."""
+        """Other names."""
         if not self.point:
             return frozenset((self.name, *SINGLE[self.name][1]))
         axis, words = AXES[self.axis], MOTION[self.quantity][2]
         named = [*((word, axis) for word in words), *((dots.format(axis),) for dots in DOTS[self.quantity])]
         every = [parts for name in named for parts in permutations((self.point, *name))]
         every += named if self.alone else []
-        return frozenset("_".join(filter(None, parts)) for parts in every)
+        return frozenset("".join(parts) for parts in every)
 
 
 def targets(points: Sequence[str]) -> tuple[Target, ...]:
@@ -145,18 +136,12 @@ def targets(points: Sequence[str]) -> tuple[Target, ...]:
     return (*(Target(name, unit) for name, (unit, _) in SINGLE.items()), *of_points)
 
 
-def _words(name: str) -> str:
-    return re.sub(r"[\W_]+", "_", name).strip("_")
+def _letters(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name)
 
 
 # Ways in which a heading may be one of the names, the strictest first.
-WAYS: tuple[Callable[[str], str], ...] = (
-    lambda name: name,
-    _words,
-    lambda name: _words(name).replace("_", ""),
-    lambda name: _words(name).casefold(),
-    lambda name: _words(name).replace("_", "").casefold(),
-)
+WAYS: tuple[Callable[[str], str], ...] = (str, _letters, lambda name: _letters(name).casefold())
 
 
 def meant_by(name: str, among: Sequence[Target]) -> Target | None:

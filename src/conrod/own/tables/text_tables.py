@@ -17,36 +17,25 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.columns import Column, Source
-from conrod.own.tables.headings import bare_unit, is_unit
+from conrod.own.tables.headings import bare_unit
 
 LONGEST_LINE = 1_000_000  # characters
 HEAD = 1 << 16  # bytes that an encoding is derived from
 SAMPLE = 400  # lines that the layout is derived from
 BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 # What other programs save by, and people then rename.
-SIGNATURES = {
-    b"PK\x03\x04": "a zip archive or an Excel workbook; save the sheet as CSV",
-    b"PAR1": "a Parquet file; let its name end in .parquet",
-    b"\x1f\x8b": "compressed; unpack it first",
-    b"\x89HDF": "an HDF5 file; save the columns as CSV",
-    b"MATLAB 5.0": "a MATLAB file; save the columns as CSV",
-    b"%PDF": "a PDF file",
-}
+SIGNATURES = {b"PK\x03\x04": "a zip archive or an Excel workbook", b"\x1f\x8b": "compressed", b"%PDF": "a PDF file"}
 BLANKS = " "  # as a separator: any run of blanks
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", BLANKS: "blanks"}
 # Where two fit as well, the earlier one is meant: `0, 1, 2` is separated by commas.
 WRITTEN = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (BLANKS, "."), (BLANKS, ","))
 NUMBERS = {mark: re.compile(rf"[+-]?(\d+{re.escape(mark)}?\d*|{re.escape(mark)}\d+)([eEdD][+-]?\d+)?") for mark in ".,"}
-NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)|#?n/?a|null|none|", re.IGNORECASE)
 CLOCK = re.compile(r"\d{4}-\d\d-\d\d|\d:\d\d")  # dates and times of day
 NO_DATES = "; give times in seconds, not as dates"
 COMMENT = re.compile(r"\s*(#|%|//)+\s?")
-# MATLAB writes durations with their unit in every cell: 0.25 sec.
-CARRIED = re.compile(r"(?P<number>\S+)\s+(?P<unit>[^\W\d]\S*)")
 # A heading of a table separated by blanks: a word, with its unit if that is in brackets.
 WORD = re.compile(r"\S+(?:\s[\[(][^\])]*[\])])?")
-# Of the cells of a row of numbers all are; a table that has none may have columns of text among its numbers.
-WHOLLY, PARTLY = 0, 2
+LEAST = 2  # numbers in a row of them: there may be columns of text between
 
 Line = tuple[int, str]  # its number in the file from 1, its text
 Row = tuple[int, list[str]]
@@ -59,8 +48,7 @@ class TextTable:
     Attributes:
         separator: a character; `BLANKS` for any run of blanks.
         decimal: mark.
-        units: in the row under the headings, or in the cells; empty where there are none.
-        carried: units that the cells of each column end with; "" where they are bare numbers.
+        units: in the row under the headings; empty where there is none.
         first: line with the first numbers.
     """
 
@@ -70,7 +58,6 @@ class TextTable:
     decimal: str
     headings: tuple[str, ...]
     units: tuple[str, ...]
-    carried: tuple[str, ...]
     first: int
 
     def read(self, columns: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
@@ -116,8 +103,6 @@ class TextTable:
     def _number(self, row: Sequence[str], column: Column, number: int) -> float:
         """The number in a cell, in more ways than numpy reads them."""
         cell = row[column.index] if column.index < len(row) else ""
-        if unit := self.carried[column.index]:
-            cell = cell.removesuffix(unit).rstrip()
         if NUMBERS[self.decimal].fullmatch(cell):
             # Fortran writes 1.5D+00.
             return float(cell.replace(",", ".").replace("D", "E").replace("d", "e"))
@@ -144,7 +129,7 @@ def _encoding_of(path: Path) -> str:
         raise InvalidInput("it is empty")
     for signature, what in SIGNATURES.items():
         if head.startswith(signature):
-            raise InvalidInput(f"it is no table of text but {what}")
+            raise InvalidInput(f"it is no table of text but {what}; save the sheet as CSV")
     for mark, encoding in BOMS.items():
         if head.startswith(mark):
             return encoding
@@ -186,43 +171,26 @@ def open_text(path: Path) -> Source:
     """
     encoding = _encoding_of(path)
     sample = list(islice(_lines(path, encoding), SAMPLE))
-    for least in (WHOLLY, PARTLY):
-        found = {way: _numeric_rows(sample, *way, least) for way in WRITTEN}
-        separator, decimal = max(WRITTEN, key=lambda way: len(found[way]))
-        if numeric := found[separator, decimal]:
-            break
-    else:
+    found = {way: _numeric_rows(sample, *way) for way in WRITTEN}
+    separator, decimal = max(WRITTEN, key=lambda way: sum(numbers for _, _, numbers in found[way]))
+    if not (numeric := found[separator, decimal]):
         hint = NO_DATES if any(CLOCK.search(line) for _, line in sample) else ""
         raise InvalidInput(f"there is no row of numbers with at least two columns in its first {SAMPLE} rows{hint}")
-    first, row = numeric[0]
+    first, row, _ = numeric[0]
     above = [(number, _heading_cells(line, separator)) for number, line in sample if number < first]
     headings, units = _headings(above, NUMBERS[decimal], len(row))
-    carried = tuple(_carried_unit(cell, NUMBERS[decimal]) for cell in row)
-    units = units or (carried if any(carried) else ())
-    there = TextTable(path, encoding, separator, decimal, headings, units, carried, first)
+    there = TextTable(path, encoding, separator, decimal, headings, units, first)
     marks = {".": "decimal points", ",": "decimal commas"}
     return Source(f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", headings, units, there.read)
 
 
-def _numeric_rows(sample: Sequence[Line], separator: str, decimal: str, least: int) -> list[Row]:
-    """Rows of numbers of the most common width; `least` of their cells are numbers, or all of them (`WHOLLY`)."""
+def _numeric_rows(sample: Sequence[Line], separator: str, decimal: str) -> list[tuple[int, list[str], int]]:
+    """Rows with numbers, of the most common width: the line, the cells, and how many of them are numbers."""
     rows = [(number, cells(line, separator)) for number, line in sample if not COMMENT.match(line)]
-    numeric = [(number, row) for number, row in rows if len(row) > 1 and _is_numeric(row, NUMBERS[decimal], least)]
-    width = Counter(len(row) for _, row in numeric).most_common(1)
-    return [(number, row) for number, row in numeric if len(row) == width[0][0]]
-
-
-def _is_numeric(row: Sequence[str], pattern: re.Pattern[str], least: int) -> bool:
-    found = [bool(pattern.fullmatch(cell)) for cell in row]
-    if least != WHOLLY:
-        return sum(found) + sum(bool(_carried_unit(cell, pattern)) for cell in row) >= least
-    return any(found) and all(ok or NOT_FINITE.fullmatch(cell) for ok, cell in zip(found, row, strict=True))
-
-
-def _carried_unit(cell: str, pattern: re.Pattern[str]) -> str:
-    """The unit behind the number in a cell; empty without."""
-    match = CARRIED.fullmatch(cell)
-    return match["unit"] if match and pattern.fullmatch(match["number"]) and is_unit(match["unit"]) else ""
+    counted = [(number, row, sum(map(bool, map(NUMBERS[decimal].fullmatch, row)))) for number, row in rows]
+    numeric = [one for one in counted if one[2] >= LEAST]
+    width = Counter(len(row) for _, row, _ in numeric).most_common(1)
+    return [one for one in numeric if len(one[1]) == width[0][0]]
 
 
 def _heading_cells(line: str, separator: str) -> list[str]:

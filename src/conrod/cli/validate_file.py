@@ -1,0 +1,216 @@
+"""`conrod validate` of a user's own file: a MuJoCo model, or the trajectory of any tool as a table."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.text import Text
+
+from conrod.cli import options as exit_status
+from conrod.cli.options import refuse
+from conrod.cli.outputs import outputs, reproduction
+from conrod.cli.validate import MODELS, ModelOptions, Request, TableOptions
+from conrod.cli.waiting import waiting
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.units import check_count, parse_quantity
+from conrod.own.files import as_outputs_must_not_be, check_readable
+from conrod.own.models.frame import UNITS, GivenFrame
+from conrod.own.models.request import Drive, DrivenRun, Order, Question, controls_of, places_of
+from conrod.own.models.study import ModelStudy, study
+from conrod.own.tables.columns import request
+from conrod.own.tables.estimation import parse_estimate
+from conrod.own.tables.reading import read_table
+from conrod.own.tables.study import TableStudy, study_table
+from conrod.report import trajectory, user_model
+from conrod.report.kind import Kind
+from conrod.report.terminal import console, print_lines, print_table
+from conrod.scenes import Scene
+from conrod.studies.execution import isolation
+from conrod.studies.frame.files import naming
+from conrod.studies.frame.resolve_arguments import (
+    MOST_SAMPLES,
+    REVOLUTIONS,
+    TOLERANCES,
+    parse_tolerance,
+    scene_text,
+    select_scene,
+)
+
+DEFAULT_REVOLUTIONS = 2
+# A table of the most rows that are kept is read in a tenth of it.
+READING = 300.0  # [s]
+
+
+def validate_file(path: Path, scene: str, asked: Request) -> None:
+    """Judge a file, print what was found, and write what is to be written; raises InvalidInput as its judge."""
+    subject = subject_of(path)
+    part, given = subject.part(path), as_outputs_must_not_be(path) if subject is MODEL else {"the table": path}
+    files = outputs(subject.kind, [part], asked.out, asked.document, given)
+    with waiting(path, subject.timeout):
+        found = subject.judge(path, scene, asked)
+    with naming("standard output"):
+        subject.show(found)
+    again = reproduction("validate", {part: str(path)}, asked.given, asked.assignments, files.folder)
+    files.write({part: found}, again)
+    if found.passed is False:
+        sys.exit(exit_status.FAILED)
+
+
+# -- a model ---------------------------------------------------------------------------------------------------------
+
+
+def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
+    """A model against the machine that a scene is; all that touches the engine runs in processes of its own.
+
+    Raises:
+        InvalidInput: the model cannot be used, or is not what was said.
+    """
+    from conrod.engines import engine_named
+    from conrod.own.models.driving import drive_model
+    from conrod.own.models.scanning import scan
+
+    its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
+    refuse(asked, its_own, "engine", "preset", "steps_per_rev")
+    refuse(asked, "a model: it is for a table", TableOptions)
+    machine = select_scene(scene, asked.assignments)[1]
+    tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
+    revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
+    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    question, given = question_of(asked, machine), given_frame(asked)
+    scanned = isolation.confined(scan, path, question)
+
+    def run(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
+        return isolation.confined(drive_model, path, question, scanned, drive, orders)
+
+    engine, turns, one, file = engine_named("mujoco"), float(revolutions), (scene_text(scene), machine), str(path)
+    try:
+        return study(file, one, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance)
+    except InvalidInput as error:
+        raise error if str(error).startswith(file) else InvalidInput(f"{file}: {error}") from None
+
+
+def question_of(options: ModelOptions, scene: Scene) -> Question:
+    """Return what the options ask of the model.
+
+    Raises:
+        InvalidInput: the crank or a point is missing, unknown or given twice.
+    """
+    mechanism, touching = scene.mechanism(), None
+    observed = [point.name for point in mechanism.observed]
+    if options.crank is None:
+        raise InvalidInput("say which joint of the model is driven: --crank JOINT")
+    if not options.points:
+        raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
+    if options.touching is not None:
+        first, _, second = (part.strip() for part in options.touching.partition(","))
+        if not first or not second or "," in second:
+            raise InvalidInput(f"--touching {options.touching!r}: give two geoms, CAM,ROLLER")
+        if not mechanism.cam_contacts:
+            raise InvalidInput(f"--touching {options.touching}: the machine has no cam that touches anything")
+        touching = first, second
+    places, contacts = places_of(options.points, observed), len(mechanism.cam_contacts)
+    controls = controls_of(options.controls)
+    return Question(options.crank, places, mechanism.mobility, contacts, touching, options.keyframe, controls)
+
+
+def given_frame(options: ModelOptions) -> GivenFrame:
+    """Frame that the options give.
+
+    Raises:
+        InvalidInput: an angle or a unit that is none.
+    """
+    unit = options.length_unit
+    if unit is not None and unit not in UNITS:
+        raise unknown_choice("--length-unit", unit, UNITS)
+    return GivenFrame(
+        plane=options.plane,
+        rotation=None if options.rotation is None else parse_quantity("--rotation", options.rotation, "rad"),
+        zero=None if options.crank_zero is None else parse_quantity("--crank-zero", options.crank_zero, "rad"),
+        unit=None if unit is None else UNITS[unit],
+    )
+
+
+def print_model_study(found: ModelStudy) -> None:
+    """Verdict, frame, wiring, paths, runs."""
+    out, style = console(), "green" if found.passed else "red"
+    print_lines(out, [Text(f"{found.file}: {user_model.verdict(found)}", style)])
+    for title, lines in user_model.findings(found).items():
+        print_lines(out, ("", title))
+        print_lines(out, lines, indent=2)
+    print_lines(out, [""])
+    print_table(out, user_model.runs_table(found))
+    print_lines(out, user_model.drive(found), indent=2)
+
+
+# -- a table ---------------------------------------------------------------------------------------------------------
+
+
+def judge_table(table: Path, scene: str | Scene, asked: Request) -> TableStudy:
+    """A table against the machine that a scene is.
+
+    Raises:
+        InvalidInput: the table or an option cannot be used; those of an engine's runs may not be given.
+    """
+    refuse(asked, "a table: it is for a model", ModelOptions)
+    refuse(asked, "a table: it is for runs of an engine", "engine", "preset", "steps_per_rev", "revolutions")
+    machine = select_scene(scene, asked.assignments)[1]
+    allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
+    estimate = () if asked.estimate is None else parse_estimate(asked.estimate)
+    points = tuple(machine.lengths)
+    wanted = request(asked.columns, asked.units, points)
+    check_readable(table)
+    reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
+    return study_table(str(table), scene_text(scene), machine, reading, estimate, allowed)
+
+
+def print_table_study(study: TableStudy) -> None:
+    """Print the table's columns, the estimates, the errors, their causes and the verdict."""
+    out = console()
+    print_lines(out, [trajectory.summary_line(study)])
+    print_table(out, trajectory.columns_table(study))
+    if study.estimation is not None:
+        print_lines(out, [f"estimated from {study.estimation.rows} rows"])
+        if estimates := trajectory.estimates_table(study.estimation):
+            print_table(out, estimates)
+        print_lines(out, trajectory.estimation_lines(study))
+    if study.errors:
+        print_lines(out, ["errors over the run, normalised by L, ω L, ω² L"])
+        print_table(out, trajectory.errors_table(study))
+    unused = ", ".join(name or "(no name)" for name in study.unused)
+    lines = [
+        trajectory.figure_line(study),
+        trajectory.crank_text(study),
+        f"columns not used: {unused}" if unused else "",
+    ]
+    lines += [f"note: {note}" for note in study.notes]
+    lines += [trajectory.cause_line(study, cause) for cause in study.causes]
+    if study.causes == () and study.passed is False:
+        lines.append("none of the common causes reproduces the difference")
+    colour = {True: "green", False: "red", None: "default"}[study.passed]
+    print_lines(out, [*filter(None, lines), Text(trajectory.verdict_text(study), colour)])
+
+
+class Subject(NamedTuple):
+    """A kind of file: its report, how it is judged, shown and put in words, and the longest time that takes [s]."""
+
+    kind: Kind[Any]
+    judge: Callable[[Path, str | Scene, Request], Any]
+    show: Callable[[Any], None]
+    verdict: Callable[[Any], str]
+    timeout: float
+
+    def part(self, path: Path) -> str:
+        """The part of the report that a file is."""
+        return path.stem if self is MODEL else trajectory.PART
+
+
+MODEL = Subject(user_model.KIND, judge_model, print_model_study, user_model.verdict, isolation.FILE_TIMEOUT)
+TABLE = Subject(trajectory.KIND, judge_table, print_table_study, trajectory.verdict_text, READING)
+
+
+def subject_of(path: Path) -> Subject:
+    """What a file is, by its ending."""
+    return MODEL if path.name.lower().endswith(MODELS) else TABLE
