@@ -20,7 +20,7 @@ from table_files import csv_text, exact_table
 
 from conrod import SCENES, InvalidInput, MuJoCoSettings, Saw, check, compare, run
 from conrod.cli.check import keyword_of
-from conrod.cli.validate import ModelOptions, Request, TableOptions
+from conrod.cli.validate_request import ModelOptions, Request, TableOptions
 from conrod.own.tables.study import TableStudy
 from conrod.scenes.described_scene import read_scene
 

@@ -10,8 +10,8 @@ import pytest
 from command_line import conrod
 from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 
-from conrod.cli.validate import ModelOptions
 from conrod.cli.validate_file import given_frame, question_of
+from conrod.cli.validate_request import ModelOptions
 from conrod.errors import InvalidInput
 from conrod.own.models.scanning import scan
 from conrod.scenes import SCENES

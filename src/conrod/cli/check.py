@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from conrod.cli.validate import Request, check_file
+from conrod.cli.validate import check_file
 from conrod.cli.validate_file import MODEL, TABLE, Subject, subject_of
+from conrod.cli.validate_request import Request
 from conrod.errors import InvalidInput
 from conrod.own.models.study import ModelStudy
 from conrod.own.tables.study import TableStudy

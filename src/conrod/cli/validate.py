@@ -3,108 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 from conrod.cli import options
-from conrod.cli.options import RunOptions, as_given, complete_scene, option, refuse
+from conrod.cli.options import RunOptions, refuse
+from conrod.cli.validate_request import MODELS, TABLES, ModelOptions, MotionOptions, Request, TableOptions
 from conrod.errors import InvalidInput
 from conrod.own.files import check_readable
 
 MECHANISMS = ".toml"
-MODELS = (".xml", ".mjcf", ".mjb")
-TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
-
-
-@dataclass(frozen=True)
-class MotionOptions:
-    """A motion that no drive prescribes; None where nothing was given."""
-
-    heading: ClassVar[str] = "Motion without a drive"
-
-    motion: str | None = option(
-        "--motion",
-        metavar="KIND",
-        help="Nothing holds the crank's speed: free, without a torque that drives it, or torque, with its torques.",
-    )
-    seconds: float | None = option("--seconds", type=float, metavar="S", help="Length of the run [10].")
-    step: str | None = option("--step", metavar="TIME", help="Time step of the engines, e.g. 2ms [5 ms or less].")
-
-
-@dataclass(frozen=True)
-class TableOptions:
-    """Options on the columns and units of a table of any tool; None or empty where nothing was given."""
-
-    heading: ClassVar[str] = "Of a table (FILE.csv and the like)"
-
-    columns: tuple[str, ...] = option("--column", multiple=True, metavar="Q=NAME", help="Column of a quantity, C.x=px.")
-    units: tuple[str, ...] = option(
-        "--unit", multiple=True, metavar="UNIT | Q=UNIT", help="Unit that no heading gives."
-    )
-    estimate: str | None = option(
-        "--estimate", metavar="WHAT,...", help="What is unknown and to be estimated: time, phase, sense, frame."
-    )
-
-
-@dataclass(frozen=True)
-class ModelOptions:
-    """Options on the joints, points and frame of a user's own model; None or empty where nothing was given."""
-
-    heading: ClassVar[str] = "Of a MuJoCo model (FILE.xml and the like)"
-
-    crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
-    points: tuple[str, ...] = option(
-        "--point",
-        multiple=True,
-        metavar="NAME=site:SITE",
-        help="Place of an observed point (site:, body: or geom:); may be given again.",
-    )
-    plane: str | None = option("--plane", metavar="PLANE", help="Directions right and up, e.g. xz or -xz [found].")
-    rotation: str | None = option("--rotation", metavar="ANGLE", help="Of the scene's x axis in the plane [found].")
-    crank_zero: str | None = option(
-        "--crank-zero", metavar="ANGLE", help="Angle of the hinge at crank angle 0 [found]."
-    )
-    length_unit: str | None = option("--length-unit", metavar="UNIT", help="m, cm, mm or inch [found].")
-    keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble it from there [its reference pose].")
-    controls: tuple[str, ...] = option("--ctrl")
-    touching: str | None = option("--touching", metavar="CAM,ROLLER", help="Geoms of its cam contact [found].")
-
-
-@dataclass(frozen=True)
-class Request(TableOptions, ModelOptions, MotionOptions, RunOptions):
-    """Request to `conrod validate`, as typed; None or empty where nothing was given.
-
-    Attributes:
-        subjects: scenes, or one file.
-        document: the file that --json names.
-    """
-
-    subjects: tuple[str, ...] = ()
-    scene: str | None = option(
-        "--scene", metavar="SCENE", help="Machine that a FILE is judged against.", shell_complete=complete_scene
-    )
-    engine: str | None = option("--engine")
-    preset: str | None = option("--preset")
-    quantity: str | None = option("--quantity", metavar="NAME,...", help="Forces instead: torque, reactions, contact.")
-    steps_per_rev: int | None = option(
-        "--steps-per-rev", type=int, metavar="N", help="Time steps a turn [1000; contact 62832]."
-    )
-    revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
-    assignments: tuple[str, ...] = option("--set")
-    figures: str | None = option(
-        "--figures",
-        metavar="NAME,...",
-        help="Figures of the report: mechanism, motion, error, order.",
-    )
-    tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")
-    out: str | None = option("--out")
-    document: str | None = option("--json")
-
-    @property
-    def given(self) -> dict[str, object]:
-        """What was given of all that the result follows from, by the options' names."""
-        return as_given(self, RunOptions, "assignments", "out", "document")
 
 
 @options.verb()

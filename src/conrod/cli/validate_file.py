@@ -12,7 +12,7 @@ from rich.text import Text
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
-from conrod.cli.validate import MODELS, ModelOptions, Request, TableOptions
+from conrod.cli.validate_request import MODELS, ModelOptions, Request, TableOptions
 from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity

@@ -11,7 +11,7 @@ from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs, reproduction
 from conrod.cli.runner import Runner
-from conrod.cli.validate import Request
+from conrod.cli.validate_request import Request
 from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
