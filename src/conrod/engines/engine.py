@@ -12,7 +12,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, replace
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from conrod.errors import InvalidInput
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.cam_law import LawProfile
 from conrod.runs.trajectory import Piece, Settings
@@ -43,26 +42,15 @@ def step_length(machine: Machine, steps_per_revolution: int) -> float:
     return 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
 
 
-# Of a pass: fewer leave nothing to take a difference of velocities from.
-LEAST_STEPS = 3
-
-
 def run_of(machine: Machine, steps_per_revolution: int, revolutions: float) -> tuple[float, float]:
     """Start angle [rad] and revolutions of a run: those asked for, or the one pass of an input that cannot turn.
 
     A pass takes whole steps, and ends where the last of them fits into the driver's span.
-
-    Raises:
-        InvalidInput: fewer than `LEAST_STEPS` fit.
     """
     span = machine.kinematics.mechanism.driver.span
     if span is None:
         return 0.0, revolutions
     steps = math.floor((span[1] - span[0]) / (2.0 * math.pi) * steps_per_revolution * (1.0 + 1e-12))
-    if steps < LEAST_STEPS:
-        raise InvalidInput(
-            f"{steps_per_revolution} steps per revolution are {steps} of the pass: at least {LEAST_STEPS} are run"
-        )
     return span[0] if machine.speed > 0.0 else span[1], steps / steps_per_revolution
 
 

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, ReportsForces, capability
-from conrod.engines.engine import run_of
 from conrod.engines.forces import ForceTracks, no_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
@@ -48,7 +47,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     refusal = engine.refusal(scene, settings)
     if refusal:
         return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal)
-    start, revolutions = run_of(scene, steps, plan.run.revolutions)
+    start, revolutions = plan.run.stretch(scene)
     tracks = _forces(engine, scene, settings, revolutions, start)
     result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_outcome_fields(result, tracks))
     if not result.completed:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.engine import LEAST_STEPS, run_of
+from conrod.engines.engine import run_of
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import RESULT_VERSION, Case, Study
 from conrod.studies.frame.measurement import MEASURES, Measurement
+from conrod.studies.frame.run import LEAST_STEPS
 
 AS_ASKED = "as asked for"
 # Refinement path: everything a preset states in steps or periods follows the step; nothing else changes.

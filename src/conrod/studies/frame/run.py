@@ -23,7 +23,7 @@ from conrod.studies.frame.measurement import QUANTITIES, Measurement
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.
 SIGNED_ANGLES = 20
-LEAST_STEPS = 3  # of a run: before the first acceleration that is a difference of velocities
+LEAST_STEPS = 3  # of a pass: before the first acceleration that is a difference of velocities
 # The errors are those of every sample. The prediction from the joints costs several times as much, and proves as much
 # at so many samples a turn.
 PREDICTED_PER_TURN = 2000

@@ -13,7 +13,7 @@ import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import OwnMotor
-from conrod.engines.engine import STOCK, run_of, step_length
+from conrod.engines.engine import STOCK, step_length
 from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import QUANTITIES, compare
@@ -31,7 +31,7 @@ def validate_own_motor(name: str, scene: Scene, engine: Engine[Any], plan: Plan)
     """Measure the engine with its own actuator."""
     assert isinstance(engine, OwnMotor)
     steps = plan.steps(scene)
-    start, revolutions = run_of(scene, steps, plan.revolutions)
+    start, revolutions = plan.stretch(scene)
     empty = replace(started(name, scene, engine, OWN_MOTOR, plan), mode="motor", revolutions=revolutions)
     poses, slopes = scene.kinematics.derivatives(np.array([start]), 1)
     try:

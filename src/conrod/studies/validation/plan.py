@@ -14,6 +14,7 @@ from conrod.engines.engine import default_steps, run_of
 from conrod.engines.follower import follower_lift
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.running import followed
+from conrod.errors import InvalidInput
 from conrod.runs.comparison import Stretch
 from conrod.runs.convergence import claimed_order
 from conrod.runs.outcome import Verdict
@@ -22,7 +23,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import CamFollower, Scene, ShearPress
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
-from conrod.studies.frame.run import Prediction
+from conrod.studies.frame.run import LEAST_STEPS, Prediction
 from conrod.studies.validation.results import Curve, RefinementPoint, Tolerance, ValidationResult
 
 CLOCK_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
@@ -46,12 +47,25 @@ class Plan:
         """Steps per revolution for a scene."""
         return self.steps_per_revolution or default_steps(scene)
 
+    def stretch(self, scene: Scene) -> tuple[float, float]:
+        """Start angle [rad] and revolutions of the judged run.
+
+        Raises:
+            InvalidInput: a pass with room for fewer than `LEAST_STEPS`.
+        """
+        steps = self.steps(scene)
+        start, revolutions = run_of(scene, steps, self.revolutions)
+        taken = round(steps * revolutions)
+        if scene.kinematics.mechanism.driver.span is not None and taken < LEAST_STEPS:
+            raise InvalidInput(f"{steps} steps per revolution are {taken} of the pass: at least {LEAST_STEPS} are run")
+        return start, revolutions
+
 
 def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> ValidationResult:
     """Measure the engine: one run, its refinement path, and the verdict."""
     steps = plan.steps(scene)
     settings = engine.presets[preset](scene, steps)
-    start, revolutions = run_of(scene, steps, plan.revolutions)
+    start, revolutions = plan.stretch(scene)
     empty = started(name, scene, engine, preset, plan)
     refusal = engine.refusal(scene, settings)
     if refusal:
