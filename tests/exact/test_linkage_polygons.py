@@ -181,7 +181,6 @@ def test_coriolis_acts_on_the_side_that_the_link_turns_the_sliding_velocity_to()
     turned = 2.0 * state.links["slotted"].angular_velocity * left_of(parts.relative_velocity)
     assert parts.coriolis == pytest.approx(turned, rel=1e-14)
     assert length(parts.normal) <= 1e-12 * length(parts.tangential)  # a straight slot
-    assert length(parts.gap) <= 1e-12 * length(parts.acceleration)
 
 
 def test_on_a_cam_the_normal_part_is_that_of_the_pitch_curves_arc() -> None:

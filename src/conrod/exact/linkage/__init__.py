@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.accelerations import PathParts, path_parts
-from conrod.exact.linkage.centres import InstantCentre, KennedyLine, instant_centres, kennedy_lines
+from conrod.exact.linkage.centres import InstantCentre, instant_centres
 from conrod.exact.linkage.course import CrankRange, course_of, crank_range
 from conrod.exact.linkage.outputs import Output, outputs
 from conrod.exact.linkage.points import linkage_points
@@ -50,7 +50,6 @@ class InstantQuantities:
     points: tuple[PointQuantities, ...]  # motion of the pins between moving links, and of the observed points
     pushes: tuple[Push, ...]  # how the driven links are pushed; their arrays have one row
     centres: tuple[InstantCentre, ...]  # the instant centres, n (n - 1) / 2 of them
-    lines: tuple[KennedyLine, ...]  # how well Kennedy's theorem holds for every three links
     velocities: Polygon  # the velocity polygon
     accelerations: Polygon  # the acceleration polygon
 
@@ -72,13 +71,11 @@ def instant_quantities(
 ) -> InstantQuantities:
     """Those at a crank angle [rad], speed [rad/s] and angular acceleration [rad/s^2] of the crank."""
     state = linkage_state(kinematics, angle, speed, acceleration)
-    centres = instant_centres(state)
     return InstantQuantities(
         state,
         _points(state),
         tuple(sorted(pushes(kinematics, state.derivatives[0]), key=lambda push: (push.driven, push.through))),
-        centres,
-        kennedy_lines(state, centres),
+        instant_centres(state),
         velocity_polygon(state),
         acceleration_polygon(state),
     )

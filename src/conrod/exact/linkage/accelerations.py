@@ -47,22 +47,15 @@ class CoincidentParts:
     A = A_guide + 2 omega x V_rel + A_rel, with omega the guide's.
     """
 
-    guide_acceleration: Array  # of the guide's point; (2,) [m/s^2]
     relative_velocity: Array  # of the point in the guide; (2,) [m/s]
     coriolis: Array  # 2 omega x V_rel; (2,) [m/s^2]
     normal: Array  # part of A_rel across the path in the guide, zero for a straight slide; (2,) [m/s^2]
     tangential: Array  # part of A_rel along it; (2,) [m/s^2]
-    acceleration: Array  # of the moving link's point, from that link's own motion; (2,) [m/s^2]
 
     @property
     def relative(self) -> Array:
         """A_rel, both parts together; (2,) [m/s^2]."""
         return np.asarray(self.normal + self.tangential)
-
-    @property
-    def gap(self) -> Array:
-        """Rest of the acceleration beyond its four parts; (2,) [m/s^2], rounding in an exact motion."""
-        return np.asarray(self.guide_acceleration + self.coriolis + self.relative - self.acceleration)
 
 
 def path_parts(state: LinkageState, link: str, point: Point) -> PathParts:
@@ -86,8 +79,7 @@ def coincident_parts(state: LinkageState, guide: str, moving: str, point: Point)
     The guide's angular velocity gives the Coriolis part.
     """
     _, velocity, acceleration = state.seen_from(guide, moving, point)
-    frame, link = state.links[guide], state.links[moving]
-    place = link.place(point)
+    frame = state.links[guide]
     turned = frame.pose[2]
     axes = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
     sliding, change = axes @ velocity, axes @ acceleration
@@ -95,14 +87,8 @@ def coincident_parts(state: LinkageState, guide: str, moving: str, point: Point)
     # A point that turns round in its slot has no speed, but an acceleration along the slot.
     along = sliding / speed if speed > AT_REST * abs(state.speed) * state.size else _direction(change)
     tangential = (change @ along) * along
-    return CoincidentParts(
-        frame.acceleration_at(frame.own(place)),
-        sliding,
-        2.0 * frame.angular_velocity * left_of(sliding),
-        change - tangential,
-        tangential,
-        link.acceleration_at(point),
-    )
+    coriolis = 2.0 * frame.angular_velocity * left_of(sliding)
+    return CoincidentParts(sliding, coriolis, change - tangential, tangential)
 
 
 def coincident_point(mechanism: Mechanism, joint: Joint) -> tuple[str, str, Point] | None:

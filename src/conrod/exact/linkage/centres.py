@@ -26,6 +26,7 @@ SECONDARY: tuple[CentreKind, None] = ("secondary", None)
 SAME = 1e-12  # [m]: two places on a link that are one
 # A centre so many sizes of the mechanism away is the rounding of one at infinity.
 FARTHEST = 1e10
+PARALLEL = 1e-6  # the sine under which two lines count as one: beyond, their crossing would be rounding
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,6 @@ class InstantCentre:
     kind: CentreKind
     place: tuple[float, float] | None  # (x, y) [m]; None at infinity, and where the two links move as one
     direction: tuple[float, float] | None  # (x, y) of length 1 in which a centre at infinity lies; None for others
-
-    @property
-    def primary(self) -> bool:
-        """True where a joint alone gives the centre."""
-        return self.kind != "secondary"
 
     @property
     def homogeneous(self) -> Array | None:
@@ -160,45 +156,40 @@ def _ends(pin: Revolute) -> tuple[tuple[str, Point, str], tuple[str, Point, str]
     return (pin.a, pin.point_a, pin.b), (pin.b, pin.point_b, pin.a)
 
 
-@dataclass(frozen=True)
-class KennedyLine:
-    """Three centres of three links, which lie on one line (Aronhold and Kennedy).
+def construction(state: LinkageState, centres: tuple[InstantCentre, ...]) -> list[tuple[Pair, tuple[str, ...]]]:
+    """Pairs of links in the order in which Kennedy's construction finds their centres, with two links for each.
 
-    Attributes:
-        miss: the smallest width of the three points [1], against their extent or, where all are finite and closer than
-            the mechanism's size, against that; with points at infinity, the sine of the angle that is left.
+    Where three links have two known centres, the third lies on the line through them; where two such lines cross, it
+    is found. Of a cam and its roller, the common normal is one of the two.
     """
+    scale = np.array([state.size, state.size, 1.0])
+    points = {
+        frozenset(c.links): _unit(h / (scale if h[2] else 1.0)) for c in centres if (h := c.homogeneous) is not None
+    }
+    known = primary_joints(state.mechanism).keys() & points.keys()
+    rollers = {
+        frozenset((c.a, c.b)): _unit(np.array([*state.links[c.b].place(c.roller_centre), 1.0]) / scale)
+        for c in state.mechanism.cam_contacts
+    }
+    found: list[tuple[Pair, tuple[str, ...]]] = []
+    before = -1
+    while before < len(found):
+        before = len(found)
+        for pair in [pair for pair in points if pair not in known]:
+            first, second = sorted(pair)
+            ends = {third: (frozenset((third, first)), frozenset((third, second))) for third in state.links}
+            lines = {"": np.cross(rollers[pair], points[pair])} if pair in rollers else {}
+            lines |= {k: np.cross(points[one], points[two]) for k, (one, two) in ends.items() if {one, two} <= known}
+            lines = {third: _unit(line) for third, line in lines.items() if np.linalg.norm(line) > PARALLEL}
+            sines = {
+                two: float(np.linalg.norm(np.cross(*map(lines.__getitem__, two)))) for two in combinations(lines, 2)
+            }
+            best = max(sines, key=sines.__getitem__, default=("", ""))
+            if sines.get(best, 0.0) > PARALLEL:
+                known.add(pair)
+                found.append((pair, tuple(name for name in best if name)))
+    return found
 
-    links: tuple[str, str, str]  # the three links' names
-    miss: float
 
-
-def kennedy_lines(state: LinkageState, centres: tuple[InstantCentre, ...]) -> tuple[KennedyLine, ...]:
-    """Misses of the theorem for every three links; triples that have no three centres are left out."""
-    by_pair = {frozenset(centre.links): centre.homogeneous for centre in centres}
-    lines = []
-    for a, b, c in combinations(link_numbers(state.mechanism), 3):
-        points = [by_pair[frozenset(pair)] for pair in ((a, b), (b, c), (a, c))]
-        here = [point for point in points if point is not None]
-        if len(here) == 3:
-            lines.append(KennedyLine((a, b, c), line_miss(np.array(here), state.size)))
-    return tuple(lines)
-
-
-def line_miss(points: Array, size: float) -> float:
-    """Distance of three points (3, 3) of the projective plane from one line [1]; see `KennedyLine.miss`."""
-    finite = points[points[:, 2] != 0.0, :2]
-    directions = points[points[:, 2] == 0.0, :2]
-    match len(finite):
-        case 3:
-            sides = finite - np.roll(finite, 1, axis=0)
-            longest = max(float(np.linalg.norm(sides, axis=1).max()), size)
-            doubled_area = abs(float(sides[0] @ left_of(sides[1])))
-            return doubled_area / longest**2
-        case 2:
-            along = finite[1] - finite[0]
-            return abs(float(along @ left_of(directions[0]))) / max(float(np.linalg.norm(along)), size)
-        case 1:
-            return abs(float(directions[0] @ left_of(directions[1])))
-        case _:
-            return 0.0  # the line at infinity holds all three
+def _unit(vector: Array) -> Array:
+    return np.asarray(vector / np.linalg.norm(vector))

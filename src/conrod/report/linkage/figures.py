@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from conrod.exact.linkage import InstantQuantities
-from conrod.exact.linkage.centres import InstantCentre, instant_centres, joint_centre
-from conrod.exact.linkage.construction import Construction, construct
+from conrod.exact.linkage.centres import InstantCentre, construction, instant_centres, joint_centre
 from conrod.exact.linkage.points import linkage_points
 from conrod.exact.linkage.polygon import Kind, Polygon
 from conrod.exact.linkage.state import LinkageState, link_numbers
@@ -33,7 +32,7 @@ MM = 1e3
 
 def centres_figure(state: LinkageState) -> Figure:
     """The mechanism in the pose of a state, its instant centres, and a list of them all."""
-    centres, drawn = instant_centres(state), construct(state)
+    centres = instant_centres(state)
     poses = {name: link.pose for name, link in state.links.items()}
     named = np.array([place for _, place in _points(state)]).reshape(-1, 2)
     reached = np.concatenate([outline(state.mechanism, poses), _rollers(state), named])
@@ -48,7 +47,7 @@ def centres_figure(state: LinkageState) -> Figure:
     view = sheet.view(state)
     draw_joints(view)
     draw_links(view)
-    _lines(sheet, state, drawn)
+    _lines(sheet, state, centres)
     _centres(sheet, state, centres)
     for number, name in links:
         if name != GROUND:
@@ -84,15 +83,15 @@ def _stems(state: LinkageState, length: float) -> Array:
     return np.concatenate(found)
 
 
-def _lines(sheet: Sheet, state: LinkageState, drawn: Construction) -> None:
+def _lines(sheet: Sheet, state: LinkageState, centres: tuple[InstantCentre, ...]) -> None:
     """For each centre the two lines that find it, and the common normals of cams and rollers; on the sheet."""
     lines = []
-    for pair, thirds in drawn.steps:
+    places = {frozenset(c.links): place for c in centres if (place := c.homogeneous) is not None}
+    for pair, thirds in construction(state, centres):
         for third in thirds:
-            found = [drawn.centres[frozenset((link, third))] for link in sorted(pair)]
-            lines.append((1, [*found, drawn.centres[pair]]))
+            lines.append((1, [*(places[frozenset((link, third))] for link in sorted(pair)), places[pair]]))
     for contact in state.mechanism.cam_contacts:
-        centre = drawn.centres.get(frozenset((contact.a, contact.b)))
+        centre = places.get(frozenset((contact.a, contact.b)))
         if centre is not None:
             lines.append((6, [np.array([*state.links[contact.b].place(contact.roller_centre), 1.0]), centre]))
     for zorder, points in lines:
