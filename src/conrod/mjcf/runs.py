@@ -1,14 +1,16 @@
-"""States of compiled models, what ends a run, and a stepper that begins again where a run ends."""
+"""States and runs of compiled models, what ends a run, and a stepper that begins again where a run ends."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
 from conrod.exact.motion import Array
+from conrod.own.models.loading import FoundPoint
 
 KINDS = mujoco.mjtState
 # All that the next step depends on, and what acts from outside; models that differ by sensors or closures share it.
@@ -23,6 +25,7 @@ STATE = int(
 )
 # Warnings after which the numbers of a run mean nothing.
 BROKEN = ("BADQPOS", "BADQVEL", "BADQACC")
+SAMPLES = 400
 
 
 def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -71,3 +74,80 @@ def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[
         return advance
 
     return make
+
+
+def velocity(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, place: mujoco.mjtObj = mujoco.mjtObj.mjOBJ_BODY
+) -> Array:
+    """Angular velocity and that of the centre of gravity, or of the frame (mjOBJ_XBODY), of a body (6,)."""
+    found = np.empty(6)
+    mujoco.mj_objectVelocity(model, data, place, body, found, 0)
+    return found
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that was made.
+
+    Attributes:
+        states: (S, n) at samples, evenly spaced, the first is the start.
+        points: (S, p, 3) [m], what is observed.
+        sensors: (S, n), as MuJoCo gives them after the step that leaves the sample: they belong to the sample.
+        steps: that were made before anything broke.
+        touched: how many steps a pair of geoms was in contact.
+        warnings: of the engine.
+        broke: whether the engine gave up, or should have.
+    """
+
+    states: Array
+    points: Array
+    sensors: Array
+    steps: int
+    touched: dict[tuple[int, int], int]
+    warnings: tuple[str, ...]
+    broke: bool
+
+    @property
+    def travel(self) -> float:
+        """The longest way [m] of a point from where it was at the start."""
+        return float(np.linalg.norm(self.points - self.points[0], axis=2).max()) if self.points.size else 0.0
+
+
+def run(model: mujoco.MjModel, start: Array, steps: int, observed: Sequence[FoundPoint] = ()) -> Run:
+    """Step a model; ends early where the engine warns of numbers that are none."""
+    data = data_at(model, start)
+    every = max(1, -(-steps // SAMPLES))
+    states, sensors, touched, done = list[Array](), list[Array](), dict[tuple[int, int], int](), 0
+    with warnings_kept_quiet():
+        for step in range(steps):
+            if step % every == 0:
+                if broken(data):
+                    break
+                states.append(state_of(model, data))
+            mujoco.mj_step(model, data)
+            done += 1
+            if data.ncon:
+                # A contact within its margin that makes no force has no row.
+                acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
+                for pair in {(min(geoms), max(geoms)) for geoms in acting}:
+                    touched[pair] = touched.get(pair, 0) + 1
+            if step % every == 0:
+                sensors.append(data.sensordata.copy())
+        warnings = tuple(name for name, kind in WARNINGS.items() if data.warning.number[kind])
+        points = _places(model, states, observed)
+    broke = bool(broken(data)) or not np.isfinite(points).all()
+    states_made = np.reshape(states, (len(states), len(start)))
+    return Run(states_made, points, np.array(sensors), done, touched, warnings, broke)
+
+
+def _places(model: mujoco.MjModel, states: Sequence[Array], observed: Sequence[FoundPoint]) -> Array:
+    """Places (S, p, 3) [m] of points, or of the origins and centres of gravity of all bodies that can move."""
+    # In data of their own: after a step, positions in the data of the run belong to the instant before it.
+    aside, moving = mujoco.MjData(model), model.body_weldid > 0
+    places = []
+    for state in states:
+        mujoco.mj_setState(model, aside, state, STATE)
+        mujoco.mj_kinematics(model, aside)
+        every = [point.position(aside) for point in observed] or np.vstack([aside.xpos[moving], aside.xipos[moving]])
+        places.append(np.array(every))
+    return np.array(places)

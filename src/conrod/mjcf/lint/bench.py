@@ -13,114 +13,20 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import Rows, openings, rows_at
 from conrod.mjcf.lint.document import Document
 from conrod.mjcf.lint.findings import Change, Edit, Finding, Note, SetOption
-from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
+from conrod.mjcf.runs import STATE, Run, data_at, looping_stepper, run
 from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
 UNCHANGED = 1e-9
-SAMPLES = 400
 LOOKS = 40
 # Of a model of many coordinates fewer, or their ranks would take longer than its run.
 FEWEST, COORDINATES = 3, 100
 BOUNDLESS = 1e300  # stands for infinity, which JSON has not
-
-
-@dataclass(frozen=True)
-class Run:
-    """A run that was made.
-
-    Attributes:
-        states: (S, n) at samples, evenly spaced, the first is the start.
-        points: (S, p, 3) [m], what is observed.
-        sensors: (S, n), as MuJoCo gives them after the step that leaves the sample: they belong to the sample.
-        steps: that were made before anything broke.
-        touched: how many steps a pair of geoms was in contact.
-        warnings: of the engine.
-        broke: whether the engine gave up, or should have.
-    """
-
-    states: Array
-    points: Array
-    sensors: Array
-    steps: int
-    touched: dict[tuple[int, int], int]
-    warnings: tuple[str, ...]
-    broke: bool
-
-    @property
-    def travel(self) -> float:
-        """The longest way [m] of a point from where it was at the start."""
-        return float(np.linalg.norm(self.points - self.points[0], axis=2).max()) if self.points.size else 0.0
-
-
-def run(model: mujoco.MjModel, start: Array, steps: int, observed: Sequence[FoundPoint] = ()) -> Run:
-    """Step a model; ends early where the engine warns of numbers that are none."""
-    data = data_at(model, start)
-    every = max(1, -(-steps // SAMPLES))
-    states, sensors, touched, done = list[Array](), list[Array](), dict[tuple[int, int], int](), 0
-    with warnings_kept_quiet():
-        for step in range(steps):
-            if step % every == 0:
-                if broken(data):
-                    break
-                states.append(state_of(model, data))
-            mujoco.mj_step(model, data)
-            done += 1
-            if data.ncon:
-                # A contact within its margin that makes no force has no row.
-                acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
-                for pair in {(min(geoms), max(geoms)) for geoms in acting}:
-                    touched[pair] = touched.get(pair, 0) + 1
-            if step % every == 0:
-                sensors.append(data.sensordata.copy())
-        warnings = tuple(name for name, kind in WARNINGS.items() if data.warning.number[kind])
-        points = _places(model, states, observed)
-    broke = bool(broken(data)) or not np.isfinite(points).all()
-    states_made = np.reshape(states, (len(states), len(start)))
-    return Run(states_made, points, np.array(sensors), done, touched, warnings, broke)
-
-
-def _places(model: mujoco.MjModel, states: Sequence[Array], observed: Sequence[FoundPoint]) -> Array:
-    """Places (S, p, 3) [m] of points, or of the origins and centres of gravity of all bodies that can move."""
-    # In data of their own: after a step, positions in the data of the run belong to the instant before it.
-    aside, moving = mujoco.MjData(model), model.body_weldid > 0
-    places = []
-    for state in states:
-        mujoco.mj_setState(model, aside, state, STATE)
-        mujoco.mj_kinematics(model, aside)
-        every = [point.position(aside) for point in observed] or np.vstack([aside.xpos[moving], aside.xipos[moving]])
-        places.append(np.array(every))
-    return np.array(places)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Edits that were tried.
-
-    Attributes:
-        edits: none where the file has no place for them.
-        change: largest change of the observed positions that they make, over the travel; None where there are none.
-        cost: of a step without them over one with them.
-    """
-
-    edits: tuple[Edit, ...] = ()
-    change: float | None = None
-    cost: PairedCost | None = None
-
-    @property
-    def evidence(self) -> float | str:
-        """The change as evidence."""
-        return "not run" if self.change is None else self.change
-
-    def changes_at_most(self, share: float) -> bool:
-        """True where they were tried and change the motion by no more."""
-        return self.change is not None and self.change <= share
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,11 +146,20 @@ class Bench:
         share = largest / (self.run.travel if self.run.travel > UNCHANGED * self.size else self.size)
         return share if math.isfinite(share) else BOUNDLESS
 
-    def trial(self, edits: Sequence[Edit]) -> Trial:
-        """Change and cost of edits, where the file has a place for all of them."""
-        if not self.document.can_make(edits):
-            return Trial()
-        return Trial(tuple(edits), self.change(edits), self.cost(edits))
+    def tried(self, finding: Finding, edits: Sequence[Edit], same: float) -> Finding:
+        """A finding with edits, where the file has a place for them; safe where the motion changes by no more."""
+        change = self.change(edits) if self.document.can_make(edits) else None
+        evidence = finding.evidence | {"change of motion without": "not run" if change is None else change}
+        if change is None:
+            return replace(finding, evidence=evidence)
+        return replace(
+            finding,
+            evidence=evidence,
+            edits=tuple(edits),
+            safe=change <= same,
+            change=change,
+            cost=self.cost(edits),
+        )
 
     def cost(self, edits: Sequence[Edit]) -> PairedCost:
         """Cost of a step of the model over one with edits."""

@@ -1,18 +1,20 @@
-"""Rules on geoms that collide or never meet, and on masses: gravity across the plane, inertias made by the compiler."""
+"""Rules on bodies: geoms that collide or never meet, and bodies that float where they could hang."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
+from conrod.engines.mobility import jacobian_rank
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import closure_name, ties
 from conrod.mjcf.lint.bench import UNCHANGED, Bench, rule
-from conrod.mjcf.lint.closures import velocity
-from conrod.mjcf.lint.findings import Change, Edit, Exclude, Finding, Harm, Note, SetOption, Value
+from conrod.mjcf.lint.findings import Change, Exclude, Finding, Harm, Note
+from conrod.mjcf.runs import velocity
 from conrod.own.models.loading import listed, name_or_number
 
 # -- links that collide ----------------------------------------------------------------------------------------------
@@ -44,24 +46,16 @@ def joined_links_collide(bench: Bench) -> Iterator[Finding]:
 
 def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> Finding:
     names = (name_or_number(bench.model, "body", bodies[0]), name_or_number(bench.model, "body", bodies[1]))
-    trial = bench.trial([Exclude(bodies, names)])
-    wrong = trial.change is not None and trial.change > UNCHANGED
-    return Finding(
+    finding = Finding(
         subjects=names,
         what=f"{names[0]} and {names[1]} collide where {joint} joins them",
-        harm=Harm.WRONG if wrong else Harm.WASTE,
-        evidence={
-            "steps in contact": count,
-            "steps": bench.run.steps,
-            "change of motion without": trial.evidence,
-        },
+        harm=Harm.WASTE,
+        evidence={"steps in contact": count, "steps": bench.run.steps},
         fix="exclude the pair",
-        edits=trial.edits,
-        # Where the motion changes, somebody has to say which of the two was meant.
-        safe=bool(trial.edits) and not wrong,
-        change=trial.change,
-        cost=trial.cost,
     )
+    tried = bench.tried(finding, [Exclude(bodies, names)], UNCHANGED)
+    # Where the motion changes, somebody has to say which of the two was meant.
+    return tried if tried.safe or tried.change is None else replace(tried, harm=Harm.WRONG)
 
 
 def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
@@ -96,23 +90,15 @@ def never_touch(bench: Bench) -> Iterator[Finding | Note]:
         )
         return
     masks = ("contype", "conaffinity")
-    trial = bench.trial([Change("geom", geom, name, mask, "0") for geom, name in idle.items() for mask in masks])
-    yield Finding(
+    finding = Finding(
         subjects=tuple(idle.values()),
         what=f"{number} geoms may collide and never do: {listed(idle.values())}",
         harm=Harm.WASTE,
-        evidence={
-            "contacts": 0,
-            "steps": run.steps,
-            "degrees of freedom": bench.freedom,
-            "turns": round(turned, 3),
-        },
+        evidence={"contacts": 0, "steps": run.steps, "degrees of freedom": bench.freedom, "turns": round(turned, 3)},
         fix='contype="0" conaffinity="0"',
-        edits=trial.edits,
-        safe=trial.changes_at_most(UNCHANGED),
-        change=trial.change,
-        cost=trial.cost,
     )
+    edits = [Change("geom", geom, name, mask, "0") for geom, name in idle.items() for mask in masks]
+    yield bench.tried(finding, edits, UNCHANGED)
 
 
 @rule()
@@ -165,117 +151,74 @@ def _paired(model: mujoco.MjModel) -> set[int]:
     return set(model.pair_geom1.tolist()) | set(model.pair_geom2.tolist())
 
 
-# -- gravity ---------------------------------------------------------------------------------------------------------
+# -- bodies that float -----------------------------------------------------------------------------------------------
 
-# Motion out of a plane below this share of that in it is what soft closures sag by.
-PLANAR = 1e-2
-# Of gravity. A machine that is a hundredth of a degree out of the vertical has 2e-4; rounding of a vector written with
-# six digits, 1e-6.
-ACROSS = 1e-5
-# Of the travel: what closures sag by must not be taken for motion, and the motion of a driven machine knows of masses
-# only by what is soft in it.
-SAME_MOTION = 1e-6
+# Motion between two bodies in another direction than the largest that is below this share of it is what soft closures
+# give way by; a second joint would move in the order of the first.
+SAME_DIRECTION = 1e-2
 
 
 @rule(
-    "it does no work on the motion: joints and closures carry it, reactions contain it, soft closures sag by it; a "
-    "machine that stands upright has its gravity in the plane",
+    "coordinates that closures take away again are solved for in every step, and are as exact as the closures "
+    "are stiff",
 )
-def gravity_across(bench: Bench) -> Iterator[Finding | Note]:
-    """Gravity across the plane in which everything moves."""
-    model, gravity, normal = bench.model, np.array(bench.model.opt.gravity), plane_normal(bench)
-    least = ACROSS * np.linalg.norm(gravity)
-    if int(model.opt.disableflags) & mujoco.mjtDisableBit.mjDSBL_GRAVITY or normal is None:
-        return
-    across = float(abs(gravity @ normal))
-    if across <= least:
-        return
-    if bench.run.touched:
-        yield Note(f"gravity has {across:.4g} m/s² across the plane of motion, where contacts carry it")
-        return
-    rest = gravity - (gravity @ normal) * normal
-    rest[np.abs(rest) < least] = 0.0
-    edits = (SetOption(("option",), "gravity", " ".join(f"{value:.9g}" for value in rest)),)
-    change = bench.change(edits)
-    yield Finding(
-        what=f"gravity has {across:.4g} m/s² across the plane in which everything moves",
-        harm=Harm.WRONG if change > SAME_MOTION else Harm.LATENT,
-        evidence={
-            "normal of the plane": " ".join(f"{value:.6g}" for value in np.where(np.abs(normal) < 1e-9, 0.0, normal)),
-            "share of gravity": across / float(np.linalg.norm(gravity)),
-            "weight that joints carry across [N]": across * float(model.body_mass[model.body_weldid > 0].sum()),
-            "change of motion without": change,
-        },
-        fix="turn the machine, or the gravity, into the plane; or leave that part of it out",
-        # Never safe: loads and free motion would be those of another machine, whatever this motion shows.
-        edits=edits,
-        change=change,
-    )
-
-
-def plane_normal(bench: Bench) -> Array | None:
-    """Normal of the plane that all bodies stay parallel to in the run; None where there is none, or nothing turns."""
-    bodies = np.flatnonzero(bench.model.body_weldid > 0).tolist()
-    found = [velocity(bench.model, data, body) for data in bench.poses() for body in bodies]
-    # With three that do not move, so that there are three singular values.
-    turning, moving = np.split(np.vstack([np.zeros((3, 6)), *found]), 2, axis=1)
-    _, spins, axes = np.linalg.svd(turning, full_matrices=False)
-    if not spins[0] > 0.0 or spins[1] > PLANAR * spins[0]:
-        return None
-    normal: Array = axes[0]
-    return normal if np.abs(moving @ normal).max() <= PLANAR * np.linalg.norm(moving, axis=1).max() else None
-
-
-# -- inertias --------------------------------------------------------------------------------------------------------
-
-# Everything by which the compiler changes what is written, turned off.
-NOT_WRITTEN = {"balanceinertia": "false", "boundmass": "0", "boundinertia": "0", "settotalmass": "-1"}
-AS_WRITTEN = tuple(
-    SetOption(("compiler",), name, value) for name, value in {**NOT_WRITTEN, "inertiafromgeom": "auto"}.items()
-)
-SAME = 1e-9  # the sums are the same, their order may not be
-
-
-@rule("drive torques, reactions and free motion are those of another machine", needs_motion=False)
-def changed_inertia(bench: Bench) -> Iterator[Finding]:
-    """Masses or inertias that the compiler made others than those written."""
+def freedom_taken_away(bench: Bench) -> Iterator[Finding]:
+    """Bodies that float and are tied where they could hang."""
     model = bench.model
-    try:
-        written = bench.edited(AS_WRITTEN).model
-    except ValueError as error:
-        yield _inertias((), {"compiled as written": " ".join(str(error).split())}, None)
-        return
-    # Principal moments come in an order of their own.
-    compiled, meant = (np.column_stack([m.body_mass, np.sort(m.body_inertia, axis=1)]) for m in (model, written))
-    changed = np.flatnonzero(~np.isclose(compiled, meant, rtol=SAME, atol=0.0).all(axis=1)).tolist()
-    if not changed:
-        return
-    names = tuple(name_or_number(model, "body", body) for body in changed)
-    ratios = [max(masses) / max(min(masses), 1e-300) for masses in zip(compiled[:, 0], meant[:, 0], strict=True)]
-    worst = max(changed, key=lambda body: ratios[body])
-    evidence: dict[str, Value] = {
-        "bodies changed": len(changed),
-        "most changed": name_or_number(model, "body", worst),
-        "its mass as written [kg]": float(meant[worst, 0]),
-        "its mass as compiled [kg]": float(compiled[worst, 0]),
-        "its moments as written [kg m²]": " ".join(f"{value:.6g}" for value in meant[worst, 1:]),
-        "its moments as compiled [kg m²]": " ".join(f"{value:.6g}" for value in compiled[worst, 1:]),
-    }
-    yield _inertias(names, evidence, bench.change(AS_WRITTEN) if not bench.run.broke else None)
+    for body in np.flatnonzero(model.body_dofnum >= 2).tolist():
+        own = int(model.body_dofnum[body])
+        for partner, closures in _partners(model, body).items():
+            rank = max(jacobian_rank(rows.jacobian[np.isin(rows.ids, closures)]) for rows in bench.rows)
+            # Joints and ties must leave at least the joint that is to be in their place; otherwise the joints hold too.
+            if own - rank >= 1 and _directions(bench, body, partner) == 1:
+                yield _floating(bench, body, partner, closures)
+                break
 
 
-def _inertias(names: tuple[str, ...], evidence: dict[str, Value], change: float | None) -> Finding:
-    what = "the compiler makes masses or inertias up, without which the model does not compile"
-    if names:
-        what = f"masses or inertias of {listed(names)} are not those that are written"
-    edits: tuple[Edit, ...] = AS_WRITTEN if names else ()
+def _floating(bench: Bench, body: int, partner: int, closures: list[int]) -> Finding:
+    model, rows = bench.model, bench.rows[0]
+    own, rank = int(model.body_dofnum[body]), max(rows.rank for rows in bench.rows)
+    name, to = name_or_number(model, "body", body), name_or_number(model, "body", partner)
+    names = [closure_name(model, index) for index in closures]
     return Finding(
-        subjects=names,
-        what=what,
-        harm=Harm.LATENT if change is not None and change <= SAME_MOTION else Harm.WRONG,
-        evidence=evidence if change is None else {**evidence, "change of motion as written": change},
-        fix="write every mass and inertia as it is, and take balanceinertia, boundmass, boundinertia, settotalmass and "
-        "inertiafromgeom out of <compiler>",
-        edits=edits,
-        change=change,
+        subjects=(name, *names),
+        what=f"{name} has {own} degrees of freedom of its own, and against {to}, to which {listed(names)} ties it, "
+        "it moves in one",
+        harm=Harm.WASTE,
+        evidence={
+            "degrees of freedom": model.nv,
+            "rank of the closures": rank,
+            "degrees of freedom left": model.nv - rank,
+            "degrees of freedom if it hung there": model.nv - own + 1,
+            "constraint rows": len(rows.ids),
+            "constraint rows if it hung there": int((~np.isin(rows.ids, closures)).sum()),
+        },
+        fix=f"make {name} a child of {to} with one hinge or slide, and leave out {listed(names)}",
     )
+
+
+def _partners(model: mujoco.MjModel, body: int) -> dict[int, list[int]]:
+    """Bodies that a body is tied to by active closures, and by which."""
+    found: dict[int, list[int]] = {}
+    for index, ends in ties(model):
+        if body in ends and ends[0] != ends[1]:
+            found.setdefault(ends[0] if ends[1] == body else ends[1], []).append(index)
+    return found
+
+
+def _directions(bench: Bench, body: int, partner: int) -> int:
+    """Number of directions in which a body moves as seen from another, over the run."""
+    seen = np.array([_relative_velocity(bench, data, body, partner) for data in bench.poses()])
+    singular = np.linalg.svd(seen, compute_uv=False)
+    return int(np.sum(singular > SAME_DIRECTION * singular[0])) if singular[0] > 0.0 else 0
+
+
+def _relative_velocity(bench: Bench, data: mujoco.MjData, body: int, partner: int) -> Array:
+    """Velocity (6,) of a body in a frame that moves with another, about its origin: rad/s, and m/s over the size."""
+    spatial = []
+    for index in (body, partner):
+        turning, moving = np.split(velocity(bench.model, data, index, mujoco.mjtObj.mjOBJ_XBODY), 2)
+        spatial.append((turning, moving + np.cross(turning, data.xpos[partner] - data.xpos[index])))
+    frame = data.xmat[partner].reshape(3, 3).T
+    turning, moving = (one - other for one, other in zip(*spatial, strict=True))
+    return np.concatenate([frame @ turning, frame @ moving / bench.size])

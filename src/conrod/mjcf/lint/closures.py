@@ -7,14 +7,13 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from conrod.engines.mobility import jacobian_rank
 from conrod.engines.mujoco.settings import STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOLREF
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import Rows, close_loops, closure_name, lengths, openings, rows_at, ties, ties_bodies
+from conrod.mjcf.equalities import Rows, close_loops, closure_name, lengths, openings, rows_at, ties_bodies
 from conrod.mjcf.lint.bench import Bench, rule
 from conrod.mjcf.lint.findings import Change, Edit, Finding, Harm, Value
-from conrod.mjcf.runs import data_at, state_of
-from conrod.own.models.loading import listed, name_or_number
+from conrod.mjcf.runs import data_at, state_of, velocity
+from conrod.own.models.loading import listed
 
 # -- softness --------------------------------------------------------------------------------------------------------
 
@@ -125,11 +124,11 @@ def open_start(bench: Bench) -> Iterator[Finding]:
     ajar = [index for index in range(model.neq) if opened[index] > AJAR * bench.size]
     if not ajar:
         return
-    names = tuple(closure_name(model, index) for index in ajar)
     closed = data_at(model, bench.start)
     change, fix = None, "lengths or places of the closures: no pose closes them"
     if close_loops(model, closed, CLOSED * bench.size):
         change, fix = bench.change_from(state_of(model, closed)), f'qpos="{_all_digits(closed.qpos)}"'
+    names = tuple(closure_name(model, index) for index in ajar)
     yield Finding(
         subjects=names,
         what=f"the start pose leaves loops open: {listed(names)} by up to {1e3 * opened.max():.3g} mm",
@@ -182,15 +181,6 @@ def _all_digits(values: Array) -> str:
     return " ".join(f"{value:.15g}" for value in values)
 
 
-def velocity(
-    model: mujoco.MjModel, data: mujoco.MjData, body: int, place: mujoco.mjtObj = mujoco.mjtObj.mjOBJ_BODY
-) -> Array:
-    """Angular velocity and that of the centre of gravity, or of the frame (mjOBJ_XBODY), of a body (6,)."""
-    found = np.empty(6)
-    mujoco.mj_objectVelocity(model, data, place, body, found, 0)
-    return found
-
-
 def _consistent_speeds(model: mujoco.MjModel, data: mujoco.MjData, rows: Rows) -> Array:
     """Speeds (nv,) that part no closure, and that a blow of the closures would leave of those of the data.
 
@@ -221,39 +211,27 @@ def redundant_closure(bench: Bench) -> Iterator[Finding]:
     if redundant <= 0:
         return
     rows, gone = looks[0], _removable(looks)
-    evidence: dict[str, Value] = {
-        "constraint rows that say anything": int(rows.effective.sum()),
-        "rank": rows.rank,
-        "redundant": redundant,
-    }
+    names = tuple(closure_name(bench.model, index) for index in gone or dict.fromkeys(rows.ids.tolist()))
+    what, fix = f"without {listed(names)} the closures hold what they hold", f"leave out {listed(names)}"
     if not gone:
-        dependent = _dependent(bench.model, rows)
-        yield Finding(
-            subjects=tuple(dependent),
-            what=f"{redundant} rows of the closures say what others say: {listed(dependent)}",
-            harm=Harm.WASTE,
-            evidence=evidence,
-            why="forces are shared between rows that say the same: the reactions mean nothing, and a body that is made "
-            "a little off fights itself",
-            fix="let the bodies move in the plane of the machine only (hinges and slides), or tie each pin at one "
-            "point",
-        )
-        return
-    names = tuple(closure_name(bench.model, index) for index in gone)
-    trial = bench.trial([Change("equality", index, name) for index, name in zip(gone, names, strict=True)])
-    yield Finding(
+        what = f"{redundant} rows of the closures ({listed(names)}) say what others say"
+        fix = "let the bodies move in the plane of the machine only (hinges and slides), or tie each pin at one point"
+    finding = Finding(
         subjects=names,
-        what=f"without {listed(names)} the closures hold what they hold",
+        what=what,
         harm=Harm.WASTE,
-        evidence=evidence | {"rank without": rows.rank_without(gone), "change of motion without": trial.evidence},
-        why="forces are shared between closures that say the same: their reactions mean nothing, and where they do not "
+        evidence={
+            "constraint rows that say anything": int(rows.effective.sum()),
+            "rank": rows.rank,
+            "rank without": rows.rank_without(gone),
+            "redundant": redundant,
+        },
+        why="forces are shared between rows that say the same: their reactions mean nothing, and where they do not "
         "agree to the last digit they fight",
-        fix=f"leave out {listed(names)}",
-        edits=trial.edits,
-        safe=trial.changes_at_most(SAME_MOTION),
-        change=trial.change,
-        cost=trial.cost,
+        fix=fix,
     )
+    edits = [Change("equality", index, closure_name(bench.model, index)) for index in gone]
+    yield bench.tried(finding, edits, SAME_MOTION) if gone else finding
 
 
 def _removable(looks: list[Rows]) -> list[int]:
@@ -265,89 +243,3 @@ def _removable(looks: list[Rows]) -> list[int]:
         if says_anything and all(rows.rank_without(trial) == rows.rank for rows in looks):
             gone = trial
     return gone
-
-
-def _dependent(model: mujoco.MjModel, rows: Rows) -> list[str]:
-    """Rows that say what those before them say, where no equality as a whole is one too many."""
-    dependent: list[str] = []
-    kept: list[int] = []
-    for row in np.flatnonzero(rows.effective).tolist():
-        if jacobian_rank(rows.jacobian[[*kept, row]]) == len(kept) + 1:
-            kept.append(row)
-        else:
-            first = int(np.flatnonzero(rows.ids == rows.ids[row])[0])
-            dependent.append(f"row {row - first + 1} of {closure_name(model, int(rows.ids[row]))}")
-    return dependent
-
-
-# -- bodies that float -----------------------------------------------------------------------------------------------
-
-# Motion between two bodies in another direction than the largest that is below this share of it is what soft closures
-# give way by; a second joint would move in the order of the first.
-SAME_DIRECTION = 1e-2
-
-
-@rule(
-    "coordinates that closures take away again are solved for in every step, and are as exact as the closures "
-    "are stiff",
-)
-def freedom_taken_away(bench: Bench) -> Iterator[Finding]:
-    """Bodies that float and are tied where they could hang."""
-    model = bench.model
-    for body in np.flatnonzero(model.body_dofnum >= 2).tolist():
-        own = int(model.body_dofnum[body])
-        for partner, closures in _partners(model, body).items():
-            rank = max(jacobian_rank(rows.jacobian[np.isin(rows.ids, closures)]) for rows in bench.rows)
-            # Joints and ties must leave at least the joint that is to be in their place; otherwise the joints hold too.
-            if own - rank >= 1 and _directions(bench, body, partner) == 1:
-                yield _floating(bench, body, partner, closures)
-                break
-
-
-def _floating(bench: Bench, body: int, partner: int, closures: list[int]) -> Finding:
-    model, rows = bench.model, bench.rows[0]
-    own, rank = int(model.body_dofnum[body]), max(rows.rank for rows in bench.rows)
-    name, to = name_or_number(model, "body", body), name_or_number(model, "body", partner)
-    names = [closure_name(model, index) for index in closures]
-    return Finding(
-        subjects=(name, *names),
-        what=f"{name} has {own} degrees of freedom of its own, and against {to}, to which {listed(names)} ties it, "
-        "it moves in one",
-        harm=Harm.WASTE,
-        evidence={
-            "degrees of freedom": model.nv,
-            "rank of the closures": rank,
-            "degrees of freedom left": model.nv - rank,
-            "degrees of freedom if it hung there": model.nv - own + 1,
-            "constraint rows": len(rows.ids),
-            "constraint rows if it hung there": int((~np.isin(rows.ids, closures)).sum()),
-        },
-        fix=f"make {name} a child of {to} with one hinge or slide, and leave out {listed(names)}",
-    )
-
-
-def _partners(model: mujoco.MjModel, body: int) -> dict[int, list[int]]:
-    """Bodies that a body is tied to by active closures, and by which."""
-    found: dict[int, list[int]] = {}
-    for index, ends in ties(model):
-        if body in ends and ends[0] != ends[1]:
-            found.setdefault(ends[0] if ends[1] == body else ends[1], []).append(index)
-    return found
-
-
-def _directions(bench: Bench, body: int, partner: int) -> int:
-    """Number of directions in which a body moves as seen from another, over the run."""
-    seen = np.array([_relative_velocity(bench, data, body, partner) for data in bench.poses()])
-    singular = np.linalg.svd(seen, compute_uv=False)
-    return int(np.sum(singular > SAME_DIRECTION * singular[0])) if singular[0] > 0.0 else 0
-
-
-def _relative_velocity(bench: Bench, data: mujoco.MjData, body: int, partner: int) -> Array:
-    """Velocity (6,) of a body in a frame that moves with another, about its origin: rad/s, and m/s over the size."""
-    spatial = []
-    for index in (body, partner):
-        turning, moving = np.split(velocity(bench.model, data, index, mujoco.mjtObj.mjOBJ_XBODY), 2)
-        spatial.append((turning, moving + np.cross(turning, data.xpos[partner] - data.xpos[index])))
-    frame = data.xmat[partner].reshape(3, 3).T
-    turning, moving = (one - other for one, other in zip(*spatial, strict=True))
-    return np.concatenate([frame @ turning, frame @ moving / bench.size])

@@ -14,8 +14,8 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import rows_at
-from conrod.mjcf.lint import bodies, closures, stepping
-from conrod.mjcf.lint.bench import Bench, Rule, run
+from conrod.mjcf.lint import bodies, closures, masses, stepping
+from conrod.mjcf.lint.bench import Bench, Rule
 from conrod.mjcf.lint.document import Document, differing
 from conrod.mjcf.lint.findings import (
     DEFAULT_STEPS,
@@ -30,7 +30,7 @@ from conrod.mjcf.lint.findings import (
     Request,
     SetOption,
 )
-from conrod.mjcf.runs import data_at, state_of
+from conrod.mjcf.runs import data_at, run, state_of
 from conrod.own.models.loading import (
     Crank,
     check_finite,
@@ -54,10 +54,10 @@ RULES: tuple[Rule, ...] = (
     closures.torn_start,
     bodies.joined_links_collide,
     bodies.never_touch,
-    closures.freedom_taken_away,
+    bodies.freedom_taken_away,
     closures.redundant_closure,
-    bodies.gravity_across,
-    bodies.changed_inertia,
+    masses.gravity_across,
+    masses.changed_inertia,
     stepping.late_sensor,
     stepping.silent_reset,
     stepping.sensors,
