@@ -106,7 +106,7 @@ def test_units_may_be_written_as_reports_write_them(tmp_path: Path) -> None:
 SLIPS = {
     "decimal comma in a text": (with_first(r'speed = "[^"]*"', 'speed = "60,5 rpm"'), "driver.speed = '60,5 rpm': dec"),
     "decimal comma in a number": (with_first(r'speed = "[^"]*"', "speed = 6,5"), "with a point, not with a comma"),
-    "unit in capitals": (with_first(r'speed = "[^"]*"', 'speed = "60 RPM"'), "did you mean 'rpm'?"),
+    "unit in capitals": (with_first(r'speed = "[^"]*"', 'speed = "60 RPM"'), "unknown unit 'RPM'; give for"),
     "joint called a pin": (with_first(r'kind = "revolute"', 'kind = "pin"'), "did you mean 'revolute'?"),
     "joint called a slider": (with_first(r'kind = "prismatic"', 'kind = "slider"'), "did you mean 'prismatic'?"),
     "joint that is none": (with_first(r'kind = "prismatic"', 'kind = "fixed"'), "are one body"),

@@ -248,7 +248,7 @@ def refusal(mechanism: Mechanism, **start: Any) -> str:
 def test_a_rest_in_a_dead_centre_under_load_is_refused() -> None:
     push = Load("gas", Displacement("slider", (0.0, 0.0), 0.0), Steady(-100.0))
     at_rest = replace(slider_crank(start=0.0), gravity=(0.0, 0.0), loads=(push,))
-    assert "at rest in a dead centre, where gas (-100 N" in refusal(at_rest, crank_rate=0.0)
+    assert "at rest in a dead centre" in refusal(at_rest, crank_rate=0.0)
     # In motion, or beside the dead centre, it goes.
     times = np.linspace(0.0, 0.1, 3)
     assert abs(ForwardDynamics(at_rest).motion(times, 1.0).rates[-1, 2]) > 0.0
@@ -259,7 +259,7 @@ def test_a_rest_in_a_dead_centre_under_load_is_refused() -> None:
 @pytest.mark.parametrize("released", [0.0, math.pi])
 def test_a_rest_in_balance_is_refused(released: float) -> None:
     hanging, _ = pendulum(released)
-    assert "at rest where its weight and loads are in balance" in refusal(hanging, crank_rate=0.0)
+    assert "its weight and loads are in balance" in refusal(hanging, crank_rate=0.0)
     beside, _ = pendulum(released + 1e-6)
     assert abs(ForwardDynamics(beside).motion(np.linspace(0.0, 0.1, 3), 0.0).rates[-1, 2]) > 0.0
 

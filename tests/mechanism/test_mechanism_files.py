@@ -169,7 +169,7 @@ UNUSABLE = [
     ("bodies.rod.inertia", 1, "bodies.rod.inertia: a uniform bar has its own"),
     ("bodies.rod.ends", ["A", "C"], "unknown point in bodies.rod.ends 'C'"),
     ("bodies.rod.points.B", [0, 0], "the ends of the uniform bar are one and the same place"),
-    ("bodies.rod.points.B", [1, 0, 0], "three coordinates: only planar mechanisms"),
+    ("bodies.rod.points.B", [1, 0, 0], "two numbers are wanted, [x, y]"),
     ("bodies.rod.points.turn", [1, 0], "cannot be a point's name"),
     ("bodies.rod.uniform", "cube", "unknown bodies.rod.uniform 'cube': choose from bar, disc"),
     ("bodies.ground", {"mass": 1, "inertia": 1}, "the ground does not move"),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.exact.branch_continuation import MOST_TRIES, STEPS_PER_TURN, BranchContinuation, BranchPoint, OutOfSteps
 from conrod.exact.equations import Equations, check_meshes
-from conrod.exact.motion import Array, Side
+from conrod.exact.motion import Array, Side, hermite
 
 # The table is refined until it predicts every pose this well, and no pose may lie further from its prediction: a
 # Newton iteration that moves more has left for another branch.
@@ -42,14 +42,7 @@ class PoseTable:
     def interpolate(self, angle: Array) -> Array:
         """Poses (T, 3 n) at any angles, or of the stretch, by cubic Hermite interpolation within the turn."""
         turns = self._turns(angle)
-        within = angle - 2.0 * np.pi * turns
-        left = np.clip(np.searchsorted(self.angles, within, side="right") - 1, 0, len(self.angles) - 2)
-        width = (self.angles[left + 1] - self.angles[left])[:, None]
-        t = (within - self.angles[left])[:, None] / width
-        start, stop = self.poses[left], self.poses[left + 1]
-        rise = stop - start
-        a, b = width * self.slopes[left] - rise, rise - width * self.slopes[left + 1]
-        here = start + t * rise + t * (1.0 - t) * ((1.0 - t) * a + t * b)
+        here = hermite(self.angles, self.poses, self.slopes, angle - 2.0 * np.pi * turns)
         return here if self.gain is None else np.asarray(here + turns[:, None] * self.gain)
 
     def _turns(self, angle: Array) -> Array:

@@ -125,6 +125,17 @@ def _fill(zeros: Array, values: Array | float, factor: Array | float) -> None:
         np.multiply(values, factor, out=zeros)
 
 
+def hermite(at: Array, values: Array, slopes: Array, where: Array) -> Array:
+    """Cubic Hermite interpolation (T, n) at places (T,) of values and slopes (K, n) at growing places (K,)."""
+    left = np.clip(np.searchsorted(at, where, side="right") - 1, 0, len(at) - 2)
+    width = (at[left + 1] - at[left])[:, None]
+    t = (where - at[left])[:, None] / width
+    start, stop = values[left], values[left + 1]
+    rise = stop - start
+    a, b = width * slopes[left] - rise, rise - width * slopes[left + 1]
+    return np.asarray(start + t * rise + t * (1.0 - t) * ((1.0 - t) * a + t * b))
+
+
 def diameter(points: Array) -> float:
     """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,44 +38,27 @@ class Parameter:
             )
 
 
-def length(default: float, meaning: str) -> Any:
-    """A positive length [m]."""
-    return _field(default, meaning, Parameter("m", 1e-6, 1e6))
+def _field(unit: str, lowest: float, highest: float, magnitude: bool = False) -> Callable[[float, str], Any]:
+    """Maker of a dataclass field, by its default and its meaning."""
+
+    def field(default: float, meaning: str) -> Any:
+        parameter = Parameter(unit, lowest, highest, magnitude, meaning)
+        return dataclasses.field(default=default, metadata={"parameter": parameter})
+
+    return field
 
 
-def offset(default: float, meaning: str) -> Any:
-    """A length [m] that may be zero or negative."""
-    return _field(default, meaning, Parameter("m", 0.0, 1e6, magnitude=True))
+length = _field("m", 1e-6, 1e6)
+offset = _field("m", 0.0, 1e6, magnitude=True)  # a length that may be zero or negative
+mass = _field("kg", 1e-6, 1e9)
+inertia = _field("kg*m^2", 1e-12, 1e9)  # about the centre of gravity
+gravity = _field("m/s^2", 0.0, 1e5)  # acceleration of free fall; zero switches it off
+factor = _field("", 0.0, 1e6)
 
 
 def speed(default: float) -> Any:
-    """A crank speed [rad/s], of either sign."""
-    meaning = "crank speed; negative is the other sense of rotation"
-    return _field(default, meaning, Parameter("rad/s", 1e-6, 1e6, magnitude=True))
-
-
-def mass(default: float, meaning: str) -> Any:
-    """A mass [kg]."""
-    return _field(default, meaning, Parameter("kg", 1e-6, 1e9))
-
-
-def inertia(default: float, meaning: str) -> Any:
-    """A moment of inertia about the centre of gravity [kg m^2]."""
-    return _field(default, meaning, Parameter("kg*m^2", 1e-12, 1e9))
-
-
-def gravity(meaning: str) -> Any:
-    """The acceleration of free fall [m/s^2]; zero switches it off."""
-    return _field(9.81, meaning, Parameter("m/s^2", 0.0, 1e5))
-
-
-def factor(default: float, meaning: str, lowest: float, highest: float) -> Any:
-    """A number without a unit."""
-    return _field(default, meaning, Parameter("", lowest, highest))
-
-
-def _field(default: float, meaning: str, parameter: Parameter) -> Any:
-    return dataclasses.field(default=default, metadata={"parameter": dataclasses.replace(parameter, meaning=meaning)})
+    """A crank speed [rad/s]."""
+    return _field("rad/s", 1e-6, 1e6, magnitude=True)(default, "crank speed; negative is the other sense of rotation")
 
 
 def parameters_of(scene_class: type) -> dict[str, Parameter]:

@@ -74,7 +74,7 @@ class CamFollower(Scene):
     cam_mass: float = parameters.mass(3.0, "cam")
     cam_inertia: float = parameters.inertia(0.003, "cam, about the shaft")
     follower_mass: float = parameters.mass(0.5, "follower with roller")
-    preload: float = parameters.factor(25.0, "preload as a multiple of mass x least acceleration", 0.0, 1e6)
+    preload: float = parameters.factor(25.0, "preload as a multiple of mass x least acceleration")
 
     # -- geometry ----------------------------------------------------------------------------------------------
 

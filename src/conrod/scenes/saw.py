@@ -50,7 +50,7 @@ class Saw(Scene):
     rod_mass: float = parameters.mass(1.5, "connecting rod, centre of gravity at M")
     rod_inertia: float = parameters.inertia(0.01125, "connecting rod, about M")
     slider_mass: float = parameters.mass(6.0, "slider with saw blade")
-    gravity: float = parameters.gravity("acceleration of free fall, across the slide (-y)")
+    gravity: float = parameters.gravity(9.81, "acceleration of free fall, across the slide (-y)")
 
     def _check_geometry(self) -> None:
         parameters.check_proportion("rod", self.rod, "crank", self.crank)

@@ -48,7 +48,7 @@ class ShearPress(Scene):
     rod_mass: float = parameters.mass(8.0, "connecting rod, centre of gravity at G")
     rod_inertia: float = parameters.inertia(0.12, "connecting rod, about G")
     slider_mass: float = parameters.mass(60.0, "slider with blade")
-    gravity: float = parameters.gravity("acceleration of free fall, along the slide (-y)")
+    gravity: float = parameters.gravity(9.81, "acceleration of free fall, along the slide (-y)")
 
     def _check_geometry(self) -> None:
         parameters.check_proportion("rod", self.rod, "crank", self.crank)

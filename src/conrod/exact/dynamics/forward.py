@@ -154,25 +154,18 @@ class ForwardDynamics:
         return total
 
     def _check_rest(self) -> None:
-        """Refuse a rest that only an exact balance keeps: under loads that move nothing, or that hold each other."""
+        """Refuse a rest that only an exact balance keeps: rounding would decide which way it goes, and how soon."""
         if any(isinstance(load.law, TimePulse) for load in self.loads):
             return
         at = self.line.at(0.0)
+        push = abs(at.descent + self._force(at, 0.0, 0.0))
         forces = self._idle_forces()
-        push = at.descent + self._force(at, 0.0, 0.0)
-        largest = max((abs(force) for force, _, _ in forces.values()), default=0.0)
-        for name, (force, slope, unit) in forces.items():
-            if force != 0.0 and abs(slope) < STANDS and abs(push) < STANDS * largest:
-                raise InvalidInput(
-                    f"{self.mechanism.name}: at rest in a dead centre, where {name} ({force:g} {unit}) moves nothing; "
-                    "start beside it, or in motion"
-                )
-        # Rounding would decide which way it goes, and how soon.
-        together = self._weight_at_start() + sum(abs(force * slope) for force, slope, _ in forces.values())
-        if abs(push) < BALANCED * together:
+        together = self._weight_at_start() + sum(abs(force * slope) for force, slope in forces)
+        idle = max((abs(force) for force, slope in forces if abs(slope) < STANDS), default=0.0)
+        if push < max(BALANCED * together, STANDS * idle):
             raise InvalidInput(
-                f"{self.mechanism.name}: at rest where its weight and loads are in balance, which nothing ends; start "
-                "beside it, or in motion"
+                f"{self.mechanism.name}: at rest in a dead centre, or where its weight and loads are in balance, which "
+                "nothing ends; start beside it, or in motion"
             )
 
     def _weight_at_start(self) -> float:
@@ -187,17 +180,16 @@ class ForwardDynamics:
             total += force * math.hypot(x, y)
         return total
 
-    def _idle_forces(self) -> dict[str, tuple[float, float, str]]:
-        """Force of each load at rest at the start, how its coordinate grows with the arc length there, the unit."""
+    def _idle_forces(self) -> list[tuple[float, float]]:
+        """Force of each load at rest at the start, and how its coordinate grows with the arc length there."""
         point, tangent, _ = self.line.point(0.0)
         bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
         size = float(self.line.configurations.curve.scale[0])
-        found = {}
+        found = []
         for load in self.loads:
             value, slope = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
             force = load.law.force(value, 0.0 * slope, np.zeros(1))
-            turn = load.unit == "rad"
-            found[load.name] = (float(force[0]), float(slope[0]) / (1.0 if turn else size), "N m" if turn else "N")
+            found.append((float(force[0]), float(slope[0]) / (1.0 if load.unit == "rad" else size)))
         return found
 
     def _measures(self, rate: float, time: float) -> Array:

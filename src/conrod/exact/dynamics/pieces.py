@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from conrod.exact.curve_walk import CurvePoint
 from conrod.exact.joint_curve import Frame, JointCurve
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, hermite
 
 DEGREE = 24
 NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev-Lobatto, in [-1, 1]
@@ -150,10 +150,4 @@ class _Guess:
         self._at = np.sum((self._points - self._points[:1]) * direction, axis=1)
 
     def __call__(self, distances: Array) -> Array:
-        left = np.clip(np.searchsorted(self._at, distances, side="right") - 1, 0, len(self._at) - 2)
-        width = (self._at[left + 1] - self._at[left])[:, None]
-        t = (distances - self._at[left])[:, None] / width
-        start, stop = self._points[left], self._points[left + 1]
-        rise = stop - start
-        a, b = width * self._slopes[left] - rise, rise - width * self._slopes[left + 1]
-        return np.asarray(start + t * rise + t * (1.0 - t) * ((1.0 - t) * a + t * b))
+        return hermite(self._at, self._points, self._slopes, distances)

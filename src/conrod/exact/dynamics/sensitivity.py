@@ -20,6 +20,7 @@ from conrod.mechanism.mechanism import Body, Mechanism
 MASS, CENTRE_X, CENTRE_Y, INERTIA = "mass", "centre_of_gravity.x", "centre_of_gravity.y", "inertia"
 PROPERTIES = (MASS, CENTRE_X, CENTRE_Y, INERTIA)
 TORQUE = "drive torque"
+Changes = dict[tuple[str, str], float]  # by body and property [kg], [m] or [kg m^2]
 # Changes that are to be seen: 1 % of a mass, 1 % of a length, 5 % of an inertia.
 MASS_STEP, LENGTH_STEP, INERTIA_STEP = 0.01, 0.01, 0.05
 # Of a quantity's peak, what a change that is to be seen must make: far above rounding, far below any engine.
@@ -48,17 +49,6 @@ class Sensitivity:
         return max(self.effects.values()) < SEEN
 
 
-@dataclass(frozen=True)
-class Blind:
-    """A change of several properties together that none of some quantities can see.
-
-    Attributes:
-        shares: by body and property, the change [kg], [m] or [kg m^2]; the largest is as that of `Sensitivity`.
-    """
-
-    shares: dict[tuple[str, str], float]
-
-
 def sensitivities(kinematics: Kinematics, state: State) -> tuple[Sensitivity, ...]:
     """Of drive torque and reactions in a motion, to each property of each body."""
     mechanism, inverse = kinematics.mechanism, InverseDynamics(kinematics)
@@ -83,8 +73,10 @@ def quantities(forces: JointForces) -> dict[str, Array]:
     return {TORQUE: forces.drive_torque} | reactions
 
 
-def blind_changes(found: Sequence[Sensitivity], among: Sequence[str] | None = None) -> tuple[Blind, ...]:
+def blind_changes(found: Sequence[Sensitivity], among: Sequence[str] | None = None) -> list[Changes]:
     """Changes of properties together that no quantity sees to first order; those of one property alone are among them.
+
+    The largest share of each is as that of `Sensitivity`.
 
     Args:
         among: names of the quantities that are looked at, all where it is left out.
@@ -101,10 +93,10 @@ def blind_changes(found: Sequence[Sensitivity], among: Sequence[str] | None = No
     matrix = np.column_stack(columns)
     _, sizes, directions = np.linalg.svd(matrix, full_matrices=False)
     blind = _sparse(directions[sizes <= SEEN * sizes[0]])
-    return tuple(
-        Blind({(s.body, s.quality): float(v) * s.change for s, v in zip(found, row, strict=True) if abs(v) > 1e-6})
+    return [
+        {(s.body, s.quality): float(v) * s.change for s, v in zip(found, row, strict=True) if abs(v) > 1e-6}
         for row in blind
-    )
+    ]
 
 
 def _sparse(rows: Array) -> Array:

@@ -182,7 +182,7 @@ def construction(state: LinkageState, centres: tuple[InstantCentre, ...]) -> lis
             lines |= {k: np.cross(points[one], points[two]) for k, (one, two) in ends.items() if {one, two} <= known}
             lines = {third: _unit(line) for third, line in lines.items() if np.linalg.norm(line) > PARALLEL}
             sines = {
-                two: float(np.linalg.norm(np.cross(*map(lines.__getitem__, two)))) for two in combinations(lines, 2)
+                two: float(np.linalg.norm(np.cross(lines[two[0]], lines[two[1]]))) for two in combinations(lines, 2)
             }
             best = max(sines, key=sines.__getitem__, default=("", ""))
             if sines.get(best, 0.0) > PARALLEL:

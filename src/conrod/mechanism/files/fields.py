@@ -203,13 +203,7 @@ class Fields:
         self._known.add(name)
         given: Sequence[object] = default or ()
         if default is None or name in self:
-            three = isinstance(self.raw(name), list) and len(self.raw(name)) == 3
-            if three and kind is COORDINATE:
-                raise InvalidInput(
-                    f"{self.at(name)} has three coordinates: only planar mechanisms can be described, give [x, y], "
-                    "with decimal points"
-                )
-            given = self.listed(name, "two numbers are wanted, [x, y]")
+            given = self.listed(name, "two numbers are wanted, [x, y], with decimal points; mechanisms are planar")
         x, y = (self.numbers.take(f"{self.at(name)}.{a}", v, kind, meaning) for a, v in zip("xy", given, strict=True))
         return (x, y)
 

@@ -130,7 +130,7 @@ def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> tuple[tuple[Effect, 
     if not names:
         return (), ()
     together = blind_changes(sensitivities(scene.kinematics, even_state(scene)), names)
-    hidden = ({".".join(of): change for of, change in blind.shares.items()} for blind in together)
+    hidden = ({".".join(of): change for of, change in blind.items()} for blind in together)
     return effects_on(scene, names, peaks_of(scene)), tuple(shares for shares in hidden if len(shares) > 1)
 
 
