@@ -88,5 +88,5 @@ def test_the_report_names_the_limits_of_a_run_that_it_was_made_with(folder: Path
     done = conrod("saw-500rpm", "--engine", "pymunk", "--preset", "tuned", *bounds, "--out", "short", cwd=folder)
     assert done.returncode == 0, done.stderr
     page = (folder / "short" / "saw-500rpm.md").read_text()
-    options = "--cell-timeout 50 --axis run-length --engine pymunk --preset tuned --revolutions 3"
+    options = "--engine pymunk --axis run-length --preset tuned --revolutions 3 --cell-timeout 50"
     assert f"`conrod limits saw-500rpm {options} --out short`" in page

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from conrod.cli import options
-from conrod.cli.options import TimedRunOptions, as_given, option
+from conrod.cli.options import StudyOptions, TimedRunOptions, option
 
 if TYPE_CHECKING:
     from conrod.studies.ablate.findings import AblationStudy
@@ -22,19 +22,15 @@ LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
 
 
 @dataclass(frozen=True)
-class Asked(TimedRunOptions):
+class Asked(StudyOptions, TimedRunOptions):
     """Request to `conrod ablate`, as typed; None or empty where nothing was given."""
 
-    engine: str | None = option("--engine")
-    assignments: tuple[str, ...] = option("--set")
     steps_per_rev: int | None = option(
         "--steps-per-rev", type=int, metavar="N", help="Time steps in one turn of the crank [1000, contact 62832]."
     )
     rounds: int = option(
         "--rounds", type=int, default=ROUNDS, show_default=True, metavar="N", help="How often each cost is taken."
     )
-    out: str | None = option("--out")
-    document: str | None = option("--json")
 
 
 @options.verb()
@@ -46,7 +42,7 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     Ingredients are added to the minimal model one by one and all together, and taken from the full one.
     Finished runs are kept in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.cli.outputs import outputs, reproduction
+    from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.engines.capabilities import HasIngredients, Lacking, capability
     from conrod.mechanism.units import check_count
@@ -64,10 +60,10 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
         for name in chosen:
             check_table(name, steps, round(REVOLUTIONS))
     check_count("--rounds", asked.rounds, LEAST_ROUNDS, MOST_ROUNDS)
-    files = outputs(KIND, chosen, asked.out, asked.document)
+    files = outputs(KIND, chosen, asked)
     engines = [one for one in able if one.name not in unsupported]
     asked_for = [ablate_engine(*pair, one, steps, asked.rounds) for pair in chosen.items() for one in engines]
-    with Runner.of(asked, files.file) as runner, runner.answering() as run:
+    with Runner.of(asked) as runner, runner.answering() as run:
         # Runs of all side by side; timings after them, alone.
         found = iter(pursue(asked_for, lambda cases: runner.run_alone(cases, "costs") if _timed(cases) else run(cases)))
     studies = [
@@ -75,9 +71,7 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     ]
     with naming("standard output"):
         print_ablations(studies)
-    given = as_given(asked, TimedRunOptions, "assignments", "out", "document")
-    command = reproduction("ablate", scenes, given, asked.assignments, files.folder)
-    files.write({study.name: study for study in studies}, command)
+    files.write({study.name: study for study in studies}, "ablate", scenes, asked)
 
 
 def _timed(cases: Sequence[Case]) -> bool:

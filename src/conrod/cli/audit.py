@@ -16,9 +16,8 @@ MOST_ITEMS = 20  # of a file that are printed one by one
 
 @options.verb()
 @click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
-@options.out
-@options.document
-def audit(files: tuple[str, ...], out: str | None, document: str | None) -> None:
+@options.gathered("asked", options.ReportOptions)
+def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
     """Judge printed values of a textbook by the exact motion, each with a verdict.
 
     A file is a table of printed values, each tied to a machine by its name or its mechanism file; docs/audit.md
@@ -26,21 +25,21 @@ def audit(files: tuple[str, ...], out: str | None, document: str | None) -> None
 
     Exit status 0: every item has a verdict, whatever it is; 2: bad usage.
     """
-    from conrod.cli.outputs import outputs, reproduction
+    from conrod.cli.outputs import outputs
     from conrod.own.printed.table import audit_file
     from conrod.report.printed_values import KIND, console_lines, counts_table
     from conrod.report.terminal import console, print_lines, print_table
     from conrod.studies.frame.files import naming
 
     pages = _pages(files)
-    target = outputs(KIND, pages, out, document, {file: Path(file) for file in files})
+    target = outputs(KIND, pages, asked, {file: Path(file) for file in files})
     audits = {page: audit_file(Path(file)) for page, file in pages.items()}
     with naming("standard output"):
         terminal = console()
         print_table(terminal, counts_table({one.document: one for one in audits.values()}))
         for audited in audits.values():
             print_lines(terminal, console_lines(audited, MOST_ITEMS))
-    target.write(audits, reproduction("audit", pages, {}, (), target.folder))
+    target.write(audits, "audit", pages, asked)
 
 
 def _pages(files: Sequence[str]) -> dict[str, str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from conrod.cli import options
-from conrod.cli.options import RunOptions, as_given, option
+from conrod.cli.options import RunOptions, StudyOptions, option
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 
@@ -37,7 +37,7 @@ def _axis_names() -> Iterable[str]:
 
 
 @dataclass(frozen=True)
-class Asked(RunOptions):
+class Asked(StudyOptions, RunOptions):
     """Request to `conrod limits`, as typed; None or empty where nothing was given."""
 
     axes: tuple[str, ...] = option(
@@ -48,17 +48,13 @@ class Asked(RunOptions):
         shell_complete=options.completed(_axis_names),
     )
     span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
-    engine: str | None = option("--engine")
     preset: str | None = option("--preset")
-    assignments: tuple[str, ...] = option("--set")
     revolutions: float | None = option(
         "--revolutions", type=float, metavar="N", help="Length of the runs of run-length [1000]."
     )
     most_runs: int = option(
         "--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse what may need more."
     )
-    out: str | None = option("--out")
-    document: str | None = option("--json")
 
 
 @options.verb(epilog=EPILOG)
@@ -70,7 +66,7 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     Each axis is walked from its safe end to its failing one, and its boundaries are found to 2 %. Finished runs are
     kept in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.cli.outputs import outputs, reproduction
+    from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.report.limits.report import KIND
     from conrod.studies.frame.files import naming
@@ -80,7 +76,7 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     chosen, engines = select_scenes(scenes, asked.assignments), select_engines(asked.engine)
     select_presets(engines, asked.preset)
     request = request_of(asked.axes, asked.span, asked.revolutions)
-    files = outputs(KIND, chosen, asked.out, asked.document, {"the ledger": asked.ledger_file})
+    files = outputs(KIND, chosen, asked)
     check_count("--most-runs", asked.most_runs, 1, 10**9)
     plans = [plan_limits(name, scene, engines, asked.preset, request) for name, scene in chosen.items()]
     check_asked(plans)
@@ -91,9 +87,8 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     with naming("standard output"):
         print_limits(studies)
     # Limits of a run are given too: they decide how some end.
-    given = as_given(asked, "ledger", "fresh", "jobs", "cluster", "assignments", "out", "document")
-    command = reproduction("limits", scenes, given, asked.assignments, files.folder)
-    files.write({study.name: study for study in studies}, command)
+    ended = {"--cell-timeout": asked.cell_timeout, "--cell-memory": asked.cell_memory}
+    files.write({study.name: study for study in studies}, "limits", scenes, asked, ended)
 
 
 def print_limits(studies: Sequence[LimitStudy]) -> None:

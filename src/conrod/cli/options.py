@@ -158,8 +158,6 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--jobs": {"type": int, "metavar": "N", "help": "Runs at a time on this machine [one a core]."},
 }
 assignments = click.option("--set", "assignments", **SHARED["--set"])
-engine = click.option("--engine", **SHARED["--engine"])
-grid = click.option("--grid", **SHARED["--grid"])
 ledger = click.option("--ledger", **SHARED["--ledger"])
 out = click.option("--out", **SHARED["--out"])
 document = click.option("--json", "document", **SHARED["--json"])
@@ -184,7 +182,8 @@ def gathered(name: str, kind: type[Any]) -> Callable[[Command], Command]:
         name: of the command's argument.
         kind: a dataclass, each `option` of which is one, under the `heading` of its class.
     """
-    fields = dataclasses.fields(kind)
+    own = list(kind.__annotations__)
+    fields = sorted(dataclasses.fields(kind), key=lambda one: own.index(one.name) if one.name in own else len(own))
     bases: list[Any] = [base for base in kind.__mro__ if dataclasses.is_dataclass(base)]
     home = {one.name: vars(base).get("heading", HEADING) for base in bases for one in dataclasses.fields(base)}
 
@@ -314,4 +313,28 @@ class TimedRunOptions(RunOptions):
         return self.fresh or self.retime
 
 
-of_timed_runs = gathered("how", TimedRunOptions)
+@dataclass(frozen=True)
+class ReportOptions:
+    """Options of a verb that reports; None where nothing was given.
+
+    Attributes:
+        assignments: of --set, where the verb has it.
+        document: the file that --json names.
+    """
+
+    assignments: tuple[str, ...] = ()
+    out: str | None = option("--out")
+    document: str | None = option("--json")
+
+    @property
+    def given(self) -> dict[str, object]:
+        """What was given of all that the result follows from, by the options' names."""
+        return as_given(self, TimedRunOptions, "assignments", "out", "document")
+
+
+@dataclass(frozen=True)
+class StudyOptions(ReportOptions):
+    """Options of a verb that studies engines on scenes."""
+
+    engine: str | None = option("--engine")
+    assignments: tuple[str, ...] = option("--set")

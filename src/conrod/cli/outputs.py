@@ -6,8 +6,10 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
+from conrod.cli.options import ReportOptions, RunOptions
 from conrod.cli.say import say
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import Kind
@@ -34,15 +36,24 @@ class Outputs(Generic[F]):
     def write(
         self,
         findings: Mapping[str, F],
-        command: Reproduction | None = None,
+        command: str,
+        subjects: Sequence[str] | Mapping[str, str],
+        asked: ReportOptions,
+        given: Mapping[str, object] = MappingProxyType({}),
         options: Mapping[str, Any] | None = None,
         draw: Draw = map,
     ) -> None:
-        """Write all files or none, and print where the report is; arguments as of `report_batch`."""
+        """Write all files or none, and print where the report is; further arguments as of `report_batch`.
+
+        Args:
+            command: that makes the report, for the report to print.
+            subjects: scenes as they were typed, or files by the names of their pages.
+            given: options of the command beside those of `asked`; those that are None were not given.
+        """
         batches = [single(self.file, document_text(self.kind, findings))] if self.file else []
         if self.folder:
-            assert command is not None
-            batches.append(report_batch(self.kind, findings, self.folder, command, options, draw))
+            again = _reproduction(command, subjects, {**asked.given, **given}, asked.assignments, self.folder)
+            batches.append(report_batch(self.kind, findings, self.folder, again, options, draw))
         write_together(batches)
         if self.folder:
             say(f"report: {self.folder / self.kind.first_page(findings)}")
@@ -51,9 +62,8 @@ class Outputs(Generic[F]):
 def outputs(
     kind: Kind[F],
     parts: Iterable[str],
-    out: str | None,
-    document: str | None,
-    given: Mapping[str, Path] | None = None,
+    asked: ReportOptions,
+    given: Mapping[str, Path] = MappingProxyType({}),
 ) -> Outputs[F]:
     """Check what --out and --json name: nothing else may be lost by them.
 
@@ -64,31 +74,25 @@ def outputs(
     Raises:
         InvalidInput: names the file that is in the way.
     """
-    file = files_to_write({"--json": document}, given).get("--json")
-    folder = None if out is None else folder_to_write(out, "--out")
+    if isinstance(asked, RunOptions):
+        given = {"the ledger": asked.ledger_file, **given}
+    file = files_to_write({"--json": asked.document}, given).get("--json")
+    folder = None if asked.out is None else folder_to_write(asked.out, "--out")
     if folder:
-        ReportFolder(folder, kind).check(parts, file, *(given or {}).values())
+        ReportFolder(folder, kind).check(parts, file, *given.values())
     return Outputs(kind, folder, file)
 
 
-def reproduction(
+def _reproduction(
     command: str,
     subjects: Sequence[str] | Mapping[str, str],
     options: Mapping[str, object],
     assignments: Sequence[str],
-    folder: Path | None,
-) -> Reproduction | None:
-    """The command that makes a report again, for the report to print; None where none is written.
-
-    Args:
-        subjects: scenes as they were typed, or files by the names of their pages.
-        options: by name; those that are None were not given, of a tuple each value was.
-        assignments: what was given with --set.
-    """
+    folder: Path,
+) -> Reproduction:
+    """The command that makes a report again; of an option that is a tuple each value was given."""
     from conrod.studies.frame.resolve_arguments import typed_names
 
-    if folder is None:
-        return None
     words = ["conrod", command, SCENE]
     for name, value in options.items():
         given = value if isinstance(value, tuple) else () if value is None else (value,)

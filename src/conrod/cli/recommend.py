@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from itertools import product
 
 from conrod.cli import options
-from conrod.cli.options import TimedRunOptions, as_given, option
+from conrod.cli.options import StudyOptions, TimedRunOptions, option
 from conrod.cli.say import say
 
 
 @dataclass(frozen=True)
-class Asked(TimedRunOptions):
+class Asked(StudyOptions, TimedRunOptions):
     """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
 
     position: float | None = option(
@@ -22,15 +22,11 @@ class Asked(TimedRunOptions):
     acceleration: float | None = option(
         "--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L."
     )
-    engine: str | None = option("--engine")
     thorough: bool = option("--thorough", is_flag=True, help="Run a whole grid: minutes to an hour.")
     grid: str = option("--grid")
-    assignments: tuple[str, ...] = option("--set")
     model: str | None = option(
         "--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF)."
     )
-    out: str | None = option("--out")
-    document: str | None = option("--json")
 
 
 @options.verb()
@@ -46,7 +42,7 @@ def recommend(scene: str, asked: Asked) -> None:
 
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """
-    from conrod.cli.outputs import outputs, reproduction
+    from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.engines.capabilities import Lacking, ModelFile, capability
     from conrod.engines.rule import grid_named
@@ -63,15 +59,14 @@ def recommend(scene: str, asked: Asked) -> None:
     (name, chosen), engines = select_scene(scene, asked.assignments), select_engines(asked.engine)
     allowed = check_tolerances({name: getattr(asked, name) for name in ("position", "velocity", "acceleration")})
     swept, thorough = grid_named(asked.grid), asked.thorough or asked.grid != options.DEFAULT_GRID
-    ledger = {"the ledger": asked.ledger_file}
-    wanted = files_to_write({"--model": asked.model}, ledger)
-    files = outputs(KIND, [name], asked.out, asked.document, ledger | wanted)
+    wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
+    files = outputs(KIND, [name], asked, wanted)
     writers = {one.name: made for one in engines if not isinstance(made := capability(one, ModelFile), Lacking)}
     if asked.model and not writers:
         raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
     plan = plan_sweep(name, chosen, engines, swept)
     prior = None if thorough else shipped()
-    with Runner.of(asked, files.file) as runner, runner.answering() as run:
+    with Runner.of(asked) as runner, runner.answering() as run:
         answers = pursue(recommend_for(plan, allowed, runner.time, prior), run)
     found = advice_of(name, chosen, allowed, answers)
     with naming("standard output"):
@@ -79,9 +74,8 @@ def recommend(scene: str, asked: Asked) -> None:
             print_lines(console(), one["lines"])
             print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)
     qualified = [one for one in answers if isinstance(one, Recommendation)]
-    given = as_given(asked, TimedRunOptions, "thorough", "assignments", "model", "out", "document")
     command = "recommend --thorough" if thorough else "recommend"
-    files.write({name: found}, reproduction(command, (scene,), given, asked.assignments, files.folder))
+    files.write({name: found}, command, (scene,), asked, {"--thorough": None, "--model": None})
     written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
     for path, settings in product(wanted.values(), written):
         write_together([single(path, writers[settings.engine].model(name, chosen, settings))])

@@ -7,21 +7,11 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.text import Text
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from conrod.cli.options import RunOptions
 from conrod.cli.say import say
@@ -30,7 +20,6 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
 from conrod.studies.execution.local import RepeatingExecutor
 from conrod.studies.frame.case import Case, Study, pursue
-from conrod.studies.frame.files import check_apart
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
@@ -54,11 +43,8 @@ class Runner:
 
     @classmethod
     @contextmanager
-    def of(cls, options: RunOptions, document: Path | None = None) -> Iterator[Self]:
+    def of(cls, options: RunOptions) -> Iterator[Self]:
         """A runner on the ledger that the options name; an interrupt says how to go on.
-
-        Args:
-            document: file that is written when all is done, which the ledger must not be.
 
         Raises:
             InvalidInput: options that exclude each other.
@@ -66,7 +52,6 @@ class Runner:
         if options.cluster is not None and options.jobs is not None:
             raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
         path = options.ledger_file
-        check_apart({"the ledger": path, **({"--json": document} if document else {})})
         # What the executor refuses is refused before there is a ledger.
         with options.executor() as executor, Ledger.open(path) as ledger:
             try:
@@ -104,7 +89,7 @@ class Runner:
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""
         fresh = self.options.timed_again
-        with ProgressBar("costs", "timings", "timed") as bar:
+        with ProgressBar("costs", "timed") as bar:
             return time_cases(cells, self.ledger, cell_timeout=self.options.timeout, fresh=fresh, watcher=bar)
 
 
@@ -115,26 +100,14 @@ class ProgressBar:
     `time_cases`; a context manager, because it has to be taken down again.
     """
 
-    def __init__(
-        self,
-        description: str,
-        unit: str = "runs",
-        usual: str = Outcome.COMPLETED.slug,
-        console: Console | None = None,
-    ) -> None:
-        """Show nothing yet.
-
-        Args:
-            unit: of the rate.
-            usual: how cases end that are not counted apart.
-        """
+    def __init__(self, description: str, usual: str = Outcome.COMPLETED.slug, console: Console | None = None) -> None:
+        """Show nothing yet; cases that end as is `usual` are not counted apart."""
         self._description, self._usual = description, usual
         self._console = Console(stderr=True, highlight=False) if console is None else console
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),
             MofNCompleteColumn(),
-            _RateColumn(unit),
             TimeRemainingColumn(),
             console=self._console,
             transient=True,
@@ -180,15 +153,3 @@ class ProgressBar:
 
     def _say(self, text: str) -> None:
         self._console.print(text, markup=False, soft_wrap=True)
-
-
-class _RateColumn(ProgressColumn):
-    """Number finished per second."""
-
-    def __init__(self, unit: str) -> None:
-        super().__init__()
-        self._unit = unit
-
-    def render(self, task: Task) -> Text:
-        speed = task.finished_speed or task.speed
-        return Text("" if speed is None else f"{speed:.3g} {self._unit}/s")

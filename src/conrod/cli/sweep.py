@@ -4,36 +4,32 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from conrod.cli import options
+from conrod.cli.options import StudyOptions, TimedRunOptions, option
 
 if TYPE_CHECKING:
     from conrod.studies.sweep.findings import SweepStudy
 
 
+@dataclass(frozen=True)
+class Asked(StudyOptions, TimedRunOptions):
+    """Request to `conrod sweep`, as typed."""
+
+    grid: str = option("--grid")
+
+
 @options.verb()
 @options.scene_argument("scenes", nargs=-1, required=True, metavar="SCENE...")
-@options.engine
-@options.grid
-@options.assignments
-@options.of_timed_runs
-@options.out
-@options.document
-def sweep(
-    scenes: tuple[str, ...],
-    engine: str | None,
-    grid: str,
-    assignments: tuple[str, ...],
-    how: options.TimedRunOptions,
-    out: str | None,
-    document: str | None,
-) -> None:
+@options.gathered("asked", Asked)
+def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
 
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
-    from conrod.cli.outputs import outputs, reproduction
+    from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.engines.rule import grid_named
     from conrod.report.sweep.report import KIND
@@ -42,17 +38,15 @@ def sweep(
     from conrod.studies.frame.resolve_arguments import select_engines, select_scenes
     from conrod.studies.sweep.study import plan_sweep, sweep_scene
 
-    chosen, engines = select_scenes(scenes, assignments), select_engines(engine)
-    swept = grid_named(grid)
-    files = outputs(KIND, chosen, out, document)
+    chosen, engines = select_scenes(scenes, asked.assignments), select_engines(asked.engine)
+    swept = grid_named(asked.grid)
+    files = outputs(KIND, chosen, asked)
     plans = [plan_sweep(name, scene, engines, swept) for name, scene in chosen.items()]
-    with Runner.of(how, files.file) as runner, runner.answering() as run:
+    with Runner.of(asked) as runner, runner.answering() as run:
         studies = pursue([sweep_scene(plan, runner.time) for plan in plans], run)
     with naming("standard output"):
         print_fronts(studies)
-    asked = {"--engine": engine, "--grid": None if grid == options.DEFAULT_GRID else grid}
-    command = reproduction("sweep", scenes, asked, assignments, files.folder)
-    files.write({study.name: study for study in studies}, command)
+    files.write({study.name: study for study in studies}, "sweep", scenes, asked)
 
 
 def print_fronts(studies: Sequence[SweepStudy]) -> None:

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
-from conrod.cli.outputs import outputs, reproduction
+from conrod.cli.outputs import outputs
 from conrod.cli.validate_request import MODELS, ModelOptions, Request, TableOptions
 from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
@@ -48,13 +48,12 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
     """Judge a file, print what was found, and write what is to be written; raises InvalidInput as its judge."""
     subject = subject_of(path)
     part, given = subject.part(path), as_outputs_must_not_be(path) if subject is MODEL else {"the table": path}
-    files = outputs(subject.kind, [part], asked.out, asked.document, given)
+    files = outputs(subject.kind, [part], asked, given)
     with waiting(path, subject.timeout):
         found = subject.judge(path, scene, asked)
     with naming("standard output"):
         subject.show(found)
-    again = reproduction("validate", {part: str(path)}, asked.given, asked.assignments, files.folder)
-    files.write({part: found}, again)
+    files.write({part: found}, "validate", {part: str(path)}, asked)
     if found.passed is False:
         sys.exit(exit_status.FAILED)
 

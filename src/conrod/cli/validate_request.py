@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from conrod.cli.options import RunOptions, as_given, complete_scene, option
+from conrod.cli.options import ReportOptions, RunOptions, complete_scene, option
 
 MODELS = (".xml", ".mjcf", ".mjb")
 TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
@@ -66,12 +66,11 @@ class ModelOptions:
 
 
 @dataclass(frozen=True)
-class Request(TableOptions, ModelOptions, MotionOptions, RunOptions):
+class Request(TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
     """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:
         subjects: scenes, or one file.
-        document: the file that --json names.
     """
 
     subjects: tuple[str, ...] = ()
@@ -92,10 +91,3 @@ class Request(TableOptions, ModelOptions, MotionOptions, RunOptions):
         help="Figures of the report: mechanism, motion, error, order.",
     )
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")
-    out: str | None = option("--out")
-    document: str | None = option("--json")
-
-    @property
-    def given(self) -> dict[str, object]:
-        """What was given of all that the result follows from, by the options' names."""
-        return as_given(self, RunOptions, "assignments", "out", "document")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from conrod.cli import options as exit_status
 from conrod.cli.options import refuse
-from conrod.cli.outputs import outputs, reproduction
+from conrod.cli.outputs import outputs
 from conrod.cli.runner import Runner
 from conrod.cli.validate_request import Request
 from conrod.engines import Engine
@@ -84,16 +84,16 @@ def validate_scenes(asked: Request) -> None:
         measured = _free_motion(asked, chosen)
     else:
         measured = _steady_motion(asked, chosen) if asked.quantity is None else _forces(asked, chosen)
-    files = outputs(measured.kind, scenes, asked.out, asked.document)
-    with Runner.of(asked, files.file) as runner:
+    files = outputs(measured.kind, scenes, asked)
+    with Runner.of(asked) as runner:
         found = [measured.found(study) for study in runner.pursue(measured.study)]
     with naming("standard output"):
         measured.show(found)
-    again = reproduction("validate", asked.subjects, {**asked.given, **measured.given}, asked.assignments, files.folder)
     with asked.processes() as executor:
         # One page is drawn here and now; several by all processes.
         draw = executor.map if len(found) > 1 else map
-        files.write({one.name: one for one in found}, again, measured.drawn, draw)
+        every = {one.name: one for one in found}
+        files.write(every, "validate", asked.subjects, asked, measured.given, measured.drawn, draw)
     if not all(one.passed for one in found):
         sys.exit(exit_status.FAILED)
 
