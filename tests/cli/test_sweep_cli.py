@@ -197,8 +197,8 @@ def test_an_expression_with_an_unknown_column_names_the_nearest(expression: str,
         ("scene = saw-500rpm and position_max < 1", "scene = 'saw-500rpm' and position_max < 1"),
     ],
 )
-def test_a_text_without_quotes_is_shown_with_them_and_then_selects(typed: str, meant: str, folder: Path) -> None:
-    told_in_one_line(conrod("results", "--where", typed, cwd=folder), f'single quotes: --where "{meant}"')
+def test_a_text_without_quotes_is_no_column_and_selects_with_them(typed: str, meant: str, folder: Path) -> None:
+    told_in_one_line(conrod("results", "--where", typed, cwd=folder), "with texts in single quotes")
     assert len(conrod("results", "--where", meant, cwd=folder).stdout.splitlines()) > 1
 
 

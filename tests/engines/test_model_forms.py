@@ -22,8 +22,9 @@ from conrod.engines.pymunk import space as pymunk_space
 from conrod.engines.pymunk.space import build as build_space
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import ConstantForce, ObservedPoint
-from conrod.runs.comparison import ExactMotions, predicted_errors
+from conrod.runs.comparison import ExactMotions
 from conrod.runs.convergence import observed_order
+from conrod.studies.frame.run import predicted_errors
 
 QUANTITIES = ("position", "velocity", "acceleration")
 TURN = 2.0 * math.pi

@@ -30,9 +30,10 @@ from conrod.errors import InvalidInput
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.comparison import compare, predicted_errors
+from conrod.runs.comparison import compare
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome, Trajectory
+from conrod.studies.frame.run import predicted_errors
 
 # What pymunk refuses, and a word of its reason.
 REFUSED = {

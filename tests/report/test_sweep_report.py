@@ -37,9 +37,10 @@ from conrod.report.sweep.tables import (
 from conrod.report.sweep.work_precision import name_offsets, work_precision_figure
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
+from conrod.runs.convergence import observed_order
 from conrod.studies.frame.files import Batch
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.sweep.findings import SweepStudy, SweptPoint, order_of
+from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 from conrod.studies.sweep.transfer import Transfer, transfers
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
@@ -213,7 +214,7 @@ def test_what_was_not_measured_is_not_said(
 
 
 def test_an_error_that_falls_has_no_plateau(study: SweepStudy) -> None:
-    falls = dict.fromkeys(QUANTITIES, order_of(STEPS, [1.0 / n for n in STEPS]))
+    falls = dict.fromkeys(QUANTITIES, observed_order(STEPS, [1.0 / n for n in STEPS]))
     falling = replace(study, rules=tuple(replace(rule, orders=falls) for rule in study.rules))
     assert {text[:7] for text in column(presets_table(falling), "position error, as the step is refined")} == {
         "order 1"

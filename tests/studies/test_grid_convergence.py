@@ -14,10 +14,10 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.mujoco.settings import INTEGRATORS, MuJoCoSettings
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.errors import InvalidInput
+from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import measure
-from conrod.studies.sweep.findings import order_of
 from conrod.studies.sweep.grid_convergence import (
     SAFE,
     UNSAFE,
@@ -194,7 +194,8 @@ def test_formal_orders_are_those_of_the_integrators() -> None:
 
 @pytest.mark.parametrize("settings", [MuJoCoSettings.tuned(SAW, 1000), PymunkSettings.stock(SAW, 1000)])
 def test_the_step_alone_changes_nothing_but_the_step(settings: MuJoCoSettings | PymunkSettings) -> None:
-    assert family_of("saw", SAW, settings, "step alone").following == ("steps_per_revolution", "timestep")
+    coarse, fine = (refined(SAW, settings, n, "step alone").as_dict().items() for n in (1000, 4000))
+    assert {name for name, _ in coarse ^ fine} == {"steps_per_revolution", "timestep"}
 
 
 def test_softness_in_steps_keeps_its_steps() -> None:
@@ -226,12 +227,12 @@ def test_steps_without_samples_at_the_kept_angles_are_refused(steps: tuple[int, 
 
 def test_order_plateau_and_floor_are_told_apart() -> None:
     steps = [20, 40, 80, 160, 320, 640]
-    falling, stopped = (order_of(steps, [rest + n**-2.0 for n in steps]) for rest in (0.0, 0.04))
+    falling, stopped = (observed_order(steps, [rest + n**-2.0 for n in steps]) for rest in (0.0, 0.04))
     assert (falling.claimed, falling.plateau) == (pytest.approx(2.0), None)
     assert (stopped.claimed, stopped.plateau) == (None, pytest.approx(0.04, rel=1e-3))
     assert stopped.floor == pytest.approx(0.04, rel=1e-2)
     # A rounding floor that grows again is no plateau.
-    assert order_of(steps, [1e-5, 6e-7, 4e-8, 2e-12, 4e-12, 8e-12]).plateau is None
+    assert observed_order(steps, [1e-5, 6e-7, 4e-8, 2e-12, 4e-12, 8e-12]).plateau is None
 
 
 def test_the_order_is_that_of_the_runs_that_completed() -> None:

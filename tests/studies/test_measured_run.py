@@ -13,13 +13,13 @@ from conrod.engines.engine import run_of
 from conrod.engines.running import run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import ExactMotions, compare, predicted_errors
+from conrod.runs.comparison import ExactMotions, compare
 from conrod.runs.trajectory import FieldByField, Trajectory
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.frame.run import RunCase, as_run, measure, too_coarse
+from conrod.studies.frame.run import RunCase, as_run, measure, predicted_errors, too_coarse
 
 SAW: Any = SCENES["saw-40rpm"]
 GENEVA: Any = scene_named("geneva")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from handmade import handmade_sweep
 
-from conrod.studies.sweep.findings import order_of
+from conrod.runs.convergence import observed_order
 
 STEPS = (100, 200, 400, 800)
 
@@ -67,7 +67,7 @@ def test_points_belong_to_the_rule_of_their_name_and_engine_at_increasing_steps(
 def test_an_error_whose_last_two_pairs_have_no_order_is_a_plateau(
     errors: list[float], claimed: float | None, plateau: float | None
 ) -> None:
-    found = order_of(STEPS[: len(errors)], errors)
+    found = observed_order(STEPS[: len(errors)], errors)
     assert found.claimed == (None if claimed is None else pytest.approx(claimed))
     assert found.plateau == plateau
     assert len(found.pairs) == len(errors) - 1

@@ -7,10 +7,11 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
-from conrod.studies.sweep.findings import Agreement, SweepStudy, SweptPoint, SweptRule, order_of
+from conrod.studies.sweep.findings import Agreement, SweepStudy, SweptPoint, SweptRule
 from conrod.studies.sweep.grid_convergence import GridConvergence, Share
 from conrod.studies.sweep.sensitivity import Sensitivity, Variation
 
@@ -63,7 +64,7 @@ def points(engine: str) -> list[SweptPoint]:
 
 
 # A fit takes longer than all the rest of the study.
-fitted = cache(order_of)
+fitted = cache(observed_order)
 
 
 def rules(engine: str) -> Iterator[SweptRule]:

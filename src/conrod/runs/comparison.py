@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from conrod.errors import InvalidInput, Named, unknown_choice
-from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion
 from conrod.exact.reference import ExactReference
 from conrod.runs.outcome import joint_gaps
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
+from conrod.runs.trajectory import BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 
 QUANTITIES = ("position", "velocity", "acceleration", "total")
 
@@ -55,14 +54,6 @@ class PointErrors:
 
 
 @dataclass(frozen=True)
-class Peak:
-    """Largest exact magnitude of a point's velocity and acceleration over the run [m/s, m/s^2]."""
-
-    velocity: float
-    acceleration: float
-
-
-@dataclass(frozen=True)
 class Closure:
     """Largest gap left open in any joint, its rate and its acceleration; normalised by L, omega L, omega^2 L."""
 
@@ -76,7 +67,6 @@ class Comparison:
     """Differences of a trajectory from the exact motion."""
 
     points: Mapping[str, PointErrors]
-    peaks: Mapping[str, Peak]
     closure: Closure
     phase_max: float  # [rad]
     phase_final: float  # [rad]
@@ -115,7 +105,6 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
     drive = {name: float(values.max()) for name, values in run.drive.items()}
     return Comparison(
         points=Named(run.points, "observed point"),
-        peaks={name: run.peak(name) for name in run.points},
         closure=Closure(**{name: float(gaps.max()) for name, gaps in run.closure.items()}),
         phase_max=max(float(one.max()) for one in run.phase),
         phase_final=float(run.phase[0][-1]),
@@ -152,11 +141,11 @@ class Stretch:
         """Errors of the observed points, whatever became of the run."""
         return track_errors(self.trajectory.points, self.trajectory.speed, self.exact)
 
-    def peak(self, name: str) -> Peak:
-        """Of a point, at the rate that was reached, without the drive's own acceleration."""
+    def peaks(self, name: str) -> dict[str, float]:
+        """Largest exact velocity and acceleration of a point [m/s, m/s^2], without the drive's own acceleration."""
         motion = self.exact.steady(self.trajectory.points[name].acceleration.instants).point(name)
-        sizes = (np.linalg.norm(values, axis=1).max() for values in (motion.velocity, motion.acceleration))
-        return Peak(*map(float, sizes))
+        sizes = {"velocity": motion.velocity, "acceleration": motion.acceleration}
+        return {quantity: float(np.linalg.norm(values, axis=1).max()) for quantity, values in sizes.items()}
 
     @cached_property
     def closure(self) -> dict[str, Array]:
@@ -244,33 +233,3 @@ def _point_errors(name: str, tracks: PointTracks, exact: ExactMotions, speed: fl
         acceleration=error("acceleration", length * abs(speed) ** 2),
         total=series(position, late, length),
     )
-
-
-# -- errors predicted from the joints alone --------------------------------------------------------------------------
-
-
-def predicted_errors(
-    kinematics: Kinematics, points: Mapping[str, PointTracks], bodies: BodyTracks
-) -> dict[str, dict[str, Array]]:
-    """Signed errors (T, 2) of a state whose joints do not close, by point and quantity [m, m/s, m/s^2].
-
-    A state that violates the joint equations by a residual r is off, at the crank angle actually reached, by J^-1 r to
-    first order; the same holds for rates and accelerations with the equations differentiated. No reference motion
-    enters. If these errors are the ones measured against the exact motion, the difference is the engine's and not the
-    reference's (docs/design.md, guard 6).
-    """
-    states = {"position": bodies.position, "velocity": bodies.velocity, "acceleration": bodies.acceleration}
-    mended = {q: _mended_points(kinematics, one, order) for order, (q, one) in enumerate(states.items())}
-    return {name: {q: getattr(tracks, q).values - mended[q][name] for q in states} for name, tracks in points.items()}
-
-
-def _mended_points(kinematics: Kinematics, states: BodyStates, order: int) -> dict[str, Array]:
-    """The derivative of an order of every observed point, after one Newton step on the joints at the measured state."""
-    measured = [states.poses, states.rates, states.accelerations][: order + 1]
-    at = states.instants
-    crank, mended = (at.angle, at.rate, at.acceleration), list[Array]()
-    for k, values in enumerate(measured):
-        residual = kinematics.residual([*mended, values], crank[k])
-        # One Newton step: poses are mended by the Jacobian of the measured ones, rates by that of the mended.
-        mended.append(values - kinematics.solve(mended[0] if k else values, residual))
-    return {name: values[-1] for name, values in kinematics.point_derivatives(mended).items()}

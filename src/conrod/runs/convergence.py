@@ -23,20 +23,24 @@ class ObservedOrder:
     Attributes:
         claimed: slope over the finest points, clear of the floor, whose pairs agree; None where there are not two.
         pairs: order between neighbouring points, None where an error is zero.
+        plateau: error of the finest point where it has stopped falling: the orders of the last two pairs have no size.
+            None where it falls, or grows, to the end.
         floor: fitted floor, None where the fit is not determined.
     """
 
     claimed: float | None
     pairs: tuple[float | None, ...]
+    plateau: float | None
     floor: float | None
 
 
 def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrder:
     """Order from errors at increasing numbers of steps per revolution."""
     pairs = tuple(_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1))
-    known = [p for p in pairs if p is not None]
+    still = len(pairs) > 1 and all(order is not None and abs(order) <= PAIRS_AGREE for order in pairs[-2:])
+    plateau, known = errors[-1] if still else None, [p for p in pairs if p is not None]
     if len(known) < 2 or len(known) < len(pairs):
-        return ObservedOrder(None, pairs, None)
+        return ObservedOrder(None, pairs, plateau, None)
     floor = _fitted_floor(np.asarray(steps), np.asarray(errors))
     clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
     # The points clear of the floor are the coarse ones: a leading run.
@@ -46,11 +50,11 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrd
     while first > 0 and abs(run[first] - run[first - 1]) <= PAIRS_AGREE:
         first -= 1
     if len(run) - first < 2:
-        return ObservedOrder(None, pairs, floor)
+        return ObservedOrder(None, pairs, plateau, floor)
     points = slice(first, count)
     slope = -float(np.polyfit(np.log(steps[points]), np.log(errors[points]), 1)[0])
     # An error that does not fall with the step is a plateau, and a plateau is a floor.
-    return ObservedOrder(slope if slope > PAIRS_AGREE else None, pairs, floor)
+    return ObservedOrder(slope if slope > PAIRS_AGREE else None, pairs, plateau, floor)
 
 
 def claimed_order(errors: Iterable[tuple[int, float | None]]) -> float | None:

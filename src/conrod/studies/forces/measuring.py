@@ -17,6 +17,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.exact.dynamics.inverse import State
 from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
 from conrod.exact.motion import Array
+from conrod.runs.comparison import size_of
 from conrod.runs.run_errors import CURVE_SAMPLES, largest_in_spans
 from conrod.scenes import Scene
 from conrod.studies.forces.exact import NEAR, Peaks, effects_on, exact_quantities
@@ -101,8 +102,9 @@ class Measured:
             clear = _blocks(self._between, self._together).all(axis=1)
             # Single values scatter from an edge of the cam's polygon to the next, or from catch to catch.
             means = _blocks((self.reported[name] - self.exact[name]) / peak, self._together).mean(axis=1)
-            between = _rms(means[clear]) if clear.any() else None
-        return ForceErrors(float(off.max()), _rms(off), between, peak, own)
+            between = size_of(means[clear]).rms if clear.any() else None
+        whole = size_of(off)
+        return ForceErrors(whole.max, whole.rms, between, peak, own)
 
     def _off(self, name: str) -> Array:
         return np.asarray(np.abs(self.reported[name] - self.exact[name]) / self.peaks[name][0])
@@ -139,7 +141,3 @@ def _blocks(values: NDArray[Any], together: int) -> NDArray[Any]:
     """Values (T,) by so many after each other (T // together, together); those left at the end are left out."""
     count = len(values) // together
     return values[: count * together].reshape(count, together)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -26,6 +26,8 @@ Clock = Callable[[], int]
 Stepper = Callable[[int], None]
 # Runs a block; the CPU time [ns] that it took.
 Block = Callable[[], int]
+# Two blocks to be timed in turns, and the number of revolutions in a block of either.
+Pair = tuple[tuple[Block, Block], tuple[float, float]]
 
 STEPPER_ROUNDS = 24
 # Of a block [s]: a thousand times what the clock and the calls cost.
@@ -167,22 +169,14 @@ def time_pair(
         clock: CPU time of the calling thread [ns].
     """
     turns = machine.kinematics.mechanism.driver.span is None
-    pair = (_turns if turns else _passes)(engine, machine, (settings, other), clock)
-    spent = np.array(in_turns(pair.blocks, rounds), dtype=float) / np.array(pair.revolutions)
+    blocks, revolutions = (_turns if turns else _passes)(engine, machine, (settings, other), clock)
+    spent = np.array(in_turns(blocks, rounds), dtype=float) / np.array(revolutions)
     low, middle, high = _median(spent[:, 0] / spent[:, 1])
     least = 1e-9 * spent.min(axis=0)
     return PairedTiming(middle, low, high, float(least[0]), float(least[1]), rounds)
 
 
-@dataclass(frozen=True)
-class _Pair:
-    """Two blocks to be timed in turns, and the number of revolutions in a block of either."""
-
-    blocks: tuple[Block, Block]
-    revolutions: tuple[float, float]
-
-
-def _turns(engine: Engine[Any], machine: Machine, each: tuple[Settings, Settings], clock: Clock) -> _Pair:
+def _turns(engine: Engine[Any], machine: Machine, each: tuple[Settings, Settings], clock: Clock) -> Pair:
     """Two machines that go on and on."""
     turns = (each[0].steps_per_revolution, each[1].steps_per_revolution)
     # The shortest stretch of a turn that is whole steps of both.
@@ -191,10 +185,10 @@ def _turns(engine: Engine[Any], machine: Machine, each: tuple[Settings, Settings
     one, other = (required(engine, Timed).stepper(machine, settings) for settings in each)
     units = _warmed_up((one, other), unit, clock)
     blocks = (partial(spent_by, one, units * unit[0], clock), partial(spent_by, other, units * unit[1], clock))
-    return _Pair(blocks, (units / parts, units / parts))
+    return blocks, (units / parts, units / parts)
 
 
-def _passes(engine: Engine[Any], machine: Machine, each: tuple[Settings, Settings], clock: Clock) -> _Pair:
+def _passes(engine: Engine[Any], machine: Machine, each: tuple[Settings, Settings], clock: Clock) -> Pair:
     """New machines in every block, each of which makes the one pass that the input can make.
 
     That passes in steps of different length end by up to a step apart is in the revolutions of each.
@@ -211,7 +205,7 @@ def _passes(engine: Engine[Any], machine: Machine, each: tuple[Settings, Setting
     # To make a machine takes longer than its pass: the processor is awake after one.
     times = [1e-9 * max(1, min(block(which, 1) for _ in range(TRIED))) for which in (0, 1)]
     passes = math.ceil(min(SHORT_BLOCK / min(times), max(1.0, LONG_BLOCK / max(times))))
-    return _Pair((partial(block, 0, passes), partial(block, 1, passes)), (passes * turns[0], passes * turns[1]))
+    return (partial(block, 0, passes), partial(block, 1, passes)), (passes * turns[0], passes * turns[1])
 
 
 def _warmed_up(steppers: tuple[Stepper, Stepper], unit: tuple[int, int], clock: Clock) -> int:

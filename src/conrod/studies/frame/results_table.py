@@ -96,9 +96,8 @@ def _measured(measurement: Measurement | None) -> dict[str, Any]:
 
 
 Row = Mapping[str, Any]
-QUOTED_TEXT, QUOTED_NAME = re.compile(r"'[^']*'"), re.compile(r'"([^"]*)"')
-# What something is compared with, where it begins like a name; a shell may have left double quotes around it.
-UNQUOTED_TEXT = re.compile(r"""(?:=|<>|\blike\b)\s*("?([A-Za-z][\w.-]*)"?)""", re.IGNORECASE)
+# A text, or a name in double quotes, which SQLite would take for a text where there is no such column.
+QUOTED = re.compile(r"""('[^']*')|"([^"]*)\"""")
 NO_COLUMN = "no such column: "
 
 
@@ -158,32 +157,12 @@ def results_table(rows: Iterable[Row], where: Sequence[str] = ()) -> ResultsTabl
         memory.executemany(f"INSERT INTO results VALUES ({marks})", ([row.get(c) for c in columns] for row in kept))
         # Only what reads is allowed from here on: an expression is a user's, and may come from anywhere.
         memory.set_authorizer(_reading_only)
-        for expression in where:
-            _check(memory, expression, columns)
-        condition = " AND ".join(f"({expression})" for expression in where) or "1"
+        asked = [QUOTED.sub(lambda found: found[1] or f"[{found[2]}]", expression) for expression in where]
+        for expression in asked:
+            # Without parentheses around it: what only they would balance is not an expression.
+            _selected(memory, f"{expression}\n", columns, most=0)
+        condition = " AND ".join(f"({expression})" for expression in asked) or "1"
         return ResultsTable(columns, tuple(_selected(memory, condition, columns)))
-
-
-def _check(memory: sqlite3.Connection, expression: str, columns: Sequence[str]) -> None:
-    """Refuse what is no expression of its own, or names a column that there is not."""
-    # SQLite takes a name in double quotes that is no column for a text, and then selects nothing.
-    outside = QUOTED_TEXT.sub("", expression)
-    if QUOTED_NAME.search(outside):
-        _check_texts(expression, columns)
-    for name in QUOTED_NAME.findall(outside):
-        if name not in columns:
-            raise unknown_choice("column", name, columns)
-    # Without parentheses around it: what only they would balance is not an expression.
-    _selected(memory, f"{expression}\n", columns, most=0)
-
-
-def _check_texts(expression: str, columns: Sequence[str]) -> None:
-    """Refuse an expression that compares with a text without its quotes, and show it with them."""
-    for compared in UNQUOTED_TEXT.finditer(QUOTED_TEXT.sub(lambda text: " " * len(text[0]), expression)):
-        if compared[2] not in columns:
-            before, after = expression[: compared.start(1)], expression[compared.end(1) :].strip()
-            quoted = f"{before}'{compared[2]}' {after}".strip()
-            raise InvalidInput(f'--where: a text stands in single quotes: --where "{quoted}"')
 
 
 def _selected(memory: sqlite3.Connection, condition: str, columns: Sequence[str], most: int = -1) -> list[Any]:
@@ -191,10 +170,9 @@ def _selected(memory: sqlite3.Connection, condition: str, columns: Sequence[str]
         return memory.execute(f"SELECT * FROM results WHERE {condition} ORDER BY rowid LIMIT {most}").fetchall()
     except (sqlite3.Error, sqlite3.Warning) as error:
         text = str(error)
-        _check_texts(condition, columns)
         if text.startswith(NO_COLUMN):
-            raise unknown_choice("column", text.removeprefix(NO_COLUMN), columns) from None
-        raise InvalidInput(f"--where: {text}; write SQL on the columns, e.g. engine = 'mujoco'") from None
+            text = str(unknown_choice("column", text.removeprefix(NO_COLUMN), columns))
+        raise InvalidInput(f"--where, SQL on the columns with texts in single quotes: {text}") from None
 
 
 def _reading_only(action: int, *_: Any) -> int:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from conrod.runs.convergence import PAIRS_AGREE, observed_order
+from conrod.runs.convergence import ObservedOrder
 from conrod.studies.sweep.error_budget import ErrorBudget
 from conrod.studies.sweep.grid_convergence import GridConvergence
 from conrod.studies.sweep.sensitivity import Sensitivity
@@ -28,32 +28,6 @@ def pareto_front(items: Iterable[Item], costs: Callable[[Item], tuple[float, flo
             least = costs(item)[1]
             front.append(item)
     return tuple(front)
-
-
-@dataclass(frozen=True)
-class QuantityOrder:
-    """Fall of the largest error of one quantity with the step.
-
-    Attributes:
-        claimed: order, where consecutive pairs agree clear of the floor (docs/design.md, 'Convergence order').
-        pairs: order between completed neighbours, None where an error is zero.
-        plateau: error of the finest run where it has stopped falling: the orders of the last two pairs have no size.
-            None where it falls, or grows, to the end.
-        floor: of the fit e = c h^p + floor; None where there are too few points.
-    """
-
-    claimed: float | None
-    pairs: tuple[float | None, ...]
-    plateau: float | None
-    floor: float | None
-
-
-def order_of(steps: Sequence[int], errors: Sequence[float]) -> QuantityOrder:
-    """Order, plateau and floor of errors at increasing numbers of steps per revolution."""
-    found = observed_order(steps, errors)
-    last = found.pairs[-2:]
-    still = len(last) == 2 and all(order is not None and abs(order) <= PAIRS_AGREE for order in last)
-    return QuantityOrder(found.claimed, found.pairs, errors[-1] if still else None, found.floor)
 
 
 @dataclass(frozen=True)
@@ -108,7 +82,7 @@ class SweptRule:
     path: str
     knobs: Mapping[str, str]
     formal_order: float | None
-    orders: Mapping[str, QuantityOrder]
+    orders: Mapping[str, ObservedOrder]
 
 
 @dataclass(frozen=True)

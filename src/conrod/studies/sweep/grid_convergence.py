@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +93,7 @@ class GridConvergence:
     failed: tuple[tuple[int, str], ...]
 
 
-@dataclass(frozen=True)
-class Bands:
+class Bands(NamedTuple):
     """Verdicts on cells; each (K,)."""
 
     band: Array  # normalised as the errors are
@@ -134,7 +134,7 @@ def grid_convergence_of(family: Family, measurements: Mapping[str, Measurement])
         label=family.label,
         path=family.path,
         formal_order=formal,
-        shares={quantity: pooled(parts).share() for quantity, parts in found.items()},
+        shares={q: Bands(*map(np.concatenate, zip(*parts, strict=True))).share() for q, parts in found.items()},
         failed=tuple((steps, measured.outcome) for steps, measured in runs if measured.signed is None),
     )
 
@@ -199,13 +199,3 @@ def observed_order_of_three(d21: Array, d32: Array, r21: float, r32: float) -> A
             below = np.log(ratio) + middle * np.log(r21) < target
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     return np.where(np.isnan(target), np.nan, 0.5 * (low + high))
-
-
-def pooled(parts: Sequence[Bands]) -> Bands:
-    """All cells of several triples."""
-    return Bands(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("band", "error", "at_rounding", "unreasonable", "oscillating")
-        )
-    )

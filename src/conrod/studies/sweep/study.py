@@ -12,6 +12,7 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import Lacking, SoftnessLaw, Swept, Timed, Varied, capability, rules_of, variations_of
 from conrod.engines.engine import CUSTOM
 from conrod.engines.rule import Grid, Rule, step_counts
+from conrod.runs.convergence import ObservedOrder, observed_order
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study
@@ -29,11 +30,9 @@ from conrod.studies.sweep.error_budget import (
 from conrod.studies.sweep.findings import (
     COMPLETED,
     Agreement,
-    QuantityOrder,
     SweepStudy,
     SweptPoint,
     SweptRule,
-    order_of,
 )
 from conrod.studies.sweep.grid_convergence import grid_convergence_of
 from conrod.studies.sweep.sensitivity import sensitivity_cases, sensitivity_of
@@ -200,7 +199,7 @@ def formal_order(settings: Settings) -> float | None:
 # -- rules and points --------------------------------------------------------------------------------------------------
 
 
-def orders_along(family: Family, measurements: Results) -> dict[str, QuantityOrder]:
+def orders_along(family: Family, measurements: Results) -> dict[str, ObservedOrder]:
     """Order, plateau and floor of each quantity along a family; runs that did not complete are left out.
 
     Raises:
@@ -208,7 +207,7 @@ def orders_along(family: Family, measurements: Results) -> dict[str, QuantityOrd
     """
     runs = {case.settings.steps_per_revolution: measurements[case.key] for case in family.cells}
     steps = sorted(n for n, run in runs.items() if run.errors is not None)
-    return {q: order_of(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
+    return {q: observed_order(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
 
 
 def _points(plan: SweepPlan, measurements: Results, timings: Timings) -> Iterator[SweptPoint]:

@@ -6,7 +6,7 @@ the actuator makes of the speed is seen in the drive's ripple and in the phase. 
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,9 @@ from conrod.engines.capabilities import OwnMotor
 from conrod.engines.engine import STOCK, step_length
 from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
-from conrod.runs.comparison import QUANTITIES, compare
+from conrod.runs.comparison import Stretch
 from conrod.runs.outcome import judge
+from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 from conrod.scenes import Scene
 from conrod.studies.validation.plan import Plan, started
@@ -45,12 +46,9 @@ def validate_own_motor(name: str, scene: Scene, engine: Engine[Any], plan: Plan)
         found = _trajectory(scene, engine, run, start, revolutions)
     if found.outcome is not Outcome.COMPLETED:
         return replace(empty, outcome=found.outcome.slug, reason=found.reason)
-    seen = compare(found, scene)
-    return replace(
-        empty, errors={p: {q: asdict(getattr(e, q).size) for q in QUANTITIES} for p, e in seen.points.items()},
-        closure=asdict(seen.closure), phase={"max": seen.phase_max, "final": seen.phase_final},
-        drive={"speed": seen.drive_speed, "acceleration": seen.drive_acceleration},
-    )  # fmt: skip
+    errors = RunErrors()
+    errors.add(Stretch(found, scene))
+    return replace(empty, **errors.found())
 
 
 def _trajectory(scene: Scene, engine: Engine[Any], run: FreeRun, start: float, revolutions: float) -> Trajectory:

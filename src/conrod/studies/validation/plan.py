@@ -180,7 +180,7 @@ class Drawn:
 
     def add(self, stretch: Stretch) -> None:
         for name, tracks in stretch.trajectory.points.items():
-            known, peak = self.peaks.get(name, {}), vars(stretch.peak(name))
+            known, peak = self.peaks.get(name, {}), stretch.peaks(name)
             self.peaks[name] = {quantity: max(size, known.get(quantity, 0.0)) for quantity, size in peak.items()}
             for quantity in QUANTITIES:
                 error = getattr(stretch.points[name], quantity).error

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -50,21 +49,6 @@ class Family:
     def scene(self) -> Scene:
         """The scene that all cells run."""
         return self.cells[0].scene
-
-    @cached_property
-    def fixed(self) -> dict[str, Any]:
-        """Settings that are the same at every step, as plain values."""
-        return {k: v for k, v in self._settings[0].items() if k not in self.following}
-
-    @cached_property
-    def following(self) -> tuple[str, ...]:
-        """Names of the settings that change with the step."""
-        first = self._settings[0]
-        return tuple(k for k in first if any(settings[k] != first[k] for settings in self._settings[1:]))
-
-    @cached_property
-    def _settings(self) -> list[dict[str, Any]]:
-        return [{k: v for k, v in cell.settings.as_dict().items() if k != "preset"} for cell in self.cells]
 
 
 def family_of(name: str, scene: Scene, settings: Settings, path: Path, steps: Sequence[int] = GRIDS) -> Family:
