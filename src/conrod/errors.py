@@ -67,6 +67,31 @@ def nearest(given: str, names: Iterable[str], most: int = 2) -> list[str]:
     return [name for alike, name in likely[:most] if alike >= max(LEAST_LIKENESS, AS_NEAR * best)]
 
 
+def named_values(
+    texts: Iterable[str], option: str, form: str = "name=value", kind: str = "name", known: Iterable[str] = ()
+) -> dict[str, str]:
+    """Values by name of texts "name=value".
+
+    Args:
+        form: how they are to be given, for the message.
+        kind, known: what the names are of, and those that there are; any where none are given.
+
+    Raises:
+        InvalidInput: one is not written so, is unknown or given twice.
+    """
+    values, choices = dict[str, str](), list(known)
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (equals and name and value):
+            raise InvalidInput(f"{option} {text!r}: give {form}")
+        if choices and name not in choices:
+            raise unknown_choice(kind, name, choices)
+        if name in values:
+            raise InvalidInput(f"{option} {name}: given twice, as {values[name]!r} and {value!r}")
+        values[name] = value
+    return values
+
+
 def portable(error: Exception) -> Exception:
     """An error that arrives in another process: one that cannot be pickled is replaced by its text."""
     if not isinstance(error, InvalidInput):

@@ -109,7 +109,7 @@ MISTAKES = {
     "show --svg x.svg": ("SCENE",),
     "show saw-40rpm --svg a.png": ("a.png", ".svg"),
     "show saw-40rpm --figures ''": ("name of a folder",),
-    "show saw-40rpm --figures . --svg centres.svg": ("it is the same file as --svg",),
+    "show saw-40rpm --figures . --svg centres.svg": ("it is the same file as the figure centres.svg",),
     "export saw-40rpm --format csv -o ''": ("-o ''", "name of a file"),
     "export saw-40rpm --format csv -o -": ("-o '-'", "name of a file"),
     "export saw-40rpm --format npz": ("-o",),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -13,6 +12,8 @@ from conrod.cli.say import say
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from conrod.exact.linkage import InstantQuantities
     from conrod.scenes import Scene
 
@@ -38,18 +39,20 @@ def show(
     """List what is available, one line each; or describe one SCENE."""
     from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
     from conrod.exact.linkage import turn_quantities
-    from conrod.studies.frame.files import single, write_together
+    from conrod.studies.frame.files import files_to_write, folder_to_write, single, write_together
     from conrod.studies.frame.resolve_arguments import select_scene
 
-    wanted = {"--svg": drawing, "--figures": figures, "--json": document}
     if scene is None:
-        if assignments or angle or any(value is not None for value in wanted.values()):
+        if assignments or any(given is not None for given in (angle, drawing, figures, document)):
             raise InvalidInput("--svg, --set, --angle, --figures and --json need a SCENE; `conrod show` lists them")
         show_catalogue()
         return
-    files = _files({option: text for option, text in wanted.items() if text is not None})
+    if drawing and not drawing.strip().lower().endswith(".svg"):
+        raise InvalidInput(f"--svg {drawing}: the drawing is SVG: give a name that ends in .svg")
+    folder = None if figures is None else folder_to_write(figures, "--figures")
+    files = files_to_write({"--svg": drawing, "--json": document}, _drawn_in(folder) if folder else None)
     name, chosen = select_scene(scene, assignments)
-    instant = _instant(chosen, angle, "--figures" in files)
+    instant = _instant(chosen, angle, folder is not None)
     turn = turn_quantities(chosen.kinematics)
     show_scene(name, chosen)
     show_turn(chosen.kinematics, turn)
@@ -60,37 +63,24 @@ def show(
         from conrod.report.drawing.drawing import mechanism_svg
 
         batches.append(single(files["--svg"], mechanism_svg(chosen)))
-    if "--figures" in files and instant:
+    if folder and instant:
         from conrod.report.linkage.figures import figures_batch
 
-        batches.append(figures_batch(instant, files["--figures"]))
+        batches.append(figures_batch(instant, folder))
     if "--json" in files:
         from conrod.report.linkage.document import linkage_text
 
         batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
     write_together(batches)
-    for option, word in (("--svg", "drawing"), ("--figures", "figures")):
-        if option in files:
-            say(f"{word}: {files[option]}")
+    for word, written in (("drawing", files.get("--svg")), ("figures", folder)):
+        if written:
+            say(f"{word}: {written}")
 
 
-def _files(texts: dict[str, str]) -> dict[str, Path]:
-    """Files and folders that can be written, by option, before any work is done."""
+def _drawn_in(folder: Path) -> dict[str, Path]:
     from conrod.report.linkage.figures import FIGURES
-    from conrod.studies.frame.files import check_apart, file_to_write, folder_to_write
 
-    drawing = texts.get("--svg", "").strip()
-    if drawing and not drawing.lower().endswith(".svg"):
-        raise InvalidInput(f"--svg {drawing}: the drawing is SVG: give a name that ends in .svg")
-    found = {
-        option: folder_to_write(text, option) if option == "--figures" else file_to_write(text, option)
-        for option, text in texts.items()
-    }
-    named = {option: path for option, path in found.items() if option != "--figures"}
-    if "--figures" in found:
-        named |= {f"the figure {figure}": found["--figures"] / figure for figure in FIGURES}
-    check_apart(named)
-    return found
+    return {f"the figure {figure}": folder / figure for figure in FIGURES}
 
 
 def _instant(scene: Scene, text: str | None, wanted: bool) -> InstantQuantities | None:

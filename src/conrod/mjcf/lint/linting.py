@@ -195,7 +195,7 @@ def driven_crank(model: mujoco.MjModel, name: str | None) -> Crank:
     hinges = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE).tolist()
     on_frame = [j for j in hinges if model.body_weldid[model.body_parentid[model.jnt_bodyid[j]]] == 0]
     if len(on_frame) != 1:
-        names = listed(names_of(model, "joint")) or "none has a name"
+        names = listed(filter(None, names_of(model, "joint"))) or "none has a name"
         raise InvalidInput(f"{len(on_frame)} hinges are on the frame: name the crank with --crank (joints: {names})")
     return crank_of(model, on_frame[0])
 

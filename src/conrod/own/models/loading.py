@@ -16,6 +16,7 @@ from conrod.mechanism.units import check_number
 from conrod.own.files import check_readable
 from conrod.own.models.request import KINDS, Controls, Place
 
+COUNTS = {"joint": "njnt", "equality": "neq", "actuator": "nu"}
 OWNERS = {"body": "body", "jnt": "joint", "geom": "geom", "site": "site", "eq": "equality", "key": "keyframe"}
 
 
@@ -53,9 +54,20 @@ def _owner(model: mujoco.MjModel, field: str, values: np.ndarray[tuple[int, ...]
 OWN_POSE = "qpos0"
 
 
-def names_of_keyframes(model: mujoco.MjModel) -> list[str]:
-    """Names of the keyframes, in order; empty where one has none."""
-    return [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, index) or "" for index in range(model.nkey)]
+def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
+    """Names of all elements of a kind, in order; empty where one has none.
+
+    Args:
+        kind: in lower case as in MuJoCo's names of kinds: body, joint, site, geom, equality, key, actuator.
+    """
+    kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
+    count = getattr(model, COUNTS.get(kind, f"n{kind}"))
+    return [mujoco.mj_id2name(model, kind_id, index) or "" for index in range(count)]
+
+
+def numbered(names: Iterable[str]) -> list[str]:
+    """The names, and the number in place of one that is empty."""
+    return [name or str(index) for index, name in enumerate(names)]
 
 
 def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | None:
@@ -67,7 +79,7 @@ def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | No
     Raises:
         InvalidInput: the model has no such keyframe; names the nearest.
     """
-    names = [name or str(index) for index, name in enumerate(names_of_keyframes(model))]
+    names = numbered(names_of(model, "key"))
     if given is None:
         return 0 if names else None
     if given in names:
@@ -94,7 +106,7 @@ def data_at_start(
     data, index = mujoco.MjData(model), keyframe_to_start_from(model, keyframe)
     if index is not None:
         mujoco.mj_resetDataKeyframe(model, data, index)
-    names = actuator_names(model)
+    names = numbered(names_of(model, "actuator"))
     clamps = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
     for name, value in controls:
         if not names:
@@ -116,19 +128,14 @@ def controls_at_start(model: mujoco.MjModel, keyframe: str | None, controls: Con
         InvalidInput: as for the data.
     """
     data, _ = data_at_start(model, keyframe, controls)
-    return dict(zip(actuator_names(model), data.ctrl.tolist(), strict=True))
-
-
-def actuator_names(model: mujoco.MjModel) -> list[str]:
-    """Names of all actuators, in order; the number of one that has none."""
-    kind = mujoco.mjtObj.mjOBJ_ACTUATOR
-    return [mujoco.mj_id2name(model, kind, index) or str(index) for index in range(model.nu)]
+    return dict(zip(numbered(names_of(model, "actuator")), data.ctrl.tolist(), strict=True))
 
 
 def start_words(model: mujoco.MjModel, keyframe: int | None, controls: Iterable[float] = ()) -> str:
     """'keyframe start with motor = 4.19': a start in words, with the controls (nu,) that are not 0."""
-    words = "its own pose" if keyframe is None else f"keyframe {names_of_keyframes(model)[keyframe] or keyframe}"
-    inputs = [f"{name} = {value:.6g}" for name, value in zip(actuator_names(model), controls, strict=False) if value]
+    words = "its own pose" if keyframe is None else f"keyframe {numbered(names_of(model, 'key'))[keyframe]}"
+    actuators = numbered(names_of(model, "actuator"))
+    inputs = [f"{name} = {value:.6g}" for name, value in zip(actuators, controls, strict=False) if value]
     return f"{words} with {listed(inputs)}" if inputs else words
 
 
@@ -161,27 +168,15 @@ def save_model(model: object, path: Path) -> None:
 
 
 def element_id(model: mujoco.MjModel, kind: str, name: str) -> int:
-    """Index of a named element.
-
-    Args:
-        kind: in lower case as in MuJoCo's names of kinds: body, joint, site, geom, sensor, equality, ...
+    """Index of a named element of a kind, as in `names_of`.
 
     Raises:
         InvalidInput: the model has none of the name; names the nearest.
     """
-    kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
-    found = int(mujoco.mj_name2id(model, kind_id, name))
-    if found < 0:
-        raise unknown_choice(kind, name, names_of(model, kind))
-    return found
-
-
-def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
-    """Names of all elements of a kind that have one."""
-    kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
-    counts = {"body": model.nbody, "joint": model.njnt, "site": model.nsite, "geom": model.ngeom}
-    counts |= {"sensor": model.nsensor, "equality": model.neq, "tendon": model.ntendon, "actuator": model.nu}
-    return [name for name in (mujoco.mj_id2name(model, kind_id, i) for i in range(counts[kind])) if name]
+    names = names_of(model, kind)
+    if not name or name not in names:
+        raise unknown_choice(kind, name, filter(None, names))
+    return names.index(name)
 
 
 def name_or_number(model: mujoco.MjModel, kind: str, index: int) -> str:
@@ -258,7 +253,7 @@ def find_crank(model: mujoco.MjModel, name: str) -> Crank:
     """
     joint = element_id(model, "joint", name)
     if (kind := joint_kind(model, joint)) != "hinge":
-        hinges = [n for n in names_of(model, "joint") if joint_kind(model, model.joint(n).id) == "hinge"]
+        hinges = [n for j, n in enumerate(names_of(model, "joint")) if n and joint_kind(model, j) == "hinge"]
         choices = f"; its hinges: {listed(hinges)}" if hinges else "; it has no hinge with a name"
         raise InvalidInput(f"--crank {name}: it is a {kind} joint, a crank is a hinge{choices}")
     return crank_of(model, joint)
@@ -289,6 +284,6 @@ def _only_kind(model: mujoco.MjModel, place: Place) -> str:
             f"say which: {place.point}={found[0]}:{place.element}"
         )
     if not found:
-        every = {name for kind in KINDS for name in names_of(model, kind)}
+        every = {name for kind in KINDS for name in names_of(model, kind) if name}
         raise unknown_choice("site, body or geom", place.element, every)
     return found[0]

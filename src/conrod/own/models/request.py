@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome, Settings
 
@@ -44,21 +44,14 @@ def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place
     Raises:
         InvalidInput: a point that is not written so, is unknown or given twice.
     """
-    places: dict[str, Place] = {}
-    for text in texts:
-        name, equals, where = (part.strip() for part in text.partition("="))
-        if not equals or not name or not where:
-            raise InvalidInput(f"--point {text!r}: give it as {observed[0] if observed else 'NAME'}=site:SITE")
-        if observed and name not in observed:
-            raise unknown_choice("observed point", name, observed)
-        if name in places:
-            raise InvalidInput(f"--point {name}: given twice, as {str(places[name])!r} and {where!r}")
+    places, form = list[Place](), f"it as {observed[0] if observed else 'NAME'}=site:SITE"
+    for name, where in named_values(texts, "--point", form, "observed point", observed).items():
         kind, colon, element = where.partition(":")
         if colon and not element and kind not in KINDS:
             raise unknown_choice("kind of element", kind, KINDS)
         # A name may have a colon in it itself.
-        places[name] = Place(name, kind, element) if colon and kind in KINDS else Place(name, "", where)
-    return tuple(places.values())
+        places.append(Place(name, kind, element) if colon and kind in KINDS else Place(name, "", where))
+    return tuple(places)
 
 
 # Control inputs by an actuator's name or number, in MuJoCo's own units.
@@ -71,19 +64,16 @@ def controls_of(texts: Sequence[str]) -> Controls:
     Raises:
         InvalidInput: one that is not written so, is no number, or is given twice.
     """
-    controls: dict[str, float] = {}
-    for text in texts:
-        name, _, value = (part.strip() for part in text.rpartition("="))
+    controls, form = list[tuple[str, float]](), "an actuator and a finite number in MuJoCo's units: motor=4.19"
+    for name, text in named_values(texts, "--ctrl", form).items():
         try:
-            number = float(value)
+            number = float(text)
         except ValueError:
             number = math.nan
-        if not name or not math.isfinite(number):
-            raise InvalidInput(f"--ctrl {text!r}: give an actuator and a finite number in MuJoCo's units: motor=4.19")
-        if name in controls:
-            raise InvalidInput(f"--ctrl {name}: given twice, as {controls[name]:g} and {number:g}")
-        controls[name] = number
-    return tuple(controls.items())
+        if not math.isfinite(number):
+            raise InvalidInput(f"--ctrl '{name}={text}': give {form}")
+        controls.append((name, number))
+    return tuple(controls)
 
 
 @dataclass(frozen=True)

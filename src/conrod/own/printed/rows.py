@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import BREAK_WIDTH, Array
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.own.printed.judging import DIGITS, Item, Number
@@ -198,14 +198,10 @@ def _factor(unit: str, derivative: str) -> float:
 
 def _with(scene: Scene, text: str) -> Scene:
     """The scene with the parameters of a row, "crank=32.5mm; rod=390mm"."""
-    changed, facts = {}, scene.parameter_facts()
-    for part in filter(None, (part.strip() for part in text.split(";"))):
-        name, equals, value = (word.strip() for word in part.partition("="))
-        if not equals:
-            raise InvalidInput(f"parameters = {part!r}: give name=value, several apart by ;")
-        if name not in facts:
-            raise unknown_choice("parameter", name, facts)
-        changed[name] = parse_quantity(name, value, facts[name].unit)
+    facts = scene.parameter_facts()
+    parts = list(filter(None, (part.strip() for part in text.split(";"))))
+    texts = named_values(parts, "parameters =", "name=value, several apart by ;", "parameter", facts)
+    changed = {name: parse_quantity(name, value, facts[name].unit) for name, value in texts.items()}
     return scene.with_parameters(**changed) if changed else scene
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import Array
 from conrod.own.tables.headings import (
     BRACKETED,
@@ -88,8 +88,9 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
         InvalidInput: something that is no quantity of the scene, or no unit.
     """
     known = {target.name: target for target in targets(points)}
-    named = dict(_pairs(columns, "--column", known))
-    own = dict(_pairs([u for u in units if "=" in u], "--unit", known))
+    form = "QUANTITY=..., e.g. {} time=t"
+    named = named_values(columns, "--column", form.format("--column"), "quantity", known)
+    own = named_values([u for u in units if "=" in u], "--unit", form.format("--unit"), "quantity", known)
     for name, unit in own.items():
         _factor_of(unit, known[name], f"--unit {name}={unit}")
     general = tuple(unit.strip() for unit in units if "=" not in unit)
@@ -97,21 +98,6 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
     return Request(named, own, general)
-
-
-def _pairs(texts: Sequence[str], option: str, known: Mapping[str, Target]) -> Iterator[tuple[str, str]]:
-    seen = set()
-    for text in texts:
-        # A heading may hold an equals sign, a quantity does not.
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise InvalidInput(f"{option} {text!r}: give QUANTITY=..., e.g. {option} time=t")
-        if name not in known:
-            raise unknown_choice("quantity", name, known)
-        if name in seen:
-            raise InvalidInput(f"{option} {name}: given twice")
-        seen.add(name)
-        yield name, value
 
 
 def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.engines import Engine, engine_named, engine_names
 from conrod.engines.capabilities import Lacking, capability, required
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import CATALOGUE, catalogue_names, catalogue_text, scene_named
@@ -38,11 +38,8 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
 
 
 def _assigned(scenes: Mapping[str, Scene], assignments: Sequence[str]) -> dict[str, Scene]:
-    values = _split_all(assignments, "--set")
     known = {name for scene in scenes.values() for name in scene.parameter_facts()}
-    for name in values:
-        if name not in known:
-            raise unknown_choice("parameter", name, known)
+    values = named_values(assignments, "--set", kind="parameter", known=known)
     return {name: _with_values(scene, values) for name, scene in scenes.items()}
 
 
@@ -214,25 +211,7 @@ def parse_tolerance(text: str, known: Sequence[str] = TOLERANCES) -> dict[str, f
         InvalidInput: an unknown quantity, or a value that is not a positive number.
     """
     tolerances = {}
-    for name, value in _split_all(text.split(","), "--tolerance").items():
-        if name not in known:
-            raise unknown_choice("quantity", name, known)
+    for name, value in named_values(text.split(","), "--tolerance", kind="quantity", known=known).items():
         tolerances[name] = parse_quantity(name, value, "")
         check_number(f"tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE)
     return tolerances
-
-
-def _split_all(texts: Sequence[str], option: str) -> dict[str, str]:
-    values: dict[str, str] = {}
-    for name, value in (_split(text, option) for text in texts):
-        if name in values:
-            raise InvalidInput(f"{option} {name}: given twice, as {values[name]!r} and {value!r}")
-        values[name] = value
-    return values
-
-
-def _split(text: str, option: str) -> tuple[str, str]:
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip() or not value.strip():
-        raise InvalidInput(f"{option} {text!r}: give name=value")
-    return name.strip(), value.strip()
