@@ -23,12 +23,11 @@ class Frame:
     """Direction and curvature of the curve at points of it.
 
     Attributes:
-        tangent: of unit length; curvature: its derivative by the arc length; each (T, 3 n).
         nearness: about the smallest singular value (T,) of the joints' Jacobian but for the tangent's: 0 where a
             freedom more is gained.
     """
 
-    tangent: Array
+    tangent: Array  # of unit length; curvature: its derivative by the arc length; each (T, 3 n)
     curvature: Array
     nearness: Array
 

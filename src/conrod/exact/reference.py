@@ -16,13 +16,9 @@ from conrod.mechanism.mechanism import Mechanism
 
 
 class ExactReference(ABC):
-    """The exact motion of a mechanism as a function of the crank angle, and of time at constant speed.
+    """The exact motion of a mechanism as a function of the crank angle, and of time at constant speed."""
 
-    Attributes:
-        speed: crank speed [rad/s]; the crank angle is speed x time.
-    """
-
-    speed: float
+    speed: float  # crank speed [rad/s]; the crank angle is speed x time
 
     @abstractmethod
     def mechanism(self) -> Mechanism:

@@ -28,19 +28,12 @@ REDUNDANT = 1e-9  # singular values below this share of the largest are redundan
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of the active equality constraints at one pose.
+    """Rows of the active equality constraints at one pose."""
 
-    Attributes:
-        ids: (r,) the equality that each row belongs to.
-        jacobian: (r, nv).
-        gaps: (r,) how far each is violated [m or rad].
-        rates: (r,) of the gaps.
-    """
-
-    ids: NDArray[np.int_]
-    jacobian: Array
-    gaps: Array
-    rates: Array
+    ids: NDArray[np.int_]  # (r,) the equality that each row belongs to
+    jacobian: Array  # (r, nv)
+    gaps: Array  # (r,) how far each is violated [m or rad]
+    rates: Array  # (r,) of the gaps
 
     @cached_property
     def effective(self) -> NDArray[np.bool_]:

@@ -87,25 +87,15 @@ def velocity(
 
 @dataclass(frozen=True)
 class Run:
-    """A run that was made.
+    """A run that was made."""
 
-    Attributes:
-        states: (S, n) at samples, evenly spaced, the first is the start.
-        points: (S, p, 3) [m], what is observed.
-        sensors: (S, n), as MuJoCo gives them after the step that leaves the sample: they belong to the sample.
-        steps: that were made before anything broke.
-        touched: how many steps a pair of geoms was in contact.
-        warnings: of the engine.
-        broke: whether the engine gave up, or should have.
-    """
-
-    states: Array
-    points: Array
-    sensors: Array
-    steps: int
-    touched: dict[tuple[int, int], int]
-    warnings: tuple[str, ...]
-    broke: bool
+    states: Array  # (S, n) at samples, evenly spaced, the first is the start
+    points: Array  # (S, p, 3) [m], what is observed
+    sensors: Array  # (S, n), as MuJoCo gives them after the step that leaves the sample: they belong to the sample
+    steps: int  # that were made before anything broke
+    touched: dict[tuple[int, int], int]  # how many steps a pair of geoms was in contact
+    warnings: tuple[str, ...]  # of the engine
+    broke: bool  # whether the engine gave up, or should have
 
     @property
     def travel(self) -> float:

@@ -23,17 +23,15 @@ class Closure:
     """One equality constraint that can be hardened.
 
     Attributes:
-        index: of the equality.
-        units: of its measures, "m" or "rad": a weld's place and its turn are two.
         holder, ends: whose inverse weights its regularisation is taken from, by index.
         curved: MuJoCo's acceleration of it lacks the part of the velocity: it opens with the square of its time
             constant, hardened or not.
     """
 
-    index: int
+    index: int  # of the equality
     name: str
     kind: str
-    units: tuple[str, ...]
+    units: tuple[str, ...]  # of its measures, "m" or "rad": a weld's place and its turn are two
     holder: Holder
     ends: tuple[int, ...]
     curved: bool = False

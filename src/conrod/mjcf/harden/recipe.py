@@ -57,20 +57,13 @@ class Weights:
 
 @dataclass(frozen=True)
 class Recipe:
-    """An edit of a compiled model.
+    """An edit of a compiled model."""
 
-    Attributes:
-        factor: on the weights.
-        time_constants: index of an equality and its time constant [s].
-        integrator: MuJoCo's name; empty for the model's own.
-        newton: whether the solver is set to Newton.
-    """
-
-    factor: float
+    factor: float  # on the weights
     weights: Weights
-    time_constants: tuple[tuple[int, float], ...] = ()
-    integrator: str = ""
-    newton: bool = False
+    time_constants: tuple[tuple[int, float], ...] = ()  # index of an equality and its time constant [s]
+    integrator: str = ""  # MuJoCo's name; empty for the model's own
+    newton: bool = False  # whether the solver is set to Newton
 
     @property
     def weights_alone(self) -> Recipe:

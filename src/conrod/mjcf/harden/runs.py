@@ -23,20 +23,13 @@ LIMITS = (mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT, mujoco.mjtConstraint.mjCNSTR
 
 @dataclass(frozen=True)
 class Start:
-    """State from which runs start.
-
-    Attributes:
-        name: what a user calls it.
-        given: largest opening of the pose as given, by unit.
-        closed: whether the loops could be closed; the state is as given where they could not.
-        rates_changed: largest change that this made to a rate, over the largest rate.
-    """
+    """State from which runs start."""
 
     state: Array
-    name: str
-    given: dict[str, float]
-    closed: bool
-    rates_changed: float = 0.0
+    name: str  # what a user calls it
+    given: dict[str, float]  # largest opening of the pose as given, by unit
+    closed: bool  # whether the loops could be closed; the state is as given where they could not
+    rates_changed: float = 0.0  # largest change that this made to a rate, over the largest rate
 
 
 def start_of(model: mujoco.MjModel, request: Request, closures: Sequence[Closure]) -> Start:
@@ -74,17 +67,11 @@ def largest_by_unit(loops: Sequence[Loop], found: Sequence[float] | Array) -> di
 
 @dataclass(frozen=True)
 class Pace:
-    """Steps and samples of a run.
+    """Steps and samples of a run."""
 
-    Attributes:
-        samples: that it is looked at after the start.
-        stride: steps from one to the next.
-        timestep: [s].
-    """
-
-    samples: int
-    stride: int
-    timestep: float
+    samples: int  # that it is looked at after the start
+    stride: int  # steps from one to the next
+    timestep: float  # [s]
 
     def finer(self, times: int) -> Pace:
         """Pace with the same samples, and so many times as many steps."""
@@ -93,23 +80,14 @@ class Pace:
 
 @dataclass(frozen=True)
 class Swing:
-    """A run at its S + 1 samples, the start among them.
+    """A run at its S + 1 samples, the start among them."""
 
-    Attributes:
-        points: (S + 1, bodies, 3) centres of gravity of all that can move [m].
-        openings: (S + 1, loops) as `openings` has them.
-        steps: that were completed.
-        broke: the engine's warning that ended it, empty where it completed; the samples end before it.
-        touching: contacts and limits.
-        iterations: of the solver, mean over the last steps of the samples.
-    """
-
-    points: Array
-    openings: Array
-    steps: int
-    broke: str
-    touching: Touching
-    iterations: float
+    points: Array  # (S + 1, bodies, 3) centres of gravity of all that can move [m]
+    openings: Array  # (S + 1, loops) as `openings` has them
+    steps: int  # that were completed
+    broke: str  # the engine's warning that ended it, empty where it completed; the samples end before it
+    touching: Touching  # contacts and limits
+    iterations: float  # of the solver, mean over the last steps of the samples
 
 
 def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Swing:

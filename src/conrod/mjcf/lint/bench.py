@@ -34,23 +34,16 @@ class Bench:
     """Everything that rules ask of a model.
 
     Attributes:
-        document: the file.
-        start: state that all runs start from.
-        steps: of the run.
-        observed: points that are observed; every body where there is none.
-        keyframe: index of the keyframe that the start is taken from; None where it is the model's own pose.
-        edits: of the file, among them those that make the crank keep its speed.
-        clock: for the costs.
         copies: of the model with further edits, each on a bench of its own.
     """
 
-    document: Document
-    start: Array
-    steps: int
-    observed: tuple[FoundPoint, ...]
-    keyframe: int | None
-    edits: tuple[Edit, ...]
-    clock: Clock
+    document: Document  # the file
+    start: Array  # state that all runs start from
+    steps: int  # of the run
+    observed: tuple[FoundPoint, ...]  # points that are observed; every body where there is none
+    keyframe: int | None  # index of the keyframe that the start is taken from; None where it is the model's own pose
+    edits: tuple[Edit, ...]  # of the file, among them those that make the crank keep its speed
+    clock: Clock  # for the costs
     copies: dict[tuple[tuple[Edit, ...], int], Bench] = field(default_factory=dict)
 
     def edited(self, edits: Sequence[Edit], steps: int | None = None) -> Bench:
@@ -189,13 +182,11 @@ class Rule:
 
     Attributes:
         judge: looks at a model on the bench; its name is the rule's, its docstring what it finds, as in docs/lint.md.
-        why: what it finds is harmful, where the finding does not say more.
-        needs_motion: whether it needs a run that does not break.
     """
 
     judge: Judge
-    why: str = ""
-    needs_motion: bool = True
+    why: str = ""  # what it finds is harmful, where the finding does not say more
+    needs_motion: bool = True  # whether it needs a run that does not break
 
     @property
     def name(self) -> str:

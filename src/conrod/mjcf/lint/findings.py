@@ -20,23 +20,16 @@ class Request:
 
     Attributes:
         keyframe: name or number of the keyframe that it starts from; None for the first, or the model's own pose.
-        seconds: how long [s]; None for so many steps.
-        controls: inputs of actuators in place of the keyframe's.
-        crank: hinge that is driven; needs a speed.
-        speed: of the crank [rad/s]; None for a free run.
-        points: what is observed; every body where there is none.
-        ignored: names of rules that are left out.
-        fix_folder: where a fixed model will be; None where none is asked for.
     """
 
     keyframe: str | None = None
-    seconds: float | None = None
-    crank: str | None = None
-    speed: float | None = None
-    points: tuple[Place, ...] = ()
-    ignored: tuple[str, ...] = ()
-    fix_folder: str | None = None
-    controls: Controls = ()
+    seconds: float | None = None  # how long [s]; None for so many steps
+    crank: str | None = None  # hinge that is driven; needs a speed
+    speed: float | None = None  # of the crank [rad/s]; None for a free run
+    points: tuple[Place, ...] = ()  # what is observed; every body where there is none
+    ignored: tuple[str, ...] = ()  # names of rules that are left out
+    fix_folder: str | None = None  # where a fixed model will be; None where none is asked for
+    controls: Controls = ()  # inputs of actuators in place of the keyframe's
 
 
 # -- edits -----------------------------------------------------------------------------------------------------------
@@ -44,17 +37,11 @@ class Request:
 
 @dataclass(frozen=True)
 class Change:
-    """Give an attribute of an element a value, or take the element out where no attribute is named.
+    """Give an attribute of an element a value, or take the element out where no attribute is named."""
 
-    Attributes:
-        kind: of element, as MuJoCo names it: geom, joint, equality, sensor, key, body.
-        index: of the element in the compiled model.
-        name: how to speak of it.
-    """
-
-    kind: str
-    index: int
-    name: str
+    kind: str  # of element, as MuJoCo names it: geom, joint, equality, sensor, key, body
+    index: int  # of the element in the compiled model
+    name: str  # how to speak of it
     attribute: str = ""
     value: str = ""
 
@@ -67,13 +54,9 @@ class Change:
 
 @dataclass(frozen=True)
 class SetOption:
-    """Give an attribute of a section a value, wherever the file has the section.
+    """Give an attribute of a section a value, wherever the file has the section."""
 
-    Attributes:
-        path: the section and what is in it: ("option", "flag").
-    """
-
-    path: tuple[str, ...]
+    path: tuple[str, ...]  # the section and what is in it: ("option", "flag")
     attribute: str
     value: str
 
@@ -141,29 +124,20 @@ class Finding:
     """Something that the motion does not need, or that causes trouble.
 
     Attributes:
-        rule: name of the rule that found it; it and `why` are the rule's where the finding has none of its own.
-        subjects: what it is about, by name, or by number where it has none.
-        what: in a sentence.
-        evidence: what it rests on; the same in every run on one machine.
-        why: it is harmful.
-        fix: in words.
-        edits: the same for the model file; empty where words must do.
-        safe: whether the edits keep the machine and its observed motion.
         change: largest change of the observed positions without it, over the travel; None where nothing was run.
-        cost: of a step with it over one without it, measured; None where it has none.
     """
 
-    rule: str = ""
-    subjects: tuple[str, ...] = ()
-    what: str
+    rule: str = ""  # name of the rule that found it; it and `why` are the rule's where the finding has none of its own
+    subjects: tuple[str, ...] = ()  # what it is about, by name, or by number where it has none
+    what: str  # in a sentence
     harm: Harm
-    evidence: dict[str, Value]
-    why: str = ""
-    fix: str
-    edits: tuple[Edit, ...] = ()
-    safe: bool = False
+    evidence: dict[str, Value]  # what it rests on; the same in every run on one machine
+    why: str = ""  # it is harmful
+    fix: str  # in words
+    edits: tuple[Edit, ...] = ()  # the same for the model file; empty where words must do
+    safe: bool = False  # whether the edits keep the machine and its observed motion
     change: float | None = None
-    cost: PairedCost | None = None
+    cost: PairedCost | None = None  # of a step with it over one without it, measured; None where it has none
 
 
 @dataclass(frozen=True)
@@ -177,36 +151,23 @@ class Note:
 
 @dataclass(frozen=True)
 class Fixed:
-    """A model with the safe edits made.
+    """A model with the safe edits made."""
 
-    Attributes:
-        text: of the file; empty where there was nothing to do safely.
-        change: largest change of the observed positions, over the travel.
-        cost: of a step of the original over one of it.
-    """
-
-    text: str = ""
+    text: str = ""  # of the file; empty where there was nothing to do safely
     edits: tuple[Edit, ...] = ()
-    change: float = 0.0
-    cost: PairedCost | None = None
+    change: float = 0.0  # largest change of the observed positions, over the travel
+    cost: PairedCost | None = None  # of a step of the original over one of it
 
 
 @dataclass(frozen=True)
 class Report:
-    """All that was found in a model.
+    """All that was found in a model."""
 
-    Attributes:
-        model: the file.
-        run: what was run, in a sentence.
-        findings: the most harmful first.
-        fixed: None unless it was asked for.
-    """
-
-    model: str
-    run: str
-    findings: tuple[Finding, ...]
+    model: str  # the file
+    run: str  # what was run, in a sentence
+    findings: tuple[Finding, ...]  # the most harmful first
     notes: tuple[Note, ...]
-    fixed: Fixed | None = None
+    fixed: Fixed | None = None  # None unless it was asked for
 
     def document(self) -> dict[str, Any]:
         """All but the text of the fixed model as plain values, edits in words."""
