@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import chain, combinations
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,11 +59,7 @@ class Equations:
         self.approximate = start.reshape(1, -1)
         self.scale = np.tile([self.size, self.size, 1.0], len(mechanism.bodies))
         self.unit = UNITS ** round(math.log(self.size, UNITS))
-        of_joints = (
-            [self.unit, 1.0] if isinstance(joint, Prismatic) else [self.unit] * self.count(joint)
-            for joint in mechanism.joints
-        )
-        self.rows = np.array([*chain.from_iterable(of_joints), 1.0])
+        self.rows = np.append(self.row_lengths(self.unit), 1.0)
         # The numbers in the Jacobian are the mechanism's, whatever its poses: they are looked through once.
         self._order: PivotOrder | None = None
 
@@ -107,6 +103,11 @@ class Equations:
     def count(joint: Joint) -> int:
         """Number of equations of a joint: two for a lower pair, one for a higher one."""
         return 1 if isinstance(joint, HigherPair) else 2
+
+    def row_lengths(self, length: float) -> Array:
+        """Divisors of the joints' equations (3 n - 1,): a length [m], but for the angle that a slide keeps."""
+        joints = self.mechanism.joints
+        return np.concatenate([[length, 1.0] if isinstance(j, Prismatic) else [length] * self.count(j) for j in joints])
 
     def residual(self, coefficients: list[Array], angle: Array, arcs: Arcs | None = None) -> list[Entry]:
         """Residual of all equations along Taylor coefficients by the crank angle: the coefficient of their order.

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from conrod.exact.motion import Array
+
 Scalar: TypeAlias = float | Array
 
 

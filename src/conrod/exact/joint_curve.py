@@ -11,9 +11,9 @@ import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from conrod.exact.equations import Arcs, Equations
-from conrod.exact.joint_equations import active_arcs, joint_residual, pose_jets
+from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism
 
 NEWTON_STEPS, NEWTON_DONE = 12, 1e-9  # after a step this small its square is left
 
@@ -27,8 +27,8 @@ class Frame:
             freedom more is gained.
     """
 
-    tangent: Array  # of unit length; curvature: its derivative by the arc length; each (T, 3 n)
-    curvature: Array
+    tangent: Array  # of unit length (T, 3 n)
+    curvature: Array  # its derivative by the arc length (T, 3 n)
     nearness: Array
 
 
@@ -47,7 +47,7 @@ class JointCurve:
         size = _link_size(mechanism) or self._equations.size
         self.scale = np.tile([size, size, 1.0], len(mechanism.bodies))
         self.unit = math.sqrt(len(mechanism.bodies))
-        self._lengths = self._row_lengths(size)
+        self._lengths = self._equations.row_lengths(size)
         self._held: dict[str, int] = {}
 
     def on(self, arcs: dict[str, int]) -> Self:
@@ -65,14 +65,6 @@ class JointCurve:
     def _arcs(self, samples: int) -> Arcs:
         return {name: np.full(samples, arc, dtype=np.intp) for name, arc in self._held.items()}
 
-    def _row_lengths(self, size: float) -> Array:
-        """Divisors of the equations: the size, but for the angle that a slide keeps."""
-        lengths = []
-        for joint in self.mechanism.joints:
-            rows = Equations.count(joint)
-            lengths += [size, 1.0] if isinstance(joint, Prismatic) else [size] * rows
-        return np.array(lengths)
-
     def jacobian(self, points: Array) -> Array:
         """Derivative of the joints' equations by the coordinates (T, 3 n - 1, 3 n), without units."""
         full = self._equations.jacobian(points * self.scale, self._arcs(len(points)))[:, :-1, :]
@@ -80,16 +72,9 @@ class JointCurve:
 
     def coefficient(self, coefficients: list[Array]) -> Array:
         """Taylor coefficient (T, 3 n - 1) of the joints' equations along Taylor coefficients of points."""
-        order = len(coefficients) - 1
-        bodies = pose_jets(self.mechanism, [c * self.scale for c in coefficients])
         samples = len(coefficients[0])
-        arcs = self._arcs(samples)
-        rows = [
-            np.broadcast_to(equation.coefficients[order], samples)
-            for joint in self.mechanism.joints
-            for equation in joint_residual(joint, bodies, arcs.get(joint.name))
-        ]
-        return np.stack(rows, axis=1) / self._lengths
+        rows = self._equations.residual([c * self.scale for c in coefficients], np.zeros(samples), self._arcs(samples))
+        return np.stack([np.broadcast_to(row, samples) for row in rows[:-1]], axis=1) / self._lengths
 
     def bordered(self, points: Array, row: Array) -> Array:
         """The Jacobian with one row below it; (T, 3 n, 3 n)."""

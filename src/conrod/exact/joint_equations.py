@@ -20,7 +20,8 @@ from typing import assert_never
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.exact.jet import Array, Jet, direction, reciprocal, sine_cosine, square_root
+from conrod.exact.jet import Jet, direction, reciprocal, sine_cosine, square_root
+from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
 

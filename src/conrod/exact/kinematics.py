@@ -16,7 +16,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.branch_walk import BranchWalk
-from conrod.exact.equations import Arcs, Equations
+from conrod.exact.equations import Equations
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.motion import (
@@ -29,7 +29,7 @@ from conrod.exact.motion import (
     diameter,
     motion_in_time,
 )
-from conrod.mechanism.mechanism import Joint, Mechanism
+from conrod.mechanism.mechanism import Mechanism
 
 SAMPLES, HALVINGS = 720, 60  # of a turn, where joints of cams are looked for
 ASIDE = 0.3  # of a sample's spacing
@@ -46,7 +46,7 @@ class Kinematics:
 
     Attributes:
         size: largest coordinate [m] in the mechanism's start poses.
-        poses, reach, near_change: as of `BranchWalk`.
+        poses, reach, near_change: as of `BranchWalk`; jacobian: as of `Equations`, whose `count` is equations_of.
         branch: sign (T,) that distinguishes the assembly branches of poses (T, 3 n).
         branch_at: the sign (T,) that exact poses at crank angles (T,) [rad] have; it changes at change points.
 
@@ -63,6 +63,7 @@ class Kinematics:
         self._equations = self._walk.equations
         self.size = self._equations.size
         self.poses, self.reach, self.near_change = self._walk.poses, self._walk.reach, self._walk.near_change
+        self.jacobian, self.equations_of = self._equations.jacobian, self._equations.count
         self.branch, self.branch_at = self._walk.branch_of, self._walk.sign
 
     def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
@@ -203,10 +204,6 @@ class Kinematics:
 
     # -- equations ---------------------------------------------------------------------------------------------
 
-    def jacobian(self, poses: Array, arcs: Arcs | None = None) -> Array:
-        """Derivative of all joint equations and of the driver's by the poses; (T, 3 n, 3 n)."""
-        return self._equations.jacobian(poses, arcs)
-
     def solve(self, poses: Array, right: Array) -> Array:
         """Changes of the poses (T, 3 n) that make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
         return self._equations.elimination(poses).solve(list(right.T))
@@ -214,11 +211,6 @@ class Kinematics:
     def solve_transposed(self, poses: Array, right: Array) -> Array:
         """Multipliers (T, 3 n) of all equations that make forces (T, 3 n) along the poses: J^-T right."""
         return self._equations.elimination(poses).solve_transposed(list(right.T))
-
-    @staticmethod
-    def equations_of(joint: Joint) -> int:
-        """Number of equations of a joint: two for a lower pair, one for a higher one."""
-        return Equations.count(joint)
 
     def residual(self, derivatives: list[Array], crank: Array) -> Array:
         """Residual (T, 3 n) of all equations in a measured state: of their highest derivative in time given.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -27,35 +28,26 @@ OPEN = 0.1  # of the machine's size
 def step_too_long(bench: Bench) -> Iterator[Finding | Note]:
     """A step above the longest stable one."""
     longest, step = longest_stable(bench), bench.step
-    warnings = ", ".join(bench.run.warnings) or "none"
-    if longest is None:
-        yield Finding(
-            what="the model does not run, at no step that was tried",
-            harm=Harm.WRONG,
-            evidence={
-                "step [s]": step,
-                "finest step tried [s]": step / 2**HALVINGS,
-                "steps before it breaks": bench.run.steps,
-                "warnings": warnings,
-            },
-            why="whatever is read from it is not the machine's motion",
-            fix="look at the start pose, overlapping geoms, gains, and masses next to zero",
-        )
-    elif longest < step:
-        yield Finding(
-            what=f"the step of {step:.4g} s is longer than the longest at which the model runs, {longest:.4g} s",
-            harm=Harm.WRONG,
-            evidence={
-                "step [s]": step,
-                "longest stable step [s]": longest,
-                "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
-                "warnings": warnings,
-            },
-            fix=f'timestep="{longest:.4g}" or less: half of it leaves a margin',
-            edits=(SetOption(("option",), "timestep", f"{0.5 * longest:.4g}"),),
-        )
-    else:
+    if longest == step:
         yield Note(f"the step of {step:.4g} s is stable")
+        return
+    found = Finding(
+        what="the model does not run, at no step that was tried",
+        harm=Harm.WRONG,
+        evidence={
+            "step [s]": step,
+            "longest stable step [s]": longest or f"none down to {step / 2**HALVINGS:.4g}",
+            "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
+            "warnings": ", ".join(bench.run.warnings) or "none",
+        },
+        fix="look at the start pose, overlapping geoms, gains, and masses next to zero",
+    )
+    if longest:
+        what = f"the step of {step:.4g} s is longer than the longest at which the model runs, {longest:.4g} s"
+        fix = f'timestep="{longest:.4g}" or less: half of it leaves a margin'
+        option = SetOption(("option",), "timestep", f"{0.5 * longest:.4g}")
+        found = replace(found, what=what, fix=fix, edits=(option,))
+    yield found
 
 
 def longest_stable(bench: Bench) -> float | None:

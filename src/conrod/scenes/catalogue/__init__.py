@@ -58,7 +58,10 @@ def catalogue_text(name: str) -> str:
     """
     count = _chain_count(name)
     if count is not None:
-        return _chain_text(count)
+        from jinja2 import Template  # takes its time to load
+
+        template = Template(_CHAIN.read_text(encoding="utf-8"), keep_trailing_newline=True, trim_blocks=True)
+        return str(template.render(name=f"{CHAIN}{count}", count=count))
     for folder, names in ((_MACHINES, catalogue_names()), (_DYNAMICS, dynamics_names())):
         if name in names:
             return (folder / f"{name}{_ENDING}").read_text(encoding="utf-8")
@@ -94,39 +97,7 @@ def scene_named(name: str) -> Scene:
 # all links lie in one line, where it gains N more.
 CHAIN = "four-bar-chain-"
 LEAST_CHAIN, MOST_CHAIN = 2, 40  # a mechanism file has 100 bodies at most
-
-_CHAIN_HEAD = """name = "{chain}{count}"
-title = "Chain of {count} parallel four-bars in free swing"
-source = "the benchmark N-four-bar of the IFToMM library of computational benchmark problems"
-description = \"\"\"
-{rockers} rockers of 1 m, upright, 1 m from each other, with a bar from each tip to the next. The first tip starts \\
-with 1 m/s to the right, and all turn over and over under their weight. Lying flat, twice a turn, every four-bar \\
-could go on crossed; the motion is the smooth continuation, on which all rockers turn alike and no bar turns: one \\
-pendulum.\"\"\"
-assumptions = [
-    "links are uniform bars of 1 kg, as in the benchmark",
-    "the crank's pass at constant speed ends before the rockers lie flat; the free motion does not",
-]
-frame = "the first rocker's pivot is at (0, 0), the others on +x; y is up; crank angles count clockwise from upright"
-gravity = [0, "-9.81 m/s^2"]
-output = "tip"
-
-[driver]
-joint = "pivot0"
-speed = "1 rad/s"
-sense = "clockwise"
-start = "90 deg"
-from = "-80 deg"
-to = "80 deg"
-
-[ground.points]
-"""
-_CHAIN_BAR = """
-[bodies.{name}]
-points = {{ A = [0, 0], B = ["1 m", 0] }}
-uniform = "bar"
-mass = "1 kg"
-"""
+_CHAIN = _DYNAMICS / "four-bar-chain.toml.jinja"
 
 
 def _chain_count(name: str) -> int | None:
@@ -142,23 +113,3 @@ def _chain_count(name: str) -> int | None:
     if not LEAST_CHAIN <= count <= MOST_CHAIN:
         raise InvalidInput(f"{name}: chains have from {LEAST_CHAIN} to {MOST_CHAIN} four-bars")
     return count
-
-
-def _chain_text(count: int) -> str:
-    """The mechanism file of a chain."""
-    rockers, bars = range(count + 1), range(count)
-    joints = [f'pivot{i} = {{ kind = "revolute", connects = ["ground.O{i}", "rocker{i}.A"] }}' for i in rockers]
-    for i in bars:
-        joints.append(f'left{i} = {{ kind = "revolute", connects = ["rocker{i}.B", "bar{i}.A"] }}')
-        joints.append(f'right{i} = {{ kind = "revolute", connects = ["bar{i}.B", "rocker{i + 1}.B"] }}')
-    lines = [
-        *(f"O{i} = [{i}, 0]" for i in rockers),
-        *(_CHAIN_BAR.format(name=f"rocker{i}").rstrip("\n") for i in rockers),
-        *(_CHAIN_BAR.format(name=f"bar{i}").rstrip("\n") for i in bars),
-        "\n[joints]",
-        *joints,
-        "\n[start]",
-        *(f"bar{i} = {{ turn = 0 }}" for i in bars),
-        '\n[observed]\ntip = "rocker0.B"',
-    ]
-    return _CHAIN_HEAD.format(chain=CHAIN, count=count, rockers=count + 1) + "\n".join(lines) + "\n"
