@@ -10,7 +10,7 @@ left to single steps.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from conrod.exact.change_points import ChangePoint, crossing
 from conrod.exact.equations import Equations
 from conrod.exact.motion import Array
 
+Rows = NDArray[np.bool_] | slice
 STEPS_PER_TURN, LEAST_STEP = 64, 1e-9  # of the walk around the turn; the least one [rad]
 SAME_STEP = 1e-9
 ATTEMPTS = 10  # of Newton iteration, which needs fewer from a guess that is good enough
@@ -76,25 +77,23 @@ class BranchContinuation:
 
     def solved(self, guess: Array, angle: Array) -> Array:
         """Poses (T, 3 n) of the turn or stretch, by Newton iteration; near a change point by its series."""
-        near = self.changes.near(angle)
-        if not near.any():
-            return self.equations.newton(guess, angle)
-        poses = guess.copy()
-        if not near.all():
-            poses[~near] = self.equations.newton(guess[~near], angle[~near])
-        self.changes.fill(angle, [poses])
-        return poses
+        return self.apart(angle, guess, 0, lambda rows: [self.equations.newton(guess[rows], angle[rows])])[0]
 
     def slope(self, poses: Array, angle: Array) -> Array:
         """Slope (T, 3 n) of poses, near a change point by its series."""
+        return self.apart(angle, poses, 1, lambda rows: [poses[rows], self.equations.slope(poses[rows])])[1]
+
+    def apart(self, angle: Array, poses: Array, order: int, away: Callable[[Rows], list[Array]]) -> list[Array]:
+        """Taylor coefficients of poses (T, 3 n): near a change point by its series, else by a function of the rows."""
         near = self.changes.near(angle)
         if not near.any():
-            return self.equations.slope(poses)
-        slope = np.empty_like(poses)
+            return away(slice(None))
+        found = [np.empty_like(poses) for _ in range(order + 1)]
         if not near.all():
-            slope[~near] = self.equations.slope(poses[~near])
-        self.changes.fill(angle, [poses.copy(), slope])
-        return slope
+            for filled, values in zip(found, away(~near), strict=True):
+                filled[~near] = values
+        self.changes.fill(angle, found)
+        return found
 
     def steps(self, here: BranchPoint, goal: float, last: float | None = None) -> Iterator[BranchPoint]:
         """Points on the way to a goal, or where a change point is next to it, on the way to the last goal beyond it.

@@ -125,19 +125,14 @@ class BranchWalk:
 
     def series(self, angle: Array, order: int, side: Side) -> list[Array]:
         """Taylor coefficients of the poses by the crank angle at angles (T,) up to an order; each (T, 3 n)."""
-        poses = self.poses(angle)
-        within, _ = self._within(angle)
-        near = self._continuation.changes.near(within)
-        if not near.any():
-            return self.equations.series(poses, angle, order, self.equations.arcs(poses, side))
-        coefficients = [np.empty_like(poses) for _ in range(order + 1)]
-        if not near.all():
-            away = self.equations.series(poses[~near], angle[~near], order, self.equations.arcs(poses[~near], side))
-            for filled, values in zip(coefficients, away, strict=True):
-                filled[~near] = values
-        self._continuation.changes.fill(within, coefficients)
-        coefficients[0] = poses
-        return coefficients
+        poses, equations = self.poses(angle), self.equations
+        coefficients = self._continuation.apart(
+            self._within(angle)[0],
+            poses,
+            order,
+            lambda rows: equations.series(poses[rows], angle[rows], order, equations.arcs(poses[rows], side)),
+        )
+        return [poses, *coefficients[1:]]
 
     def sign(self, angle: Array) -> Array:
         """Value of `branch_of` on the smooth course at angles (T,) [rad] that were reached."""

@@ -64,10 +64,7 @@ class CurveWalk:
     def _place(self, along: float, point: Array, direction: Array, arcs: dict[str, int]) -> CurvePoint | None:
         """The place of a point; None where branches cross, or so near to that that its tangent is unknown."""
         with np.errstate(all="ignore"):
-            try:
-                frame = self.curve.on(arcs).frame(point, direction)
-            except np.linalg.LinAlgError:
-                return None
+            frame = self.curve.on(arcs).frame(point, direction)
         if not np.isfinite(frame.tangent).all() or not frame.nearness[0] >= CROSSING:
             return None
         return CurvePoint(along, point, frame.tangent, frame.curvature, float(frame.nearness[0]), arcs)

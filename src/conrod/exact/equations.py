@@ -224,21 +224,16 @@ OFF = 1e-6
 
 
 def check_meshes(mechanism: Mechanism, poses: Array) -> None:
-    """Refuse rolling pairs whose other joints do not keep the wheels touching, in poses (T, 3 n).
-
-    Raises:
-        InvalidInput: names the pair, how far its centres are apart, and how far its radii ask for.
-    """
+    """Refuse pairs whose wheels do not touch in poses (T, 3 n); raises InvalidInput with both distances."""
     for mesh in mechanism.meshes:
         wanted = mesh.radius if isinstance(mesh, Rack) else mesh.distance
         found = _distances(mechanism, mesh, poses)
         worst = float(found[np.argmax(np.abs(found - wanted))])
         if abs(worst - wanted) > OFF * wanted:
-            what = {
-                Rolling: f"the centres are {worst:.9g} m apart, the radii ask for {wanted:.9g} m",
-                Rack: f"the wheel's centre is {worst:.9g} m left of the line, the radius asks for {wanted:.9g} m",
-            }
-            raise InvalidInput(f"{mechanism.name}: {mesh.name}: {what[type(mesh)]}; other joints must hold them so")
+            raise InvalidInput(
+                f"{mechanism.name}: {mesh.name}: the centres, or centre and line, are {worst:.9g} m apart, the radii "
+                f"ask for {wanted:.9g} m; other joints must hold them so"
+            )
 
 
 def _distances(mechanism: Mechanism, mesh: Mesh, poses: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -45,7 +45,7 @@ class Scene(ExactReference):
 
     def __reduce__(self) -> tuple[object, ...]:
         # A pickle carries the parameters alone: what was computed from them belongs to the code that computed it.
-        return _rebuilt, (type(self), self.parameters)
+        return partial(type(self), **self.parameters), ()
 
     @abstractmethod
     def _check_geometry(self) -> None:
@@ -104,10 +104,6 @@ class Scene(ExactReference):
         turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES_PER_TURN, endpoint=False)
         travel = {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
         return Named(travel, "observed point")
-
-
-def _rebuilt(scene_class: type[Scene], parameters: dict[str, float]) -> Scene:
-    return scene_class(**parameters)
 
 
 # -- closed forms ------------------------------------------------------------------------------------------------------

@@ -86,10 +86,7 @@ def _followed(
     if good is None or points is None:
         return None
     with np.errstate(all="ignore"):
-        try:
-            frame = curve.frame(points, direction)
-        except np.linalg.LinAlgError:
-            return None
+        frame = curve.frame(points, direction)
     return (points, frame, good) if np.isfinite(frame.curvature).all() else None
 
 
@@ -100,10 +97,7 @@ def _digits_kept(curve: JointCurve, guess: _Guess, direction: Array, distances: 
     distance. What lies there follows from the smooth continuation of what lies before and behind.
     """
     with np.errstate(all="ignore"):
-        try:
-            nearness = curve.frame(guess(distances), direction).nearness
-        except np.linalg.LinAlgError:
-            return None
+        nearness = curve.frame(guess(distances), direction).nearness
     good = nearness >= KEPT * np.nanmax(nearness)
     inside = good[0] and good[-1] and np.count_nonzero(~good) <= MOST_LOST
     return np.asarray(good) if inside else None

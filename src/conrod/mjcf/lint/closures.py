@@ -11,7 +11,7 @@ from conrod.engines.mujoco.settings import STIFF_SOLIMP, STOCK_SOLIMP, STOCK_SOL
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import Rows, close_loops, closure_name, lengths, openings, rows_at, ties_bodies
 from conrod.mjcf.lint.bench import Bench, rule
-from conrod.mjcf.lint.findings import Change, Edit, Finding, Harm, Value
+from conrod.mjcf.lint.findings import Change, Edit, Finding, Harm
 from conrod.mjcf.runs import data_at, state_of, velocity
 from conrod.own.models.loading import listed
 
@@ -44,16 +44,16 @@ def soft_closure(bench: Bench) -> Iterator[Finding]:
         before, after = _worst(finer), _worst(stiffened)
         soft = [index for index in wide if after[index] <= TENFOLD * before[index]]
         if soft:
-            yield _give(bench, opened, soft, {} if finer is bench else {finer.step: (before, after)})
+            yield _give(bench, finer, soft)
             return
         wide = [index for index in wide if before[index] > PLAY * bench.size]
         finer = bench.with_step(0.5 * finer.step)
 
 
-def _give(bench: Bench, opened: Array, soft: list[int], finer: dict[float, tuple[Array, Array]]) -> Finding:
-    """Closures that give way; with the openings, as they are and stiff, at the finer step that shows it."""
+def _give(bench: Bench, finer: Bench, soft: list[int]) -> Finding:
+    """Closures that give way, as a finer step shows it."""
     model, edits = bench.model, _stiff(bench, soft)
-    change = bench.change(edits)
+    change, opened = bench.change(edits), _worst(finer)
     worst = max(soft, key=lambda index: opened[index])
     stock = sum(
         ties_bodies(model, index)
@@ -61,13 +61,6 @@ def _give(bench: Bench, opened: Array, soft: list[int], finer: dict[float, tuple
         and np.array_equal(model.eq_solimp[index], STOCK_SOLIMP)
         for index in soft
     )
-    shown: dict[str, Value] = {}
-    for step, (before, after) in finer.items():
-        shown = {
-            "with a step of [s]": step,
-            "opening then [m]": float(before[worst]),
-            "opening then when stiff [m]": float(after[worst]),
-        }
     return Finding(
         subjects=tuple(closure_name(model, index) for index in soft),
         what=f"closures give way: {closure_name(model, worst)} opens by {1e3 * opened[worst]:.3g} mm",
@@ -75,8 +68,8 @@ def _give(bench: Bench, opened: Array, soft: list[int], finer: dict[float, tuple
         evidence={
             "opening [m]": float(opened[worst]),
             "opening over size": float(opened[worst] / bench.size),
-            "opening when stiff [m]": float(_worst(bench.edited(edits))[worst]),
-            **shown,
+            "opening when stiff [m]": float(_worst(finer.edited(_stiff(finer, soft)))[worst]),
+            "with a step of [s]": finer.step,
             "closures with the stock solref and solimp": f"{stock} of {len(soft)}",
             "change of motion when stiff": change,
         },
