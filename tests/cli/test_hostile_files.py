@@ -235,7 +235,7 @@ def test_a_locale_without_the_signs_shows_the_rest() -> None:
     assert b"sqrt(l? - e?)" in done.stdout
 
 
-@pytest.mark.parametrize("module", ["click", "importlib.metadata"])
+@pytest.mark.parametrize("module", ["click", "conrod.cli"])
 def test_an_interrupt_while_the_command_line_is_loaded_ends_it_without_a_word(module: str) -> None:
     # The interrupt comes while its modules are imported: a finder of modules sends it.
     code = (
