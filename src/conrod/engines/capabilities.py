@@ -29,9 +29,9 @@ class ExpectedError:
         law: where the bounds come from, for the report.
     """
 
-    position: float | None
-    velocity: float | None
-    acceleration: float | None
+    position: float | None = None
+    velocity: float | None = None
+    acceleration: float | None = None
     velocity_rms: float | None = None
     law: str = ""
     ripple: float = 0.0
@@ -245,5 +245,5 @@ def expected_error(engine: Engine[Any], machine: Machine, settings: Any) -> Expe
     """Bounds on the errors of a run; none, with the reason in place of the law, of an engine that states no law."""
     law = capability(engine, ErrorLaw)
     if isinstance(law, Lacking):
-        return ExpectedError(None, None, None, law=law.reason)
+        return ExpectedError(law=law.reason)
     return law.expected_error(machine, settings)

@@ -25,12 +25,12 @@ def mesh_row(tree: Tree, mesh: Mesh) -> Array:
     Raises:
         InvalidInput: the pair's equation is not linear in them; says why.
     """
-    turn_a, turn_b = _turn_row(tree, mesh.a), _turn_row(tree, mesh.b)
+    turn_a, turn_b = turn_row(tree, mesh.a), turn_row(tree, mesh.b)
     if isinstance(mesh, Rolling):
         carrier = carrier_of(tree.mechanism, mesh)
         if carrier is None:
             raise InvalidInput(f"{mesh.name}: no one body carries the pins of both {mesh.a} and {mesh.b}")
-        line = (mesh.radius_a + mesh.radius_b) * _turn_row(tree, carrier)
+        line = (mesh.radius_a + mesh.radius_b) * turn_row(tree, carrier)
         return np.asarray(mesh.radius_a * turn_a + mesh.radius_b * turn_b - line)
     return np.asarray(_way_row(tree, mesh) + mesh.radius * (turn_a - turn_b))
 
@@ -84,7 +84,8 @@ def _path(tree: Tree, body: str) -> list[int]:
     return path
 
 
-def _turn_row(tree: Tree, body: str) -> Array:
+def turn_row(tree: Tree, body: str) -> Array:
+    """Share of each joint coordinate of a tree in the turn of a body (nv,)."""
     row = np.zeros(len(tree.branches))
     for k in _path(tree, body):
         if isinstance(tree.branches[k].joint, Revolute):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from conrod.engines.capabilities import Softness
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import DistanceJoint, ModelForm
+from conrod.engines.numerics import self_consistent
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import PoseJet, pose_jets
 from conrod.exact.motion import Array, diameter
@@ -23,8 +25,10 @@ class OpenJoints:
     """Two turns at constant crank speed, sampled, with gaps in the joints.
 
     Gaps are stacked like the joint equations, (T, 3 n): what each of them leaves. The driver's, the last, is zero.
+    Violations (T, k) are those gaps that an engine leaves open, and what its distance joints are too long by.
 
     Attributes:
+        open_rows: joint equations that the engine leaves open, in the order of the violations.
         angle: crank angles (T,) [rad], in the sense of the speed.
         step: time between two samples [s].
         exact: poses with closed joints, (T, 3 n).
@@ -41,7 +45,38 @@ class OpenJoints:
         for joint in form.whole.joints:
             self.rows[joint.name] = row
             row += machine.kinematics.equations_of(joint)
-        self._turn = samples
+        self.open_rows: list[int] = []
+        self._turn, self._near = samples, self.exact
+
+    @property
+    def size(self) -> int:
+        """Number of violations, k."""
+        return len(self.open_rows) + len(self.form.distances)
+
+    def along(self, poses: Array) -> Array:
+        """The gaps of all joint equations by the violations; (T, 3 n, k)."""
+        columns: list[Array] = []
+        for row in self.open_rows:
+            gap = np.zeros_like(poses)
+            gap[:, row] = 1.0
+            columns.append(gap)
+        columns += [self.lengthening(joint, poses) for joint in self.form.distances]
+        return np.stack(columns, axis=2)
+
+    def opened(self, violations: Array) -> Array:
+        """Poses with these violations (T, k)."""
+        self._near = self.poses((self.along(self._near) @ violations[:, :, None])[:, :, 0], self._near)
+        return self._near
+
+    def settled(self, respond: Callable[[Array], Array], width: int, law: str) -> Softness | None:
+        """Errors in the state (T, width) that responds with itself, its first k columns the violations.
+
+        Returns:
+            None where nothing may open, or where the violations have no end.
+        """
+        closed = np.zeros((len(self.angle), width))
+        state = self_consistent(respond, closed) if closed.size else None
+        return None if state is None else self.softness(self.opened(state[:, : self.size]), law)
 
     def poses(self, gaps: Array, near: Array) -> Array:
         """Poses that leave these gaps, by Newton iteration from poses near them."""

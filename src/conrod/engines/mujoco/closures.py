@@ -22,6 +22,12 @@ def add(parent: ET.Element, tag: str, **attributes: str) -> ET.Element:
     return ET.SubElement(parent, tag, attributes)
 
 
+def section(root: ET.Element, tag: str) -> ET.Element:
+    """A section of the model, made where it is missing."""
+    found = root.find(tag)
+    return add(root, tag) if found is None else found
+
+
 def clean(value: float) -> float:
     """Zero for what is zero but for rounding."""
     return 0.0 if abs(value) < 1e-15 else value

@@ -58,7 +58,7 @@ def expected_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
 
 
 def _bounds(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
-    none = ExpectedError(None, None, None)
+    none = ExpectedError()
     if settings.dressing:
         return none
     if machine.kinematics.mechanism.cam_contacts:
@@ -84,7 +84,7 @@ def _bounds(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     reduction = order_reduction(constant / step)
     stiff = [sizes[2] * reduction[k] * step ** (2 - k) for k in range(3)]
     bounds = [y + i + s + floor for y, i, s in zip(yielding, integration, stiff, strict=True)]
-    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
+    return ExpectedError(*bounds, law=LAW)
 
 
 def order_reduction(constant: float) -> tuple[float, float, float]:
@@ -164,7 +164,7 @@ def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     """Bounds for a contact of constant impedance, time constant in steps, under Euler."""
     impedance, stiffest = settings.contact_solimp[:2]
     if impedance != stiffest or settings.integrator != "Euler" or settings.contact_solref[1] != 1.0:
-        return ExpectedError(None, None, None)
+        return ExpectedError()
     follower = FollowerMotion.of(machine)
     h, constant = settings.timestep, settings.contact_solref[0]
     mass = machine.kinematics.mechanism.body(follower.contact.b).mass
@@ -182,11 +182,7 @@ def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     settling = follower.corner_slope_rms(polygon, abs(machine.speed) * constant / 2.0)
     slope = math.hypot(follower.facet_slope_rms(polygon), settling) + stale
     return ExpectedError(
-        (sinking + corner + shape) / follower.lift,
-        None,
-        None,
-        velocity_rms=slope / follower.lift,
-        law=CONTACT_LAW,
+        (sinking + corner + shape) / follower.lift, velocity_rms=slope / follower.lift, law=CONTACT_LAW
     )
 
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from conrod.engines.mujoco.closures import add, joint_name, number, numbers
+from conrod.engines.mesh_rows import turn_row
+from conrod.engines.mujoco.closures import add, joint_name, number, numbers, section
 from conrod.engines.tree import Branch, Tree
 from conrod.mechanism.loads import (
     Displacement,
@@ -26,7 +27,7 @@ from conrod.mechanism.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Revolute
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point
 
 BY_PROGRAM = (Friction, StrokePulse, TimePulse)  # laws that MJCF cannot say
 
@@ -86,8 +87,7 @@ def add_load_tendons(root: ET.Element, tree: Tree) -> None:
     loads = [load for load in every if not isinstance(load.along, Displacement) and not moves_nothing(load, tree)]
     if not loads:
         return
-    found = root.find("tendon")
-    tendons = add(root, "tendon") if found is None else found
+    tendons = section(root, "tendon")
     for load in loads:
         along = load.along
         if isinstance(along, Distance):
@@ -118,17 +118,8 @@ def _tendons_own(load: Load, tree: Tree) -> dict[str, str]:
 
 def _turn_row(along: Turn, tree: Tree) -> list[tuple[Branch, float]]:
     """Joints whose coordinates, times these numbers, give the turn from the start poses on."""
-    row: dict[int, float] = {}
-    carried_by = {branch.child: k for k, branch in enumerate(tree.branches)}
-    for end, sign in ((along.b, 1.0), (along.a, -1.0)):
-        body = end
-        while body != GROUND:
-            branch = tree.branches[carried_by[body]]
-            if isinstance(branch.joint, Revolute):
-                k = carried_by[body]
-                row[k] = row.get(k, 0.0) + sign * branch.sense
-            body = branch.parent
-    return [(tree.branches[k], coefficient) for k, coefficient in sorted(row.items()) if coefficient != 0.0]
+    row = turn_row(tree, along.b) - turn_row(tree, along.a)
+    return [(branch, float(share)) for branch, share in zip(tree.branches, row, strict=True) if share != 0.0]
 
 
 # -- actuators --------------------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from conrod.engines.cam_polygon import cam_polygon
-from conrod.engines.mujoco.closures import add, add_closures, clean, closure_points, joint_name, number, numbers
+from conrod.engines.mujoco.closures import add, add_closures, closure_points, joint_name, number, numbers, section
 from conrod.engines.mujoco.loads import add_forces, add_load_tendons, load_points
 from conrod.engines.mujoco.model_edits import dress_up
 from conrod.engines.mujoco.settings import MuJoCoSettings
@@ -145,7 +145,7 @@ def _add_joint(body: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoSet
             # MuJoCo wants the axis in the child's frame.
             turn = tree.start_pose(branch.parent)[2] - tree.start_pose(branch.child)[2]
             angle = tree.slide_direction(branch) + turn
-            joint.set("axis", numbers([clean(math.cos(angle)), clean(math.sin(angle)), 0.0]))
+            joint.set("axis", numbers([math.cos(angle), math.sin(angle), 0.0]))
 
 
 def _add_sites(element: ET.Element, body: str, tree: Tree) -> None:
@@ -165,14 +165,12 @@ def _add_site(element: ET.Element, name: str, point: Point) -> None:
 
 def _add_cam_mesh(root: ET.Element, contact: CamContact, settings: MuJoCoSettings) -> None:
     """The cam as a convex disc with a sharp rim in the plane of motion: as exact as a prism, with half the vertices."""
-    asset = root.find("asset")
-    asset = add(root, "asset") if asset is None else asset
     rim = cam_polygon(contact.profile, settings.cam_vertices).vertices
     middle = rim.mean(axis=0)
     apexes = [(*middle, side * 2.0 * contact.roller_radius) for side in (-1.0, 1.0)]
     # Nine digits are all of the single precision in which MuJoCo keeps a mesh.
     lines = [" ".join(f"{v:.9g}" for v in vertex) for vertex in [*((x, y, 0.0) for x, y in rim), *apexes]]
-    add(asset, "mesh", name=contact.a, vertex="  ".join(lines))
+    add(section(root, "asset"), "mesh", name=contact.a, vertex="  ".join(lines))
 
 
 def _add_contact_geoms(element: ET.Element, body: str, tree: Tree, dressed: bool) -> None:
@@ -196,10 +194,8 @@ def _add_contact_geoms(element: ET.Element, body: str, tree: Tree, dressed: bool
 
 
 def _add_contact(root: ET.Element, contact: CamContact, settings: MuJoCoSettings) -> None:
-    contacts = root.find("contact")
-    contacts = add(root, "contact") if contacts is None else contacts
     add(
-        contacts,
+        section(root, "contact"),
         "pair",
         name=contact.name,
         geom1=f"{contact.a}.profile",

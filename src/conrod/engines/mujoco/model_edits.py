@@ -8,20 +8,14 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 from conrod.engines.massless_rod import BODY
-from conrod.engines.mujoco.closures import add, number, numbers
+from conrod.engines.mujoco.closures import add, number, numbers, section
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.visual_geometry import add_link_geoms, link_width
-from conrod.engines.tree import Branch, Tree
+from conrod.engines.tree import Tree
 from conrod.errors import unknown_choice
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Revolute
+from conrod.mechanism.mechanism import GROUND, Mechanism, Revolute
 
 Edit: TypeAlias = Callable[[ET.Element, Tree, MuJoCoSettings], None]
-
-
-def section(root: ET.Element, tag: str) -> ET.Element:
-    """A section of the model, made where it is missing."""
-    found = root.find(tag)
-    return add(root, tag) if found is None else found
 
 
 def body_element(root: ET.Element, name: str) -> ET.Element:
@@ -73,27 +67,21 @@ def visual_geoms(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None
         add_link_geoms(body_element(root, link.name), link.name, tree)
 
 
-def geoms_that_touch(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-    """The same shapes, all in the plane of motion: links overlap where pins join them."""
-    _colliding(root, tree, 0.0)
+def colliding(layer: float) -> Edit:
+    """The same shapes, able to collide, each link in a layer of its own, so many widths of a link from the next."""
 
+    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+        # Linkages are run with collisions off.
+        section(section(root, "option"), "flag").attrib.pop("contact", None)
+        for i, link in enumerate(tree.mechanism.bodies):
+            shapes = ET.Element("body")
+            add_link_geoms(shapes, link.name, tree)
+            for shape in shapes:
+                shape.attrib |= {"contype": "1", "conaffinity": "1"}
+                _lift(shape, i * (layer * link_width(tree)))
+            body_element(root, link.name).extend(shapes)
 
-def geoms_apart(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-    """The same shapes, each link in a layer of its own, as in a real machine: they pass close, and never touch."""
-    _colliding(root, tree, LAYER * link_width(tree))
-
-
-def _colliding(root: ET.Element, tree: Tree, layer: float) -> None:
-    # Linkages are run with collisions off.
-    section(section(root, "option"), "flag").attrib.pop("contact", None)
-    for i, link in enumerate(tree.mechanism.bodies):
-        shapes = ET.Element("body")
-        add_link_geoms(shapes, link.name, tree)
-        element = body_element(root, link.name)
-        for shape in list(shapes):
-            shape.attrib |= {"contype": "1", "conaffinity": "1"}
-            _lift(shape, i * layer)
-            element.append(shape)
+    return edit
 
 
 def _lift(shape: ET.Element, height: float) -> None:
@@ -133,28 +121,23 @@ def no_contact(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
 PLACES = {"": 0.0, "/above": 1.5, "/below": -1.5}
 
 
-def hung_on_pins(tree: Tree) -> tuple[Branch, ...]:
-    """Branches that are pins, the driven one apart: it stays a hinge, because a flywheel needs a joint."""
-    driven = tree.mechanism.driver.joint
-    return tuple(b for b in tree.branches if isinstance(b.joint, Revolute) and b.joint.name != driven)
-
-
 def free_bodies(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     """Free every link that hangs on a pin, and hold all pins but the driven one by three connects along the axis.
 
-    Slides stay joints: MuJoCo has no equality that is one.
+    Slides stay joints, because MuJoCo has no equality that is one; the driven pin stays a hinge, for its flywheel.
     """
     parents = {child: parent for parent in root.iter() for child in parent}
     world, pins = section(root, "worldbody"), list(tree.cuts)
-    for branch in hung_on_pins(tree):
-        assert isinstance(branch.joint, Revolute)
+    for branch in tree.branches:
+        if not isinstance(branch.joint, Revolute) or branch.joint.name == tree.mechanism.driver.joint:
+            continue
         element = body_element(root, branch.child)
         parents[element].remove(element)
         world.append(element)
         _set_free(element, tree, branch.child)
         pins.append(branch.joint)
     for pin in pins:
-        _hold(root, pin, settings, PLACES, link_width(tree))
+        _hold(root, pin, settings, link_width(tree))
 
 
 def _set_free(element: ET.Element, tree: Tree, body: str) -> None:
@@ -167,26 +150,18 @@ def _set_free(element: ET.Element, tree: Tree, body: str) -> None:
     element.insert(0, ET.Element("freejoint", name=joint.get("name", "")))
 
 
-def _hold(root: ET.Element, pin: Revolute, settings: MuJoCoSettings, places: dict[str, float], width: float) -> None:
-    """Connects of a pin, the one in the plane as well where it is not there yet."""
+def _hold(root: ET.Element, pin: Revolute, settings: MuJoCoSettings, width: float) -> None:
+    """Connects of a pin and their sites, those in the plane as well where they are not there yet."""
     stiffness = {"solref": numbers(settings.solref), "solimp": numbers(settings.solimp)}
     equality = section(root, "equality")
-    for suffix, height in places.items():
-        ends = [_site(root, pin, body, point, suffix, height * width) for body, point in _ends(pin)]
+    for suffix, height in PLACES.items():
+        ends = []
+        for body, point in ((pin.a, pin.point_a), (pin.b, pin.point_b)):
+            ends.append(f"{pin.name}.{body}{suffix}")
+            if root.find(f".//site[@name='{ends[-1]}']") is None:
+                add(body_element(root, body), "site", name=ends[-1], pos=numbers([*point, height * width]))
         if equality.find(f"connect[@name='{pin.name}{suffix}']") is None:
             add(equality, "connect", name=pin.name + suffix, site1=ends[0], site2=ends[1], **stiffness)
-
-
-def _ends(pin: Revolute) -> tuple[tuple[str, Point], tuple[str, Point]]:
-    return (pin.a, pin.point_a), (pin.b, pin.point_b)
-
-
-def _site(root: ET.Element, pin: Revolute, body: str, point: Point, suffix: str, height: float) -> str:
-    """Name of the pin's site on a body, made where it is missing."""
-    name = f"{pin.name}.{body}{suffix}"
-    if root.find(f".//site[@name='{name}']") is None:
-        add(body_element(root, body), "site", name=name, pos=numbers([*point, height]))
-    return name
 
 
 PASSIVE_JOINTS = ".//body/joint"  # a tendon that ties wheels has elements of the same name
@@ -202,8 +177,8 @@ EDITS: Mapping[str, Edit] = {
     "redundant-closures": redundant_closures,
     "no-contact": no_contact,
     "visual-geoms": visual_geoms,
-    "touching-geoms": geoms_that_touch,
-    "colliding-geoms": geoms_apart,
+    "touching-geoms": colliding(0.0),
+    "colliding-geoms": colliding(LAYER),
     "sensors-1": sensors(1),
     "sensors-8": sensors(8),
     "sensors-64": sensors(64),

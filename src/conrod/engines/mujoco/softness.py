@@ -26,7 +26,6 @@ from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import DistanceJoint
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import MuJoCoSettings, Spring
-from conrod.engines.numerics import self_consistent
 from conrod.engines.open_joints import OpenJoints
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
@@ -88,10 +87,7 @@ def predicted_softness(machine: Machine, settings: MuJoCoSettings) -> Softness |
     if settings.dressing or machine.kinematics.mechanism.driver.span is not None:
         return None
     joints = _SoftJoints(machine, settings)
-    if not joints.closed().size:
-        return None
-    state = self_consistent(joints.yielding, joints.closed())
-    return None if state is None else joints.softness(joints.opened(state), LAW)
+    return joints.settled(joints.yielding, 2 * joints.size, LAW)
 
 
 class _SoftJoints(OpenJoints):
@@ -104,37 +100,29 @@ class _SoftJoints(OpenJoints):
         made = build(machine, settings)
         super().__init__(machine, made.form, SAMPLES)
         self._closures = _closures(made, settings)
-        self._size = sum(closure.size for closure in self._closures)
+        for closure in self._closures:
+            if not isinstance(closure.joint, DistanceJoint):
+                first = self.rows[closure.joint.name]
+                self.open_rows += range(first, first + closure.size)
         self._given = _given(made, settings)
-        self._identity = np.eye(self._size)
-        self._near = self.exact
-
-    def closed(self) -> Array:
-        """The state of joints that do not give way."""
-        return np.zeros((len(self.angle), 2 * self._size))
-
-    def opened(self, state: Array) -> Array:
-        """Poses with these violations."""
-        gaps = state[:, : self._size, None]
-        self._near = self.poses((self._along(self._near) @ gaps)[:, :, 0], self._near)
-        return self._near
+        self._identity = np.eye(self.size)
 
     def yielding(self, state: Array) -> Array:
         """The state from a start that is closed, under the forces that the motion of a given state takes."""
-        gaps, rates = state[:, : self._size], abs(self.speed) * state[:, self._size :]
+        gaps, rates = state[:, : self.size], abs(self.speed) * state[:, self.size :]
         if np.abs(gaps).max() > LARGEST_GAP * self.kinematics.travel:
             return np.full_like(state, np.nan)
-        motion = self._motion(self.opened(state), rates)
+        motion = self._motion(self.opened(gaps), rates)
 
         def balance(time: float, near: Array) -> Balance:
             return self._balance(motion.at(time), near)
 
-        following, its_rates = integrated(balance, len(gaps), self._size, self.step)
+        following, its_rates = integrated(balance, len(gaps), self.size, self.step)
         return np.hstack([following, its_rates / abs(self.speed)])
 
     def _balance(self, motion: _Motion, gaps: Array) -> Balance:
         """Equation of the violations at an instant of a motion, with the impedances of gaps (k,)."""
-        stiffness, damping, yielding = np.empty(self._size), np.empty(self._size), np.empty(self._size)
+        stiffness, damping, yielding = np.empty((3, self.size))
         first = 0
         for closure in self._closures:
             mine, spring = slice(first, first + closure.size), closure.spring
@@ -147,7 +135,7 @@ class _SoftJoints(OpenJoints):
 
     def _motion(self, poses: Array, rates: Array) -> _Motion:
         """Masses and forces at poses (T, 3 n), where the violations change at rates (T, k)."""
-        along, given = self._along(poses), self._given
+        along, given = self.along(poses), self._given
         speeds = self.rates(poses, (along @ rates[:, :, None])[:, :, 0])
         inverse = np.linalg.inv(self.kinematics.jacobian(poses))
         bare = self.kinematics.residual([poses, speeds, np.zeros_like(poses)], np.zeros(len(poses)))
@@ -158,27 +146,13 @@ class _SoftJoints(OpenJoints):
         inertia = inertia_forces(given, poses, speeds, steady)
         forces = inertia - load_forces(given, poses, speeds, self.angle / self.speed)
         columns = []
-        for k in range(self._size):
+        for k in range(self.size):
             more = inertia_forces(given, poses, speeds, steady + open_way[:, :, k]) - inertia
             columns.append((work @ more[:, :, None])[:, :, 0])
         curvature = [self._left_out(closure, poses, speeds, bare) for closure in self._closures]
         return _Motion(
             np.stack(columns, axis=2), (work @ forces[:, :, None])[:, :, 0], np.concatenate(curvature, axis=1)
         )
-
-    def _along(self, poses: Array) -> Array:
-        """The gaps of all joint equations by the violations; (T, 3 n, k)."""
-        columns: list[Array] = []
-        for closure in self._closures:
-            joint = closure.joint
-            if isinstance(joint, DistanceJoint):
-                columns.append(self.lengthening(joint, poses))
-                continue
-            for k in range(closure.size):
-                gap = np.zeros_like(poses)
-                gap[:, self.rows[joint.name] + k] = 1.0
-                columns.append(gap)
-        return np.stack(columns, axis=2)
 
     def _left_out(self, closure: _Closure, poses: Array, rates: Array, bare: Array) -> Array:
         """The term J' q' (T, size) [m/s^2] that MuJoCo leaves out; `bare` is that of all joint equations."""

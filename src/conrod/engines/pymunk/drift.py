@@ -19,7 +19,6 @@ import numpy as np
 from conrod.engines.capabilities import Softness
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import model_form
-from conrod.engines.numerics import self_consistent
 from conrod.engines.open_joints import SAMPLES, TURNS, OpenJoints
 from conrod.engines.pymunk.built import shaft_centred
 from conrod.engines.pymunk.points import turned
@@ -41,10 +40,7 @@ def predicted_softness(machine: Machine, settings: PymunkSettings) -> Softness |
     if mechanism.cam_contacts or settings.dressing or mechanism.driver.span is not None:
         return None
     joints = _Drifting(machine, settings)
-    if not joints.none().size:
-        return None
-    errors = self_consistent(joints.drifted, joints.none())
-    return None if errors is None else joints.softness(joints.opened(errors), LAW)
+    return joints.settled(joints.drifted, joints.size, LAW)
 
 
 class _Drifting(OpenJoints):
@@ -58,30 +54,20 @@ class _Drifting(OpenJoints):
         super().__init__(machine, form, min(settings.steps_per_revolution, SAMPLES))
         self._h, self._steps = settings.timestep, settings.steps_per_revolution
         self._left = settings.error_bias**self._h if settings.error_bias > 0.0 else 0.0
-        self._near = self.exact
         replaced_by_length = {name for joint in form.distances for name in (joint.joint_a, joint.joint_b)}
         driven = form.whole.driver.joint
-        self._rows = [
+        self.open_rows = [
             self.rows[joint.name] + k
             for joint in form.whole.joints
             if joint.name not in replaced_by_length and joint.name != driven
             for k in range(self.kinematics.equations_of(joint))
         ]
 
-    def none(self) -> Array:
-        """Errors of closed joints."""
-        return np.zeros((len(self.angle), len(self._rows) + len(self.form.distances)))
-
-    def opened(self, errors: Array) -> Array:
-        """Poses with these errors."""
-        self._near = self.poses((self._along(self._near) @ errors[:, :, None])[:, :, 0], self._near)
-        return self._near
-
     def drifted(self, errors: Array) -> Array:
         """Errors from a start without, where every step departs from the joints as it does from these errors."""
         poses = self.opened(errors)
         mending = -(1.0 - self._left) / self._h * errors
-        rates = self.rates(poses, (self._along(poses) @ mending[:, :, None])[:, :, 0])
+        rates = self.rates(poses, (self.along(poses) @ mending[:, :, None])[:, :, 0])
         moved = _moved(self.form.whole, poses, rates, self._h)
         return self._summed(self._errors(moved) - self._left * errors)
 
@@ -101,18 +87,8 @@ class _Drifting(OpenJoints):
             errors.append(last)
         return np.array(errors)
 
-    def _along(self, poses: Array) -> Array:
-        """The gaps of all joint equations by the errors; (T, 3 n, k)."""
-        columns: list[Array] = []
-        for row in self._rows:
-            gap = np.zeros_like(poses)
-            gap[:, row] = 1.0
-            columns.append(gap)
-        columns += [self.lengthening(joint, poses) for joint in self.form.distances]
-        return np.stack(columns, axis=2)
-
     def _errors(self, poses: Array) -> Array:
-        gaps = self.kinematics.residual([poses], self.angle)[:, self._rows]
+        gaps = self.kinematics.residual([poses], self.angle)[:, self.open_rows]
         lengths = [self.distance(joint, [poses]).coefficients[0] - joint.length for joint in self.form.distances]
         return np.column_stack([gaps, *lengths])
 

@@ -19,8 +19,7 @@ from conrod.engines.ingredients import (
     without_edit,
 )
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, form_refusal
-from conrod.engines.pymunk import settings as names
-from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
+from conrod.engines.pymunk.settings import SHAPES, STOCK_BIAS, SUBSTEPS, PymunkSettings
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
 AMOUNTS = (100, 1000)  # of iterations; ten, pymunk's default, is what the minimal model has
@@ -65,14 +64,14 @@ def _optional(machine: Machine, minimal: PymunkSettings, heavy: bool) -> Iterato
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     # The last is what the dressed model has: the way that pymunk's manual shows.
     shapes = {
-        names.SHAPES_UNFILTERED: "those of links that no joint holds together may collide",
-        names.SHAPES_SENSOR: "overlaps are found, and nothing follows",
-        names.SHAPES_MASKED: "a mask of no category: they collide with nothing",
-        names.SHAPES_POLYGONS: "of 200 vertices, all in one group; the other kinds have four vertices",
-        names.SHAPES_GROUPED: "in one group, whose shapes do not collide",
+        "unfiltered": "those of links that no joint holds together may collide",
+        "sensor": "overlaps are found, and nothing follows",
+        "masked": "a mask of no category: they collide with nothing",
+        "polygons": "of 200 vertices, all in one group; the other kinds have four vertices",
+        "grouped": "in one group, whose shapes do not collide",
     }
-    for name, meaning in shapes.items():
-        yield edit(name, f"a polygon on every link; {meaning}", IMPACT, group="shapes")
+    for kind, meaning in shapes.items():
+        yield edit(f"shapes-{kind}", f"a polygon on every link; {meaning}", IMPACT, group="shapes")
     if heavy:
         yield fields(minimal, "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True)
     yield edit("damping", "a tenth of every velocity lost in a second", TORQUE, REACTIONS)
@@ -82,7 +81,7 @@ def _optional(machine: Machine, minimal: PymunkSettings, heavy: bool) -> Iterato
     yield from list(_iterations(machine, minimal))[::order]
     if minimal.rod == DISTANCE_JOINT:
         yield from _rod(machine, minimal)
-    for name, count in list(names.SUBSTEPS.items())[::order]:
+    for name, count in list(SUBSTEPS.items())[::order]:
         yield edit(name, f"the space is stepped {count} times for each step", group="sub-steps")
     yield edit("sleeping", "bodies at rest for half a second are put to sleep")
     if contact:
@@ -124,7 +123,7 @@ def _rod(machine: Machine, minimal: PymunkSettings) -> Found:
         iterations = settings.iterations if kept else minimal.iterations
         return with_fields(settings, rod=minimal.rod, iterations=iterations)
 
-    collide, part, bare = edited(names.SHAPES_COLLIDING), unedited(names.SHAPES_COLLIDING), unedited(*names.SHAPES)
+    collide, part, bare = edited("shapes-colliding"), unedited("shapes-colliding"), unedited(*SHAPES)
     colliding = (
         "the rod as a body, with a polygon on every link, and those of links that a joint holds together collide: as "
         "pymunk has it by default"
@@ -149,14 +148,14 @@ def _required(minimal: PymunkSettings, contact: bool) -> Iterator[Ingredient[Pym
     default = "without it pymunk's default, 0.9^60 left after a second"
     if contact:
         shapes = "the shapes of cam and roller; without them the roller falls through"
-        yield without_edit(names.OPEN_LOOP, "contact", shapes, TORQUE, REACTIONS, minimal=True)
+        yield without_edit("open-loop", "contact", shapes, TORQUE, REACTIONS, minimal=True)
         slop = f"half the way that the follower falls in a step; without it pymunk's default, {STOCK_SLOP:g} m"
         yield needed_fields(minimal, "small-slop", slop, IMPACT, collision_slop=STOCK_SLOP)
         mended = f"collision_bias = 0, an overlap mended whole at every step; {default}"
         yield needed_fields(minimal, "full-contact-correction", mended, IMPACT, collision_bias=STOCK_BIAS)
     else:
         joint = "a distance joint in place of the rod, or its last pivot; without it the links swing freely"
-        yield without_edit(names.OPEN_LOOP, "closure", joint, TORQUE, REACTIONS, minimal=True)
+        yield without_edit("open-loop", "closure", joint, TORQUE, REACTIONS, minimal=True)
         mended = f"error_bias = 0, joints mended whole at every step; {default}"
         yield needed_fields(minimal, "full-correction", mended, error_bias=STOCK_BIAS)
     several = f"{minimal.iterations} of the solver; without them a single one"

@@ -156,11 +156,11 @@ LAW = (
 def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     """Bounds for full correction; none where a share of the error is left at each step."""
     if settings.error_bias > 0.0 or settings.dressing:
-        return ExpectedError(None, None, None)
+        return ExpectedError()
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
     if machine.kinematics.change_angles.size:
-        return ExpectedError(None, None, None, law=UNDETERMINED)
+        return ExpectedError(law=UNDETERMINED)
     if settings.rod != BODY:
         return _drift(machine, settings)
     step = 2.0 * math.pi / settings.steps_per_revolution
@@ -168,16 +168,16 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
     behind = largest_lags(machine)
     bounds = [step**2 * (behind[k] + lag * step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(NEXT_LAGS)]
-    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
+    return ExpectedError(*bounds, law=LAW)
 
 
 def _drift(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     """The lag of distance joints, which a point on a link that is left out shares in part."""
     drift = predicted_softness(machine, settings)
     if drift is None:
-        return ExpectedError(None, None, None)
+        return ExpectedError()
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
-    return ExpectedError((1.0 + SAMPLED) * drift.whole_run + floor, None, None, law=drift.law)
+    return ExpectedError((1.0 + SAMPLED) * drift.whole_run + floor, law=drift.law)
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
@@ -188,7 +188,7 @@ def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2 + corner * h
     position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
     velocity = (fall * h / abs(machine.speed) + follower.facet_slope_rms(polygon)) / follower.lift
-    return ExpectedError(position, None, None, velocity_rms=velocity, law=CONTACT_LAW)
+    return ExpectedError(position, velocity_rms=velocity, law=CONTACT_LAW)
 
 
 def shape_error(machine: Machine, settings: PymunkSettings) -> float:

@@ -9,7 +9,6 @@ from typing import TypeAlias
 import numpy as np
 import pymunk
 
-from conrod.engines.pymunk import settings as names
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.mechanism.mechanism import Body, Mechanism, Point, pins_of
@@ -20,7 +19,7 @@ SLEEP_AFTER = 0.5  # [s], what the pymunk manual's examples use
 KEPT_SPEED = 0.9  # share of a velocity that is left after a second
 GROUP = 1
 
-Edit: TypeAlias = Callable[[Build], None]
+Edit: TypeAlias = Callable[[Build], object]
 
 
 def dress(made: Build, settings: PymunkSettings) -> None:
@@ -75,21 +74,12 @@ def _colliding(made: Build) -> None:
         constraint.collide_bodies = True
 
 
-def _unfiltered(made: Build) -> None:
-    _add_shapes(made)
-
-
-def _sensor(made: Build) -> None:
-    for shape in _add_shapes(made):
-        shape.sensor = True
-
-
-def _filtered(vertices: int, **how: int) -> Edit:
-    """Shapes that a filter keeps from colliding."""
+def _shapes(vertices: int = FEW_VERTICES, sensor: bool = False, **filtered: int) -> Edit:
+    """Shapes that find overlaps alone, or that a filter keeps from colliding."""
 
     def edit(made: Build) -> None:
         for shape in _add_shapes(made, vertices):
-            shape.filter = pymunk.ShapeFilter(**how)
+            shape.sensor, shape.filter = sensor, pymunk.ShapeFilter(**filtered)
 
     return edit
 
@@ -119,23 +109,15 @@ def outline(mechanism: Mechanism, link: Body, width: float, vertices: int) -> li
     return corners
 
 
-# -- the space -------------------------------------------------------------------------------------------------------
-
-
-def _space(name: str, value: float) -> Edit:
-    """A property of the space."""
-    return lambda made: setattr(made.space, name, value)
-
-
 EDITS: Mapping[str, Edit] = {
-    names.OPEN_LOOP: _open_loop,
-    names.REDUNDANT_JOINTS: _redundant_joints,
-    names.SHAPES_COLLIDING: _colliding,
-    names.SHAPES_UNFILTERED: _unfiltered,
-    names.SHAPES_SENSOR: _sensor,
-    names.SHAPES_MASKED: _filtered(FEW_VERTICES, mask=0),
-    names.SHAPES_POLYGONS: _filtered(MANY_VERTICES, group=GROUP),
-    names.SHAPES_GROUPED: _filtered(FEW_VERTICES, group=GROUP),
-    names.SLEEPING: _space("sleep_time_threshold", SLEEP_AFTER),
-    names.DAMPING: _space("damping", KEPT_SPEED),
+    "open-loop": _open_loop,
+    "redundant-joints": _redundant_joints,
+    "shapes-colliding": _colliding,
+    "shapes-unfiltered": _shapes(),
+    "shapes-sensor": _shapes(sensor=True),
+    "shapes-masked": _shapes(mask=0),
+    "shapes-polygons": _shapes(MANY_VERTICES, group=GROUP),
+    "shapes-grouped": _shapes(group=GROUP),
+    "sleeping": lambda made: setattr(made.space, "sleep_time_threshold", SLEEP_AFTER),
+    "damping": lambda made: setattr(made.space, "damping", KEPT_SPEED),
 }

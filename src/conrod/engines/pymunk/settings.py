@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -15,37 +15,14 @@ from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_count, check_number
 
-OPEN_LOOP = "open-loop"
-REDUNDANT_JOINTS = "redundant-joints"
-SLEEPING = "sleeping"
-DAMPING = "damping"
 # Shapes on the links, of which a model has one kind.
-SHAPES_COLLIDING = "shapes-colliding"
-SHAPES_UNFILTERED = "shapes-unfiltered"
-SHAPES_SENSOR = "shapes-sensor"
-SHAPES_MASKED = "shapes-masked"
-SHAPES_POLYGONS = "shapes-polygons"
-SHAPES_GROUPED = "shapes-grouped"
-SHAPES = (SHAPES_COLLIDING, SHAPES_UNFILTERED, SHAPES_SENSOR, SHAPES_MASKED, SHAPES_POLYGONS, SHAPES_GROUPED)
+KINDS = ("colliding", "unfiltered", "sensor", "masked", "polygons", "grouped")
+SHAPES = tuple(f"shapes-{kind}" for kind in KINDS)
 # Steps of the space for each one that is recorded.
 SUBSTEPS = {"substeps-2": 2, "substeps-10": 10}
 
 # Each is done in this order, after the model is built; settings hold them in it, so that equal models are equal.
-NAMES = (OPEN_LOOP, REDUNDANT_JOINTS, *SHAPES, SLEEPING, DAMPING, *SUBSTEPS)
-
-
-def in_order(names: Iterable[str]) -> tuple[str, ...]:
-    """The names, each once, in the order of `NAMES`.
-
-    Raises:
-        InvalidInput: a name is none of them.
-    """
-    given = set(names)
-    for name in sorted(given):
-        if name not in NAMES:
-            raise unknown_choice("dressing", name, NAMES)
-    return tuple(name for name in NAMES if name in given)
-
+NAMES = ("open-loop", "redundant-joints", *SHAPES, "sleeping", "damping", *SUBSTEPS)
 
 # Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
 STOCK_BIAS = (1.0 - 0.1) ** 60
@@ -79,7 +56,9 @@ class PymunkSettings:
         """
         if self.rod not in ROD_FORMS:
             raise unknown_choice("rod", self.rod, ROD_FORMS)
-        object.__setattr__(self, "dressing", in_order(self.dressing))
+        for name in sorted({*self.dressing} - {*NAMES}):
+            raise unknown_choice("dressing", name, NAMES)
+        object.__setattr__(self, "dressing", tuple(name for name in NAMES if name in self.dressing))
         check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)

@@ -107,17 +107,15 @@ def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: fl
         for body, force in pushed:
             body.force = force
         space.step(timestep)
-    if public < len(turns):
-        _repeat_private(space._space, crank._body, [(b._body, f) for b, f in pushed], timestep, turns[public:])
-
-
-def _repeat_private(space: Any, crank: Any, pushed: Any, timestep: float, turns: list[float]) -> None:
+    if public == len(turns):
+        return
     set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
-    for turn in turns:
-        set_angle(crank, turn)
-        for body, force in pushed:
-            set_force(body, force)
-        take_step(space, timestep)
+    own, driven, forces = space._space, crank._body, [(body._body, force) for body, force in pushed]
+    for turn in turns[public:]:
+        set_angle(driven, turn)
+        for one, force in forces:
+            set_force(one, force)
+        take_step(own, timestep)
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,7 @@ class _Loop:
 
     def through(self, turns: Array, centres: Array, rates: Array) -> None:
         """Take a step from each crank turn, and fill in the samples after them."""
-        if self.loading is not None or not memory_is_known():
+        if self.loading is not None or self.rounded or not memory_is_known():
             self._by_properties(turns, centres, rates)
             return
         # A new space takes its first step by the public call, which checks the bodies' masses.
@@ -150,8 +148,8 @@ class _Loop:
         for steps in cache_blocks(len(centres) - begun, BLOCK):
             rows = slice(begun + steps.start, begun + steps.stop)
             turned = turns[substeps * rows.start : substeps * rows.stop].tolist()
-            copies = self._round_and_copy(turned, memory) if self.rounded else self._copy(turned, memory)
-            states = np.frombuffer(copies).reshape(len(turned), WIDTH * len(memory))[substeps - 1 :: substeps]
+            copies = np.frombuffer(self._copy(turned, memory)).reshape(len(turned), WIDTH * len(memory))
+            states = copies[substeps - 1 :: substeps]
             # Without a mode, `take` would first fill an array of its own.
             np.take(states, centre, axis=1, out=centres[rows], mode="clip")
             np.take(states, rate, axis=1, out=rates[rows], mode="clip")
@@ -187,17 +185,6 @@ class _Loop:
                 set_force(body, force)
             take_step(space, timestep)
             copies += join(memory)
-        return copies
-
-    def _round_and_copy(self, turns: list[float], memory: list[memoryview]) -> bytearray:
-        """As `_copy`, with all numbers rounded to single precision after each step."""
-        numbers = [np.frombuffer(body) for body in memory]
-        copies = bytearray()
-        for turn in turns:
-            self._copy([turn], memory)
-            for own in numbers:
-                own[:] = own.astype(np.float32)  # the forces among them are zero after a step
-            copies += b"".join(memory)
         return copies
 
 
