@@ -84,7 +84,7 @@ def _bounds(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     reduction = order_reduction(constant / step)
     stiff = [sizes[2] * reduction[k] * step ** (2 - k) for k in range(3)]
     bounds = [y + i + s + floor for y, i, s in zip(yielding, integration, stiff, strict=True)]
-    return ExpectedError(*bounds, law=LAW)
+    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 
 def order_reduction(constant: float) -> tuple[float, float, float]:

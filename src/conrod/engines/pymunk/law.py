@@ -168,7 +168,7 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
     behind = largest_lags(machine)
     bounds = [step**2 * (behind[k] + lag * step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(NEXT_LAGS)]
-    return ExpectedError(*bounds, law=LAW)
+    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 
 def _drift(machine: Machine, settings: PymunkSettings) -> ExpectedError:
